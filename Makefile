@@ -1,0 +1,60 @@
+# make demo | test | validate | bench | lint | wheel | clean: each makes what it needs first. PYTHON=... chooses the interpreter.
+
+PHOTO ?= examples/photos/beacon-street-sunset.jpg
+OUT ?= out/demo.jpg
+
+RUN := .venv/bin
+LOCKS := requirements.lock requirements-dev.lock
+export XDG_RUNTIME_DIR ?= $(CURDIR)/.build/run
+
+# An environment that is gone, or was made elsewhere, has no valid stamp.
+ifneq ($(shell cat .build/env.stamp 2>/dev/null),$(if $(wildcard .venv/bin/airlight),$(CURDIR)))
+$(shell rm -f .build/*.stamp)
+endif
+
+.PHONY: help demo test validate bench lint wheel env vulkan clean
+.NOTPARALLEL:
+
+help:
+	@sed -n '1s/^# //p' Makefile
+
+env: .build/env.stamp
+
+.build/env.stamp: pyproject.toml $(LOCKS) scripts/make_env.sh scripts/common.sh
+	@mkdir -p .build/run && chmod 700 .build/run
+	@[ ! -f $@ ] || [ "$$(cat $@)" = "$(CURDIR)" ] || rm -rf .venv
+	@scripts/make_env.sh
+	@printf '%s\n' "$(CURDIR)" > $@
+
+.build/bench.stamp: .build/env.stamp requirements-bench.lock
+	@$(RUN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: -r requirements-bench.lock
+	@touch $@
+
+vulkan: env
+	@scripts/ensure_vulkan.sh
+
+demo: env vulkan
+	@mkdir -p "$(dir $(OUT))"
+	@$(RUN)/airlight image "$(PHOTO)" -o "$(OUT)" --light auto --overwrite
+	@echo "The picture: $(abspath $(OUT))"
+
+test: lint vulkan
+	$(RUN)/python -m pytest
+
+validate: env vulkan
+	$(RUN)/python -m pytest -m slow
+
+bench: .build/bench.stamp vulkan
+	$(RUN)/airlight bench
+
+lint: env
+	$(RUN)/ruff check src tests scripts
+	$(RUN)/mypy
+	$(RUN)/codespell src tests scripts *.md Makefile pyproject.toml
+
+wheel: env
+	$(RUN)/python -m hatchling build -t wheel
+	@ls -l dist/*.whl
+
+clean:
+	rm -rf .venv .build build dist

@@ -1,0 +1,17 @@
+"""The two kinds of failure that a user meets; each message is one line that says what is wrong and how to mend it."""
+
+
+class AirlightError(Exception):
+    """Wrong usage or bad input (exit code 2)."""
+
+    exit_code = 2
+
+
+class MachineError(AirlightError):
+    """A failure of the program or the machine: no adapter, memory, disk full (exit code 1)."""
+
+    exit_code = 1
+
+
+class AirlightWarning(UserWarning):
+    """Something in an input was mended or could not be kept; the work goes on."""

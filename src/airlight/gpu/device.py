@@ -1,0 +1,151 @@
+"""The adapter, its limits, and a cache of what is compiled on it. Nothing here knows about scattering."""
+
+import os
+import sys
+import tempfile
+from functools import lru_cache
+from typing import Any
+
+from airlight.errors import AirlightError, MachineError
+from airlight.gpu.shader import load
+
+CURE = {
+    "linux": "install a Vulkan driver; software Vulkan: `sudo apt install mesa-vulkan-drivers libvulkan1`",
+    "darwin": "Metal is part of macOS: update it, or run outside a container",
+    "win32": "update the graphics driver",
+}
+WANTED_FEATURES = ("timestamp-query", "float32-filterable")
+
+
+def cure() -> str:
+    """How to get an adapter on this system, in a few words."""
+    return CURE.get(sys.platform, CURE["linux"])
+
+
+def _wgpu() -> Any:
+    if "XDG_RUNTIME_DIR" not in os.environ and sys.platform.startswith("linux"):
+        os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()  # the driver prints a complaint without it
+    import wgpu
+
+    return wgpu
+
+
+def adapters() -> list[Any]:
+    """Every adapter of a native back end. OpenGL is left out: it is what wgpu falls back to where no driver is."""
+    try:
+        found = _wgpu().gpu.enumerate_adapters_sync()
+    except Exception:  # the library raises different types where no driver can be loaded
+        return []
+    return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
+
+
+class Device:
+    """A device, its queue, and the pipelines compiled so far (each once)."""
+
+    def __init__(self, adapter: Any) -> None:
+        self.wgpu = _wgpu()
+        self.info: dict[str, Any] = dict(adapter.info)
+        features = [f for f in WANTED_FEATURES if f in adapter.features]
+        side = adapter.limits["max-texture-dimension-2d"]
+        size = adapter.limits["max-storage-buffer-binding-size"]
+        buffer = adapter.limits["max-buffer-size"]
+        try:
+            self.device = adapter.request_device_sync(
+                required_features=features,
+                required_limits={
+                    "max-texture-dimension-2d": side,
+                    "max-storage-buffer-binding-size": size,
+                    "max-buffer-size": buffer,
+                },
+            )
+        except Exception as error:
+            raise MachineError(f"the adapter {self.name} gave no device ({error}); {cure()}") from None
+        self.queue = self.device.queue
+        self.max_side: int = side
+        self.is_cpu = self.info.get("adapter_type") == "CPU"
+        self.timestamps = "timestamp-query" in features
+        self._pipelines: dict[Any, Any] = {}
+        self._modules: dict[str, Any] = {}
+        self._samplers: dict[str, Any] = {}
+
+    @property
+    def name(self) -> str:
+        return str(self.info.get("device", "unknown"))
+
+    def pipeline(self, path: str, entry: str, **constants: float) -> Any:
+        """The compute pipeline of an entry point of a .wgsl file of the package, with its override constants."""
+        key = (path, entry, tuple(sorted(constants.items())))
+        if key not in self._pipelines:
+            if path not in self._modules:
+                self._modules[path] = self.device.create_shader_module(code=load(path), label=path)
+            compute = {"module": self._modules[path], "entry_point": entry, "constants": {k: float(v) for k, v in constants.items()}}
+            self._pipelines[key] = self.device.create_compute_pipeline(layout="auto", compute=compute, label=f"{path}:{entry}")
+        return self._pipelines[key]
+
+    def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
+        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders."""
+        usage = self.wgpu.TextureUsage
+        flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC | (usage.STORAGE_BINDING if target else 0)
+        return self.device.create_texture(size=(width, height, 1), format=format, usage=flags)
+
+    def buffer(self, data: Any = None, size: int = 0, uniform: bool = False) -> Any:
+        """A storage (or uniform) buffer, filled with bytes-like data if given."""
+        usage = self.wgpu.BufferUsage
+        flags = usage.COPY_DST | (usage.UNIFORM if uniform else usage.STORAGE | usage.COPY_SRC)
+        if data is not None:
+            return self.device.create_buffer_with_data(data=data, usage=flags)
+        return self.device.create_buffer(size=size, usage=flags)
+
+    def sampler(self, filter: str = "linear") -> Any:
+        if filter not in self._samplers:
+            self._samplers[filter] = self.device.create_sampler(mag_filter=filter, min_filter=filter)
+        return self._samplers[filter]
+
+    def bind(self, pipeline: Any, *resources: Any) -> Any:
+        """Bind group 0 of a pipeline: textures, views, samplers, buffers in the order of their binding numbers."""
+        entries = [{"binding": i, "resource": self._resource(r)} for i, r in enumerate(resources)]
+        return self.device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)
+
+    def _resource(self, r: Any) -> Any:
+        if isinstance(r, self.wgpu.GPUBuffer):
+            return {"buffer": r, "offset": 0, "size": r.size}
+        return r.create_view() if isinstance(r, self.wgpu.GPUTexture) else r
+
+    def write(self, texture: Any, data: Any, bytes_per_row: int) -> None:
+        """Upload rows of pixels; submitted at once, since uploads without a submit never free their memory."""
+        width, height, _ = texture.size
+        layout = {"bytes_per_row": bytes_per_row, "rows_per_image": height}
+        self.queue.write_texture({"texture": texture}, data, layout, (width, height, 1))
+
+    def read(self, texture: Any, bytes_per_pixel: int) -> memoryview:
+        """Download a texture, rows tight."""
+        width, height, _ = texture.size
+        layout = {"bytes_per_row": width * bytes_per_pixel, "rows_per_image": height}
+        data: memoryview = self.queue.read_texture({"texture": texture}, layout, (width, height, 1))
+        return data
+
+    def encoder(self) -> Any:
+        return self.device.create_command_encoder()
+
+    def submit(self, encoder: Any) -> None:
+        self.queue.submit([encoder.finish()])
+
+
+def choose(name: str | None = None) -> Any:
+    """The adapter whose name holds `name` (any case), else the fastest: discrete, integrated, then software."""
+    found = adapters()
+    if not found:
+        raise MachineError(f"no graphics adapter found: {cure()}")
+    if name:
+        matching = [a for a in found if name.lower() in f"{a.info['device']} {a.info['backend_type']} {a.info['adapter_type']}".lower()]
+        if not matching:
+            raise AirlightError(f"no adapter matches {name!r}: there is " + ", ".join(a.info["device"] for a in found))
+        found = matching
+    order = {"DiscreteGPU": 0, "IntegratedGPU": 1, "VirtualGPU": 2, "CPU": 3}
+    return min(found, key=lambda a: order.get(a.info["adapter_type"], 4))
+
+
+@lru_cache(maxsize=8)
+def open_device(name: str | None = None) -> Device:
+    """The device to compute on; the same one for the same name. Raises MachineError with the cure where there is none."""
+    return Device(choose(name))

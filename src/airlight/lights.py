@@ -1,0 +1,72 @@
+"""Lights, and the ways in which a user writes an image position."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from airlight.errors import AirlightError
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
+FAR_LIMIT = 1e6  # image sizes; beyond this the shafts are parallel to f32 precision
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light of the image plane.
+
+    position: (x, y), normalised: (0, 0) is the image's top-left corner, (1, 1) its bottom-right; may lie outside.
+    color: linear RGB factors, each >= 0.  strength: factor >= 0.
+    """
+
+    position: tuple[float, float]
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    strength: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value, size in (("position", self.position, 2), ("color", self.color, 3)):
+            try:
+                numbers = tuple(float(v) for v in value)
+            except (TypeError, ValueError):
+                numbers = ()
+            if len(numbers) != size or not all(math.isfinite(v) for v in numbers):
+                raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
+            object.__setattr__(self, name, numbers)
+        if max(abs(v) for v in self.position) > FAR_LIMIT:
+            raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
+        if not (math.isfinite(self.strength) and self.strength >= 0 and min(self.color) >= 0):
+            raise AirlightError("light color and strength must be finite and not negative")
+
+    @property
+    def rgb(self) -> tuple[float, float, float]:
+        """color times strength."""
+        r, g, b = self.color
+        return (r * self.strength, g * self.strength, b * self.strength)
+
+
+def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
+    """`0.4,0.3`, `960px,540px` or `50%,20%` as a normalised position in an image of width x height pixels.
+
+    Pixels count from the corner: `0.5px,0.5px` is the centre of the first pixel.
+    """
+    parts = text.split(",")
+    found = [_NUMBER.fullmatch(part) for part in parts]
+    if len(parts) != 2 or not all(found):
+        raise AirlightError(f"cannot read the light position {text!r}: write x,y as in 0.5,0.2 or 960px,200px or 50%,20%")
+    unit = {None: (1.0, 1.0), "%": (100.0, 100.0), "px": (float(width), float(height))}
+    x, y = (float(m[1]) / unit[m[2]][axis] for axis, m in enumerate(found) if m)
+    return x, y
+
+
+def as_lights(light: object) -> list[Light]:
+    """A Light, an (x, y) pair, or a sequence of them, as a list of lights."""
+    if isinstance(light, Light):
+        return [light]
+    try:
+        items = list(light)  # type: ignore[call-overload]
+    except TypeError:
+        raise AirlightError(f"light must be (x, y), an airlight.Light, or a list of them, not {light!r}") from None
+    if len(items) == 2 and all(not isinstance(v, Light) and not hasattr(v, "__len__") for v in items):
+        return [Light(position=(items[0], items[1]))]
+    if not items:
+        raise AirlightError("no light given: pass at least one position")
+    return [item if isinstance(item, Light) else Light(position=item) for item in items]

@@ -1,0 +1,70 @@
+// The way back: each pixel finds its quadrant, line and node, and fetches S with one bilinear sample.
+override STRIP: u32 = 8u;     // pixels of a column an invocation
+override ZONES: u32 = 2u;     // 1..2
+override ADD: bool = false;   // add to what earlier lights gave
+override BASE: bool = false;  // Listing 13-1: the pixel itself, unweighted
+
+struct Quadrant {
+    minor: vec4f,             // line = (n - x - y t) / (z + w t), with t, n the pixel's major and minor coordinate
+    node: vec4f,              // node = min over pieces of x, y, z, plus the rates below; w: t where the far zone begins
+    rate: vec4f,              // node index per pixel of t, by piece; w: texture row of node 0
+    last: vec4f,              // x: last line; y: +1 or -1, the sense of t
+}
+
+struct Frame {
+    size: vec2u,
+    light: vec2f,             // in pixels
+    diagonal: vec2f,          // x - y and x + y of the light
+    scale: vec2f,             // 1 / size of the sums' texture
+    gain: vec4f,
+    base: vec4f,              // gain of the pixel itself; w: the source's apron in pixels
+    quadrants: array<Quadrant, 4>, // right, left, down, up
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var sums: texture_2d<f32>;
+@group(0) @binding(2) var bilinear: sampler;
+@group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(4) var before: texture_2d<f32>;
+@group(0) @binding(5) var source: texture_2d<f32>;
+
+fn choose(along_x: bool, positive: bool, right: vec4f, left: vec4f, down: vec4f, up: vec4f) -> vec4f {
+    return select(select(up, down, positive), select(left, right, positive), along_x);
+}
+
+fn sum_at(p: vec2f) -> vec3f {
+    let along_x = (p.x - p.y - frame.diagonal.x) * (p.x + p.y - frame.diagonal.y) >= 0.0;
+    let t = select(p.y, p.x, along_x);
+    let n = select(p.x, p.y, along_x);
+    let positive = t >= select(frame.light.y, frame.light.x, along_x);
+    let minor = choose(along_x, positive, frame.quadrants[0].minor, frame.quadrants[1].minor, frame.quadrants[2].minor, frame.quadrants[3].minor);
+    let node = choose(along_x, positive, frame.quadrants[0].node, frame.quadrants[1].node, frame.quadrants[2].node, frame.quadrants[3].node);
+    let rate = choose(along_x, positive, frame.quadrants[0].rate, frame.quadrants[1].rate, frame.quadrants[2].rate, frame.quadrants[3].rate);
+    let last = choose(along_x, positive, frame.quadrants[0].last, frame.quadrants[1].last, frame.quadrants[2].last, frame.quadrants[3].last).x;
+    var line = clamp((n - minor.x - minor.y * t) / max(minor.z + minor.w * t, 1e-20), 0.0, last);
+    let k3 = node.xyz + rate.xyz * t;
+    var k = max(min(min(k3.x, k3.y), k3.z), 0.0);
+    if (ZONES == 2u) {
+        let far = (t > node.w) == positive;
+        line *= select(0.5, 1.0, far);
+        k += select(0.0, 1.0, far);
+    }
+    return textureSampleLevel(sums, bilinear, (vec2f(line, k + rate.w) + 0.5) * frame.scale, 0.0).rgb;
+}
+
+@compute @workgroup_size(64)
+fn gather(@builtin(global_invocation_id) id: vec3u) {
+    for (var i = 0u; i < STRIP; i++) {
+        let p = vec2u(id.x, id.y * STRIP + i);
+        if (p.x < frame.size.x && p.y < frame.size.y) {
+            var out = max(frame.gain.rgb * sum_at(vec2f(p) + 0.5), vec3f(0.0));
+            if (BASE) {
+                out += frame.base.rgb * textureLoad(source, p + u32(frame.base.w), 0).rgb;
+            }
+            if (ADD) {
+                out += textureLoad(before, p, 0).rgb;
+            }
+            textureStore(layer, p, vec4f(out, 1.0));
+        }
+    }
+}

@@ -1,0 +1,206 @@
+"""Where the epipolar lines and their nodes lie: host side, float64, independent of the pixels' values.
+
+Four quadrants (right, left, down, up) by the major axis of the direction from the light. In each, lines of equal
+slope steps; on each line, nodes at the same distances u along the major axis. A node ends a step; a step takes two
+samples. What the shaders need of a position is affine in the line's index, so that it is exact in f32 even where the
+light lies a million image widths away.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How fine the grid is. spacing: of the lines at the far edge, px; radii: where steps grow to 2 and 4 px."""
+
+    spacing: float
+    radii: tuple[float, float]
+    slack: tuple[float, float]  # the radii in units of the weight's length D / lambda
+    largest: int  # step, px
+    zones: int  # each nearer zone has half the lines
+    tolerance: float  # of the weight's fit
+
+
+QUALITY = {
+    "draft": Fineness(3.0, (24, 64), (3, 10), 4, 2, 1.5e-2),
+    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 5e-3),
+    "final": Fineness(1.0, (96, 1e9), (10, 0), 2, 1, 6e-4),
+}
+
+
+@dataclass
+class Steps:
+    """Steps along a bundle of lines. u: (n + 1) nodes; middle, s1, s2: (n) where the samples change and lie."""
+
+    u: Array
+    middle: Array
+    s1: Array
+    s2: Array
+    lit_start: bool  # the sample at u[0] stands for all that is nearer
+
+
+@dataclass
+class Quadrant:
+    axis: int  # major axis: 0 x, 1 y
+    sign: int
+    m_lo: float
+    dm: float
+    lines: int
+    u_min: float
+    u_max: float
+    steps: Steps = field(init=False)
+    tail: Steps | None = field(init=False, default=None)
+    splits: list[int] = field(init=False)  # node index where each zone starts, then the last node
+    rates: Array = field(init=False)  # (3, 2): node index = min over rows of k0 + rate u
+    row0: int = 0  # texture row of the first stored node
+    stored: int = 0  # index of the first stored node
+
+
+def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
+    """Slopes v/u for v in [low, high], u in [u0, u1], within [-1, 1]."""
+    tiny = 1e-9
+    smallest = low / max(u0 if low < 0 else u1, tiny)
+    largest = high / max(u0 if high > 0 else u1, tiny)
+    return max(-1.0, smallest), min(1.0, largest)
+
+
+class Grid:
+    """The grid of one light. size: (width, height); light in pixels (corner origin); border clamp or black."""
+
+    def __init__(self, size: tuple[int, int], light: tuple[float, float], mix: Mixture, lam: float, density: float, fine: Fineness, border: str,
+                 max_side: int = 16384) -> None:  # fmt: skip
+        self.size, self.light, self.mix, self.border = size, light, mix, border
+        length = max(lam, 1.5) / density
+        self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
+        self.fine = fine
+        self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
+        row = 0
+        for q in self.quadrants:
+            self._march(q)
+            q.row0 = row
+            row += len(q.steps.u) - q.stored + len(q.splits) - 2
+        self.rows = row + 1  # and one for nodes that nobody reads
+        self.columns = max(q.lines for q in self.quadrants)
+
+    def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
+        """The lines that the image's pixel centres see in one direction, None if they see none."""
+        extent, other = self.size[axis], self.size[1 - axis]
+        near, far = (0.5, extent - 0.5) if sign > 0 else (extent - 0.5, 0.5)
+        u_min, u_max = max(0.0, sign * (near - self.light[axis])), sign * (far - self.light[axis])
+        if u_max <= 0 and not (u_max == 0 and u_min == 0):
+            return None
+        u_max = max(u_max, 1e-3)
+        low, high = 0.5 - self.light[1 - axis], other - 0.5 - self.light[1 - axis]
+        m_lo, m_hi = _span(low, high, u_min, u_max)
+        if m_lo > m_hi + 1e-12:
+            return None
+        m_hi = max(m_hi, m_lo)
+        count = min(math.ceil((m_hi - m_lo) * u_max / self.fine.spacing) + 1, max_side - 1)
+        factor = 2 ** (self.fine.zones - 1)
+        count = max(factor * math.ceil((count - 1) / factor), factor) + 1
+        return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
+
+    def _constant_until(self, q: Quadrant, sign: int) -> float:
+        """Up to this u every line of the bundle meets one and the same clamped texel."""
+        major, minor = self.light[q.axis], self.light[1 - q.axis]
+        extent, other = self.size[q.axis], self.size[1 - q.axis]
+        start = (0.5 - major) if sign > 0 else (major - (extent - 0.5))
+        if start <= 0:
+            return 0.0
+        slopes = (sign * q.sign * q.m_lo, sign * q.sign * (q.m_lo + q.dm * (q.lines - 1)))
+        if minor < 0.5:
+            steepest = max(slopes)
+            return min(start, (0.5 - minor) / steepest) if steepest > 0 else start
+        if minor > other - 0.5:
+            steepest = min(slopes)
+            return min(start, (other - 0.5 - minor) / steepest) if steepest < 0 else start
+        return 0.0
+
+    def _steps(self, q: Quadrant, sign: int, end: float) -> Steps:
+        """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way)."""
+        major, minor = self.light[q.axis], self.light[1 - q.axis]
+        extent, other = self.size[q.axis], self.size[1 - q.axis]
+        slope = max(abs(q.m_lo), abs(q.m_lo + q.dm * (q.lines - 1)), 1e-12)
+        reach = max(abs(0.5 - minor), abs(other - 0.5 - minor)) + 4
+        enter = -major if sign > 0 else major - extent  # the image lies in enter < u < leave
+        leave = extent - major if sign > 0 else major
+        black = self.border == "black"
+        u = max(0.0, enter - 1) if black else self._constant_until(q, sign)
+        nodes = [u]
+        if black and leave <= -1:
+            return self._samples([u, max(end, u + 1)], black)
+        while u < end:
+            if u < enter - 1e-9:  # outside: as far as the sample moves by no more than 4 px along the border
+                u = min(u + max(4.0, 4.0 / min(slope, reach / max(u, 1.0))), enter)
+            elif u >= leave + 1:
+                u = end if black else min(u + max(4.0, 4.0 / min(slope, reach / max(u, 1.0))), max(end, u + 1e-3))
+            else:
+                step = 1.0 if u < self.radii[0] else (2.0 if u < self.radii[1] or self.fine.largest == 2 else 4.0)
+                place = major + sign * u
+                edge = (math.floor(place + 1e-9) + 1 - place) if sign > 0 else (place - math.ceil(place - 1e-9) + 1)
+                u += edge + step - 1 if edge < 1 - 1e-9 else step
+            nodes.append(u)
+        if len(nodes) == 1:
+            nodes.append(u + 1.0)
+        return self._samples(nodes, black and enter > 0)
+
+    @staticmethod
+    def _samples(nodes: list[float], dark_start: bool) -> Steps:
+        u = np.array(nodes)
+        a, b = u[:-1], u[1:]
+        return Steps(u, 0.5 * (a + b), a + 0.25 * (b - a), a + 0.75 * (b - a), not dark_start)
+
+    def _march(self, q: Quadrant) -> None:
+        q.steps = self._steps(q, q.sign, q.u_max)
+        u = q.steps.u
+        if self.mix.tail_ratio > 0:
+            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1])
+        q.stored = max(0, int(np.searchsorted(u, q.u_min, side="right")) - 1)
+        splits = [0]
+        for zone in range(1, self.fine.zones):
+            k = int(np.searchsorted(u, q.u_max / 2 ** (self.fine.zones - zone)))
+            splits.append(min(max(k, splits[-1], q.stored), len(u) - 1))
+        q.splits = [*splits, len(u) - 1]
+        q.rates = _rates(u[q.stored :])
+
+    def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
+        """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
+        out = np.zeros((len(s), 4))
+        out[:, q.axis] = self.light[q.axis] + sign * s
+        out[:, 1 - q.axis] = self.light[1 - q.axis] + sign * q.sign * q.m_lo * s
+        out[:, 3 - q.axis] = sign * q.sign * q.dm * s
+        return out
+
+
+def _rates(u: Array) -> Array:
+    """The node index as a function of u: the least of three straight lines, since steps only grow (1, 2, 4 px)."""
+    rates = np.full((3, 2), 1e9)
+    rates[:, 1] = 0
+    step = np.diff(u)
+    for row, size in enumerate((1.0, 2.0, 4.0)):
+        k = np.flatnonzero(np.abs(step - size) < 1e-6 * max(1.0, u[-1]))
+        if len(k):
+            rates[row] = (k[0] - u[k[0]] / size, 1 / size)
+    if np.all(rates[:, 1] == 0):
+        rates[0] = (-u[0] / step[0], 1 / step[0])
+    return rates
+
+
+def tail_schedule(q: Quadrant, ratio: float) -> tuple[Array, Array]:
+    """For each node: tail steps to take before it, and the place of ratio*u between the last two tail nodes, in [0, 1]."""
+    assert q.tail is not None
+    nodes, wanted = q.tail.u, ratio * q.steps.u
+    reached = np.clip(np.searchsorted(nodes, wanted - 1e-9 * np.maximum(1, wanted)), 0, len(nodes) - 1)
+    count = np.diff(np.concatenate([[0], reached]))
+    before = np.maximum(reached - 1, 0)
+    width = np.maximum(nodes[reached] - nodes[before], 1e-12)
+    place = np.where(reached > 0, (wanted - nodes[before]) / width, 1.0)
+    return count.astype(float), np.clip(place, 0, 1)
+
+
+__all__ = ["QUALITY", "Fineness", "Grid", "Quadrant", "mixture", "step_weights", "tail_schedule"]

@@ -1,0 +1,129 @@
+"""The weight of the converged sum as a short mixture of powers, and the steps of its moments. Host side, float64.
+
+On a ray, with x = q/r the sample's distance from the light over the pixel's and a = lambda/D, the weight is
+e^(-a(1-x)) = sum_k Poisson(k; a) x^k: a positive mixture of powers. Few real exponents do as well as many
+integer ones, and the normalised moments
+
+    A_p(r) = 1/r int_0^r (q/r)^p I(q) dq
+
+obey a recurrence whose factors all lie in [0, 1]: nothing overflows or cancels in f32, for any D and lambda.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+MAX_TAIL = 5  # powers that the shader keeps for the tail; 3 for the near side
+NEGLIGIBLE = 1e-5  # weight of the far end of the ray below which it is left out
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """S(r) = sum_j c_j A_pj(r) + sum_j tail_c_j B_tail_pj(tail_ratio r).
+
+    A: moments on the pixel's own side of the light. B: moments of the tail: the part nearer than r(1 - D), which is
+    taken away (D < 1, same side), or the part beyond the light, which is added (D > 1, opposite side).
+    """
+
+    p: Array
+    c: Array
+    tail_p: Array
+    tail_c: Array
+    tail_ratio: float  # |1 - D|; 0: no tail
+    opposite: bool
+
+
+def _fit(target: Callable[[Array], Array], low: float, start: Array, steps: int = 60) -> tuple[Array, Array, float]:
+    """Fit sum_j c_j x^p_j to target on [low, 1], p >= 0; Levenberg steps on p alone, c by least squares. -> p, c, relative rms."""
+    angle = np.pi * (np.arange(192) + 0.5) / 192
+    x = low + (1 - low) * (0.5 - 0.5 * np.cos(angle))
+    measure = np.sqrt(np.sin(angle))
+    wanted, logx = target(x) * measure, np.log(x)
+
+    def solve(root: Array) -> tuple[Array, Array, Array]:
+        powers = np.exp(np.outer(logx, root * root)) * measure[:, None]
+        c = np.linalg.lstsq(powers, wanted, rcond=1e-13)[0]
+        return powers, c, powers @ c - wanted
+
+    root, damping = np.sqrt(start), 1e-2
+    powers, c, error = solve(root)
+    for _ in range(steps):
+        jacobian = powers * c * logx[:, None] * 2 * root
+        basis = np.linalg.qr(powers)[0]
+        jacobian = jacobian - basis @ (basis.T @ jacobian)
+        normal = jacobian.T @ jacobian
+        move = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-15), -jacobian.T @ error)
+        trial = solve(root + move)
+        if trial[2] @ trial[2] < error @ error:
+            root, (powers, c, error), damping = root + move, trial, damping * 0.2
+        else:
+            damping *= 5
+        if damping > 1e9:
+            break
+    return root * root, c, float(np.sqrt(error @ error / (wanted @ wanted)))
+
+
+def _charlier(a: float, count: int) -> Array:
+    """Gauss nodes of the Poisson distribution of mean a."""
+    k = np.arange(count, dtype=float)
+    off = np.sqrt(a * k[1:])
+    return np.maximum(np.linalg.eigvalsh(np.diag(a + k) + np.diag(off, 1) + np.diag(off, -1)), 1e-2)
+
+
+def _shortest(target: Callable[[Array], Array], low: float, start: Callable[[int], Array], tolerance: float) -> tuple[Array, Array]:
+    """The fewest powers (at most 3, what the shader keeps) that meet the tolerance."""
+    best = (np.zeros(1), np.ones(1), np.inf)
+    for count in (1, 2, 3):
+        found = _fit(target, low, start(count))
+        if found[2] < best[2] and np.abs(found[1]).max() < 100:
+            best = found
+        if best[2] <= tolerance:
+            break
+    return best[0], best[1]
+
+
+def _polynomial(b: float, tolerance: float) -> tuple[Array, Array]:
+    """Whole powers for e^(-b y) on [0, 1]: it falls with y, and must be right at y = 0, where the light is."""
+    y = 0.5 - 0.5 * np.cos(np.pi * np.arange(129) / 128)
+    for count in range(1, MAX_TAIL + 1):
+        powers = y[:, None] ** np.arange(count)
+        c = np.linalg.lstsq(powers, np.exp(-b * y), rcond=None)[0]
+        if np.abs(powers @ c - np.exp(-b * y)).max() <= tolerance:
+            break
+    return np.arange(count, dtype=float), c
+
+
+@lru_cache(maxsize=256)
+def mixture(density: float, lam: float, tolerance: float = 6e-4) -> Mixture:
+    """The mixture for S = int_0^1 e^(-lam s) I(x - D s (x - l)) ds; density > 0, lam >= 0.
+
+    tolerance: relative rms of the weight's fit; fewer powers are cheaper.
+    """
+    a = lam / density
+    if lam == 0:
+        p, c = np.zeros(1), np.ones(1)
+    else:
+        p, c = _shortest(lambda x: np.exp(-a * (1 - x)), max(1 - density, 1e-3), lambda k: _charlier(a, k), tolerance)
+    alone = Mixture(p, c / density, np.zeros(0), np.zeros(0), 0.0, False)
+    if density < 1 and np.exp(-lam) >= NEGLIGIBLE:
+        return Mixture(p, c / density, p, -c / density * (1 - density) ** (p + 1), 1 - density, False)
+    if density > 1 and np.exp(-a) >= NEGLIGIBLE:
+        beyond = np.exp(-a) * (density - 1) / density  # weight where the ray passes the light
+        b = a * (density - 1)
+        if lam == 0:
+            return Mixture(p, c / density, np.zeros(1), np.full(1, beyond), density - 1, True)
+        tail_p, tail_c = _polynomial(b, tolerance / max(beyond, tolerance))
+        return Mixture(p, c / density, tail_p, tail_c * beyond, density - 1, True)
+    return alone
+
+
+def step_weights(p: Array, a: Array, middle: Array, b: Array) -> tuple[Array, Array, Array]:
+    """g, k1, k2 of A_p(b) = g A_p(a) + k1 I1 + k2 I2, with I = I1 on [a, middle], I2 on [middle, b]. Shapes (len(p), len(a))."""
+    q = p[:, None] + 1
+    ra = np.divide(a, b, out=np.ones_like(b), where=b > 0)[None, :] ** q
+    rm = np.divide(middle, b, out=np.ones_like(b), where=b > 0)[None, :] ** q
+    return ra, (rm - ra) / q, (1 - rm) / q
