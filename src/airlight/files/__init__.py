@@ -1,0 +1,8 @@
+"""Pictures and files: OpenImageIO and OpenColorIO behind checks, with nothing half-written."""
+
+from airlight.files.atomic import OUTPUTS, check_output, replacing
+from airlight.files.colour import encode, to_linear
+from airlight.files.images import Picture, read_image, read_mask
+from airlight.files.writing import write_image
+
+__all__ = ["OUTPUTS", "Picture", "check_output", "encode", "read_image", "read_mask", "replacing", "to_linear", "write_image"]

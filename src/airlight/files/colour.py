@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +58,7 @@ def _dither() -> np.ndarray:
     """Blue noise (256, 256, 3) in (0, 1), the same for ever; the mean is exactly one half."""
     import OpenImageIO as oiio
 
-    tile = oiio.ImageBufAlgo.noise("blue", 0.0, 1.0, True, 0, roi=oiio.ROI(0, 256, 0, 256, 0, 1, 0, 1)).get_pixels(oiio.FLOAT)
+    tile: Any = oiio.ImageBufAlgo.noise("blue", 0.0, 1.0, True, 0, roi=oiio.ROI(0, 256, 0, 256, 0, 1, 0, 1)).get_pixels(oiio.FLOAT)
     rank = np.argsort(np.argsort(tile.ravel(), kind="stable"), kind="stable").reshape(256, 256)
     noise = ((rank + 0.5) / 65536).astype(np.float32)
     # The channels take the tile from far apart places, so that the grain has no colour of its own.
@@ -106,7 +106,7 @@ class Profile:
 
 def decode_codes(codes: np.ndarray, profile: Profile | None = None, linear: bool = False) -> np.ndarray:
     """Codes (H, W, 1 or 3) uint8, uint16 or float to linear Rec. 709 (H, W, 3) float32; float is linear as it is."""
-    height, width, channels = codes.shape
+    height, width = codes.shape[:2]
     result = np.empty((height, width, 3), np.float32)
     if codes.dtype.kind == "f":
         result[...] = codes
@@ -217,10 +217,10 @@ def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, co
         np.copyto(colour, before[..., :3] if before.shape[2] >= 3 else before[..., :1], where=~changed[..., None])
     if before.shape[2] == 1 and is_neutral(linear):
         # The dither differs between the channels; the first stands for all.
-        return cast(np.ndarray, colour[..., 0] if codes.ndim == 2 else colour[..., :1])
+        return colour[..., 0] if codes.ndim == 2 else colour[..., :1]
     if before.shape[2] == 4:
         alpha = before[..., 3:]
-        if codes.dtype != dtype:
+        if codes.dtype != dtype and not codes.dtype.kind == dtype.kind == "f":
             scaled = alpha_of(alpha)
             alpha = scaled if dtype.kind == "f" else np.rint(scaled * np.iinfo(dtype).max)
         colour = np.concatenate([colour, alpha.astype(dtype)], axis=2)

@@ -1,32 +1,18 @@
 """Pictures from files: checked, upright, and with all that is needed to write them back."""
 
-import contextlib
 import os
-import stat
-import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError
 from airlight.files.colour import LUMINANCE, Profile, alpha_of, decode_codes
+from airlight.files.decode import decode, tell
 from airlight.files.repair import repair
 
-MAX_PIXELS = 2**27
-MAX_BYTES = 2**32
-MAX_CHANNELS = 256
 OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
-
-_MAGIC = (
-    (b"\x89PNG\r\n\x1a\n", "png"), (b"\xff\xd8\xff", "jpeg"), (b"II*\0", "tiff"), (b"MM\0*", "tiff"), (b"II+\0", "tiff"), (b"MM\0+", "tiff"),
-    (b"v/1\x01", "openexr"), (b"#?RADIANCE", "hdr"), (b"#?RGBE", "hdr"), (b"BM", "bmp"), (b"GIF8", "gif"),
-    (b"\xff\x0a", "jpegxl"), (b"\0\0\0\x0cJXL ", "jpegxl"), (b"\0\0\0\x0cjP  ", "jpeg2000"),
-    (b"P1", "pnm"), (b"P2", "pnm"), (b"P3", "pnm"), (b"P4", "pnm"), (b"P5", "pnm"), (b"P6", "pnm"), (b"PF", "pnm"), (b"Pf", "pnm"),
-)  # fmt: skip
-
 
 @dataclass
 class Picture:
@@ -72,128 +58,6 @@ class Picture:
     def linear(self) -> np.ndarray:
         """(H, W, 3) float32 scene-linear Rec. 709, grey expanded; straight colour for integer formats, as stored for EXR."""
         return decode_codes(self.colour_codes, self.profile, self.encoding == "linear")
-
-
-def tell(message: str, level: int = 3) -> None:
-    warnings.warn(message, AirlightWarning, stacklevel=level)
-
-
-@contextlib.contextmanager
-def _opened(path: str) -> Iterator[tuple[str, bytes]]:
-    """A regular file's name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
-    try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            kind = "a folder" if os.path.isdir(path) else "not a regular file"
-            raise AirlightError(f"{path}: is {kind}; give the name of an image file")
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise AirlightError(f"{path!s}: cannot be read ({reason}); check the name and the permissions") from error
-    try:
-        if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
-        head = os.read(handle, 4096)
-        name = f"/proc/self/fd/{handle}"
-        yield (name if os.path.exists(name) else path), head
-    finally:
-        os.close(handle)
-
-
-def _sniff(head: bytes, path: str) -> str:
-    if not head:
-        raise AirlightError(f"{path}: is empty; copy or export it again")
-    if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        return "webp"
-    for magic, name in _MAGIC:
-        if head.startswith(magic):
-            return name
-    raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR or HDR")
-
-
-def _one_line(text: str, name: str) -> str:
-    return " ".join(text.replace(name, "the file").split())[:200].rstrip(". ") or "no reason given"
-
-
-def _check_header(spec: Any, path: str) -> None:
-    if spec.deep:
-        raise AirlightError(f"{path}: is a deep EXR; flatten it first (Nuke: DeepToImage)")
-    if spec.width < 1 or spec.height < 1 or spec.depth > 1 or not 1 <= spec.nchannels <= MAX_CHANNELS:
-        raise AirlightError(f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels cannot be used; export a flat picture")
-    if spec.width * spec.height > MAX_PIXELS or spec.width * spec.height * spec.nchannels * 4 > MAX_BYTES:
-        raise AirlightError(
-            f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels is more than the limit of"
-            f" {MAX_PIXELS // 10**6} megapixels (4 GiB decoded); make it smaller first"
-        )
-
-
-def _code_type(spec: Any) -> str:
-    import OpenImageIO as oiio
-
-    kind = spec.format.basetype
-    if kind in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
-        return "float"
-    return "uint8" if kind in (oiio.UINT8, oiio.INT8) else "uint16"
-
-
-def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
-    """What can be had of a damaged file, missing rows black."""
-    step = max(1, spec.get_int_attribute("oiio:RowsPerChunk", 1))
-    result, found = None, False
-    for y in range(spec.y, spec.y + spec.height, step):
-        end = min(y + step, spec.y + spec.height)
-        rows = inp.read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, kind)
-        if rows is None:
-            continue
-        if result is None:
-            result = np.zeros((spec.height, spec.width, spec.nchannels), rows.dtype)
-        result[y - spec.y : end - spec.y] = np.reshape(rows, (end - y, spec.width, spec.nchannels))
-        found = True
-    return result if found else None
-
-
-def _decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
-    """All channels of the first picture, with spec, format name and the file's first bytes."""
-    import OpenImageIO as oiio
-
-    if on_damage not in ("error", "warn", "ignore"):
-        raise AirlightError(f"on-damage is {on_damage!r}; use error, warn or ignore")
-    oiio.attribute("limits:imagesize_MB", MAX_BYTES >> 20)
-    oiio.attribute("limits:resolution", 1 << 20)
-    oiio.attribute("limits:channels", MAX_CHANNELS)
-    hints = oiio.ImageSpec()
-    hints.attribute("oiio:UnassociatedAlpha", 1)
-    with _opened(path) as (name, head):
-        format = _sniff(head, path)
-        inp = oiio.ImageInput.open(name, hints)
-        text = oiio.geterror()
-        if inp is None:
-            raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
-        spec = oiio.ImageSpec(inp.spec())
-        text += inp.geterror()
-        pixels = None
-        try:
-            if inp.format_name() != format:
-                raise AirlightError(f"{path}: is damaged (begins as {format}, reads as {inp.format_name()}); export it again")
-            _check_header(spec, path)
-            kind = _code_type(spec)
-            pixels = inp.read_image(0, 0, 0, spec.nchannels, kind)
-            text += inp.geterror()
-            if pixels is None and on_damage != "error" and spec.tile_width == 0:
-                pixels = _salvage(inp, spec, kind)
-                inp.geterror()
-                text = text or "rows are missing"
-            parts = spec.get_int_attribute("oiio:subimages", 1)
-        finally:
-            inp.close()
-            text += inp.geterror() + oiio.geterror()
-    if pixels is None or (text and on_damage == "error"):
-        hint = "copy or export it again" if pixels is None else "copy or export it again, or pass --on-damage warn to use what is there"
-        raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
-    if text and on_damage == "warn":
-        tell(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
-    if parts > 1:
-        tell(f"{path}: holds {parts} pictures; only the first is used", 5)
-    return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head
 
 
 def upright(array: np.ndarray, orientation: int) -> np.ndarray:
@@ -245,3 +109,126 @@ def _pick(names: list[str], alpha_channel: int, usable: list[bool]) -> list[int]
                 alpha = place.get("A", alpha_channel if layer == "" and alpha_channel >= 0 and usable[alpha_channel] else -1)
                 return [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
     return [next(i for i, fine in enumerate(usable) if fine)]
+
+
+def _straight(codes: np.ndarray) -> np.ndarray:
+    """Integer codes that were multiplied by alpha, divided again."""
+    most = np.iinfo(codes.dtype).max
+    value = codes.astype(np.float64)
+    value[..., :-1] *= most / np.maximum(value[..., -1:], 1)
+    return np.rint(np.minimum(value, most)).astype(codes.dtype)
+
+
+def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
+    """The embedded ICC profile, and its transform where it is not simply sRGB."""
+    value = spec.getattribute("ICCProfile")
+    if value is None:
+        return None, None
+    icc = bytes(bytearray(value))
+    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
+        return None, None
+    try:
+        profile = Profile(icc)
+        return icc, None if profile.is_srgb() else profile
+    except ValueError as error:
+        tell(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
+        return icc, None
+
+
+def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
+    name = os.fsdecode(path)
+    pixels, spec, format, head = decode(name, on_damage)
+    orientation = spec.get_int_attribute("Orientation", 1)
+    orientation = orientation if 1 <= orientation <= 8 else 1
+    data_window, display_window = _turn_header(spec, orientation)
+    pixels = upright(pixels, orientation)
+
+    space = spec.get_string_attribute("jpeg:ColorSpace") + spec.get_string_attribute("tiff:ColorSpace")
+    if "CMYK" in space or "YCbCrK" in space:
+        tell(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
+
+    names = list(spec.channelnames)
+    kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
+    usable = [format != "openexr" or kind != "uint" for kind in kinds]
+    if not any(usable):
+        raise AirlightError(f"{name}: holds only identifiers, no colours; choose a picture with R, G, B")
+    chosen = _pick(names, spec.alpha_channel, usable)
+    codes = np.ascontiguousarray(pixels[..., chosen])
+    real = codes.dtype.kind == "f"
+    has_alpha = len(chosen) in (2, 4)
+
+    # The picture's own R G B A (or Y A) are replaced when written; a layer that stood in for them is kept as well.
+    top = all("." not in names[i] for i in chosen) and (len(chosen) > 1 or names[chosen[0]].upper() == "Y")
+    rest = [i for i in range(len(names)) if usable[i] and not (top and i in chosen) and not names[i].startswith("airlight.")]
+    lost = [names[i] for i in range(len(names)) if not usable[i]] if format == "openexr" else [names[i] for i in rest if i not in chosen]
+    if lost:
+        tell(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
+    extra = np.ascontiguousarray(pixels[..., rest]) if format == "openexr" and rest else None
+
+    associated = format == "openexr"
+    if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
+        associated = real
+        codes = codes if real else _straight(codes)
+    icc, profile = _profile(spec, name) if not real else (None, None)
+    flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
+    return Picture(
+        codes=codes,
+        channels=tuple(names[i] for i in chosen),
+        alpha=alpha_of(codes[..., -1]) if has_alpha else None,
+        encoding="linear" if real or flat else "icc" if profile is not None else "srgb",
+        path=name,
+        spec=spec,
+        format=format,
+        bits=codes.dtype.itemsize * 8 if not real else 16 if kinds[chosen[0]] == "half" else 32,
+        icc=icc,
+        profile=profile,
+        associated=associated,
+        lossless=format != "jpeg" and (format != "webp" or b"VP8 " not in head),
+        extra=extra,
+        extra_names=tuple(names[i] for i in rest) if extra is not None else (),
+        extra_formats=tuple(kinds[i] for i in rest) if extra is not None else (),
+        data_window=data_window,
+        display_window=display_window,
+    )
+
+
+def read_image(path: str | os.PathLike[str], on_damage: str = "error") -> Picture:
+    """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
+
+    `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
+    NaN and Inf are mended (`repair`). Raises AirlightError for anything that is no usable picture; warns with AirlightWarning.
+    """
+    picture = _load(path, on_damage)
+    if picture.codes.dtype.kind == "f":
+        picture.codes = repair(picture.codes, picture.path)
+        if picture.alpha is not None:
+            picture.alpha = alpha_of(picture.codes[..., -1])
+    return picture
+
+
+def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: bool = False) -> np.ndarray:
+    """Read an image as data: (H, W) float32, the luminance of the code values (0..1 for integer files, EXR as it is).
+
+    With `depth` an EXR's channel Z (or depth.Z) is taken where there is one; infinite depths become the largest finite one.
+    """
+    picture = _load(path, on_damage)
+    if depth and picture.extra is not None:
+        for i, name in enumerate(picture.extra_names):
+            if name.upper() in ("Z", "DEPTH.Z", "DEPTH"):
+                return _finite(picture.extra[..., i : i + 1], picture.path)[..., 0]
+    codes = picture.colour_codes
+    value = codes.astype(np.float32)
+    if codes.dtype.kind == "f":
+        value = _finite(value, picture.path)
+    else:
+        value /= np.float32(np.iinfo(codes.dtype).max)
+    return np.ascontiguousarray(value[..., 0] if value.shape[2] == 1 else value @ LUMINANCE)
+
+
+def _finite(value: np.ndarray, name: str) -> np.ndarray:
+    infinite = np.isinf(value)
+    if infinite.any():
+        fine = value[np.isfinite(value)]
+        if fine.size:
+            value = np.where(infinite, np.where(value > 0, fine.max(), fine.min()), value)
+    return repair(value, name)

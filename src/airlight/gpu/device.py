@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from airlight.errors import AirlightError, MachineError
-from airlight.gpu.shader import load
+from airlight.gpu.shader import bindings, load
 
 CURE = {
     "linux": "install a Vulkan driver; software Vulkan: `sudo apt install mesa-vulkan-drivers libvulkan1`",
@@ -77,9 +77,13 @@ class Device:
         key = (path, entry, tuple(sorted(constants.items())))
         if key not in self._pipelines:
             if path not in self._modules:
-                self._modules[path] = self.device.create_shader_module(code=load(path), label=path)
-            compute = {"module": self._modules[path], "entry_point": entry, "constants": {k: float(v) for k, v in constants.items()}}
-            self._pipelines[key] = self.device.create_compute_pipeline(layout="auto", compute=compute, label=f"{path}:{entry}")
+                code = load(path)
+                module = self.device.create_shader_module(code=code, label=path)
+                group = self.device.create_bind_group_layout(entries=bindings(code))
+                self._modules[path] = module, group, self.device.create_pipeline_layout(bind_group_layouts=[group])
+            module, _, layout = self._modules[path]
+            compute = {"module": module, "entry_point": entry, "constants": {k: float(v) for k, v in constants.items()}}
+            self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
         return self._pipelines[key]
 
     def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
@@ -101,10 +105,10 @@ class Device:
             self._samplers[filter] = self.device.create_sampler(mag_filter=filter, min_filter=filter)
         return self._samplers[filter]
 
-    def bind(self, pipeline: Any, *resources: Any) -> Any:
-        """Bind group 0 of a pipeline: textures, views, samplers, buffers in the order of their binding numbers."""
+    def bind(self, path: str, *resources: Any) -> Any:
+        """The bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
         entries = [{"binding": i, "resource": self._resource(r)} for i, r in enumerate(resources)]
-        return self.device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)
+        return self.device.create_bind_group(layout=self._modules[path][1], entries=entries)
 
     def _resource(self, r: Any) -> Any:
         if isinstance(r, self.wgpu.GPUBuffer):

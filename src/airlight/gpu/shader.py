@@ -2,7 +2,9 @@
 
 import re
 from importlib.resources import files
+from typing import Any
 
+_BINDING = re.compile(r"^@group\(0\) @binding\((\d+)\) var(?:<(\w+)(?:, (\w+))?>)? (\w+): (\w+)(?:<(\w+)(?:, \w+)?>)?;", re.M)
 _INCLUDE = re.compile(r'^//! include "([\w/.]+)"$', re.M)
 
 
@@ -17,3 +19,25 @@ def load(path: str) -> str:
         return _INCLUDE.sub(lambda m: expand(m[1]), files("airlight").joinpath(name).read_text(encoding="utf-8"))
 
     return expand(path)
+
+
+def bindings(code: str) -> list[dict[str, Any]]:
+    """Layout entries of group 0, read off the declarations, so that all entry points of a file share one bind group.
+
+    A texture named `table` is only loaded, never filtered: it may be rgba32float on any adapter.
+    """
+    entries = []
+    for number, space, access, name, kind, argument in _BINDING.findall(code):
+        entry: dict[str, Any] = {"binding": int(number), "visibility": "COMPUTE"}
+        if space == "uniform":
+            entry["buffer"] = {"type": "uniform"}
+        elif space == "storage":
+            entry["buffer"] = {"type": "storage" if access == "read_write" else "read-only-storage"}
+        elif kind == "sampler":
+            entry["sampler"] = {"type": "filtering"}
+        elif kind == "texture_storage_2d":
+            entry["storage_texture"] = {"access": "write-only", "format": argument}
+        else:
+            entry["texture"] = {"sample_type": "unfilterable-float" if name == "table" else "float"}
+        entries.append(entry)
+    return entries

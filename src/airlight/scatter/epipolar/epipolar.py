@@ -9,14 +9,17 @@ from airlight.gpu.device import Device
 from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, tail_schedule
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
 
+SCAN, GATHER = "scatter/epipolar/scan.wgsl", "scatter/epipolar/gather.wgsl"
 WIDTH = 8  # scan.wgsl
+TILE_WIDTH = 64  # gather.wgsl
+TILE = np.dtype([("corner", "u4", 2), ("node", "f4", 2), ("minor", "f4", 4)])
 BUNDLE = np.dtype(
     [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "first", "state_in", "lines_in", "state_out", "keep")]
-    + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "more")]
+    + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "more", "gain")]
 )
 QUADRANT = np.dtype([(n, "f4", 4) for n in ("minor", "node", "rate", "last")])
 FRAME = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("gain", "f4", 4), ("base", "f4", 4)]
+    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
     + [("quadrants", QUADRANT, 4)]
 )
 
@@ -67,7 +70,7 @@ def _needed(grid: Grid, q: Quadrant, first: int, end: int, stride: int, lines: i
     return int(np.searchsorted(q.steps.u, reach)) + 1
 
 
-def tables(grid: Grid, apron: int, per_workgroup: int) -> Tables:
+def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float, float]) -> Tables:
     """The step table, the bundles of each zone, and the frame, of a grid."""
     mix, fine = grid.mix, grid.fine
     has_tail = mix.tail_ratio > 0
@@ -103,6 +106,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int) -> Tables:
             begin, end = q.splits[zone], q.splits[zone + 1]
             record = np.zeros((), BUNDLE)
             record["lines"], record["stride"] = lines, stride
+            record["gain"][:3] = gain
             record["step"] = first_row + begin
             record["tail"] = tail_row + int(advanced[begin])
             record["row"] = q.row0 + (begin - q.stored if zone else 0) + zone
@@ -146,22 +150,47 @@ def _lookup(grid: Grid, q: Quadrant) -> np.ndarray:
     return record
 
 
+def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, zones: int, strip: int) -> dict[str, np.ndarray]:
+    """Tiles of TILE_WIDTH x strip pixels by the entry point of gather.wgsl that serves them."""
+    x, y = np.meshgrid(np.arange(0, size[0], TILE_WIDTH), np.arange(0, size[1], strip))
+    x, y = x.ravel(), y.ravel()
+    # the first and last pixel centres of each tile, as four corners
+    cx = np.stack([x, x, x + TILE_WIDTH - 1, x + TILE_WIDTH - 1], axis=1) + 0.5
+    cy = np.stack([y, y + strip - 1] * 2, axis=1) + 0.5
+    dx, dy = cx - light[0], cy - light[1]
+    along_x = np.abs(dx) >= np.abs(dy)
+    quadrant = np.where(along_x, np.where(dx >= 0, 0, 1), np.where(dy >= 0, 2, 3))
+    t = np.where(along_x, cx, cy)
+    node, rate = frame["quadrants"]["node"][quadrant].astype(float), frame["quadrants"]["rate"][quadrant].astype(float)
+    pieces = node[..., :3] + rate[..., :3] * t[..., None]
+    piece = pieces.argmin(axis=-1)
+    far = ((t > node[..., 3]) == (quadrant % 2 == 0)) if zones == 2 else np.ones(t.shape, bool)
+    one = np.logical_and.reduce([np.ptp(a, axis=1) == 0 for a in (quadrant, piece, far.astype(int))])
+    one &= pieces.min(axis=(1, 2)) >= 0
+    out = np.zeros(len(x), TILE)
+    out["corner"] = np.stack([x, y], axis=1)
+    q, k, f, index = quadrant[:, 0], piece[:, 0], far[:, 0], np.arange(len(x))
+    out["node"][:, 0] = node[index, 0, k] + rate[:, 0, 3] + (f if zones == 2 else 0)
+    out["node"][:, 1] = rate[index, 0, k]
+    out["minor"] = frame["quadrants"]["minor"][q] * np.stack([np.ones(len(x))] * 2 + [np.where(f, 1, 2)] * 2, axis=1)
+    return {"across": out[one & (q < 2)], "down": out[one & (q >= 2)], "mixed": out[~one]}
+
+
 class EpipolarPlan:
     """The passes of one light over a source of fixed size. `record` allocates nothing."""
 
     def __init__(self, device: Device, size: tuple[int, int], light: tuple[float, float], *, density: float, lam: float, border: str, quality: str | Fineness,
-                 source: Any, layer: Any, apron: int = 0, before: Any = None, gain: Any = (1, 1, 1), base: Any = None, lines: int | None = None) -> None:  # fmt: skip
+                 source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1), base: Any = None, lines: int | None = None) -> None:  # fmt: skip
         fine = QUALITY[quality] if isinstance(quality, str) else quality
         self.device, self.size = device, size
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
         self.grid = Grid(size, light, self.mix, lam, density, fine, border, device.max_side)
         per = lines or (8 if device.is_cpu else 1)
-        data = tables(self.grid, apron, WIDTH * per)
+        data = tables(self.grid, apron, WIDTH * per, gain)
         frame = data.frame
         frame["size"], frame["light"] = size, light
         frame["diagonal"] = light[0] - light[1], light[0] + light[1]
         frame["scale"] = 1 / self.grid.columns, 1 / self.grid.rows
-        frame["gain"][:3] = gain
         if base is not None:
             frame["base"] = *base, apron
         self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float")
@@ -173,15 +202,21 @@ class EpipolarPlan:
         for zone, bundles in enumerate(data.zones):
             if len(bundles) == 0:
                 continue
-            pipeline = device.pipeline("scatter/epipolar/scan.wgsl", "scan", FIRST_ZONE=zone == 0, **constants)
-            bind = device.bind(pipeline, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
+            pipeline = device.pipeline(SCAN, "scan", FIRST_ZONE=zone == 0, **constants)
+            bind = device.bind(SCAN, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((pipeline, bind, len(bundles)))
-        self.strip = 8 if device.is_cpu else 1
-        self.gather = device.pipeline(
-            "scatter/epipolar/gather.wgsl", "gather", STRIP=self.strip, ZONES=fine.zones, ADD=before is not None, BASE=base is not None
-        )
+        strip = 8 if device.is_cpu else 1
         spare = before if before is not None else source
-        self.bind = device.bind(self.gather, device.buffer(frame.tobytes(), uniform=True), self.sums, device.sampler(), layer, spare, source)
+        uniform = device.buffer(frame.tobytes(), uniform=True)
+        self.gathers = []
+        for entry, some in tiles(size, light, frame, fine.zones, strip).items():
+            if len(some):
+                flags = {"STRIP": strip, "ADD": before is not None, "BASE": base is not None}
+                if entry == "mixed":
+                    flags["ZONES"] = fine.zones
+                pipeline = device.pipeline(GATHER, entry, **flags)
+                bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, device.buffer(some.tobytes()), spare, source)
+                self.gathers.append((pipeline, bind, len(some)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""
@@ -192,7 +227,8 @@ class EpipolarPlan:
             scan.dispatch_workgroups(count)
         scan.end()
         back = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes("epipolar gather")} if timer else {}))
-        back.set_pipeline(self.gather)
-        back.set_bind_group(0, self.bind)
-        back.dispatch_workgroups(-(-self.size[0] // 64), -(-self.size[1] // self.strip))
+        for pipeline, bind, count in self.gathers:
+            back.set_pipeline(pipeline)
+            back.set_bind_group(0, bind)
+            back.dispatch_workgroups(count)
         back.end()

@@ -1,14 +1,18 @@
-// The way back: each pixel finds its quadrant, line and node, and fetches S with one bilinear sample.
+// The way back: each pixel finds its line and node, and fetches S with one bilinear sample.
+// The host sorts tiles of TILE_WIDTH x STRIP pixels: `across` lies in the right or left quadrant, in one zone and with
+// one size of step, so that a column has one node; `down` likewise in the lower or upper quadrant, where a row has one;
+// `mixed` is any other. Selecting per pixel among the quadrants costs three times the fetch.
 override STRIP: u32 = 8u;     // pixels of a column an invocation
 override ZONES: u32 = 2u;     // 1..2
 override ADD: bool = false;   // add to what earlier lights gave
 override BASE: bool = false;  // Listing 13-1: the pixel itself, unweighted
+const TILE_WIDTH = 64u;
 
 struct Quadrant {
     minor: vec4f,             // line = (n - x - y t) / (z + w t), with t, n the pixel's major and minor coordinate
     node: vec4f,              // node = min over pieces of x, y, z, plus the rates below; w: t where the far zone begins
     rate: vec4f,              // node index per pixel of t, by piece; w: texture row of node 0
-    last: vec4f,              // x: last line; y: +1 or -1, the sense of t
+    last: vec4f,              // x: last line
 }
 
 struct Frame {
@@ -16,17 +20,62 @@ struct Frame {
     light: vec2f,             // in pixels
     diagonal: vec2f,          // x - y and x + y of the light
     scale: vec2f,             // 1 / size of the sums' texture
-    gain: vec4f,
     base: vec4f,              // gain of the pixel itself; w: the source's apron in pixels
     quadrants: array<Quadrant, 4>, // right, left, down, up
+}
+
+struct Tile {
+    corner: vec2u,
+    node: vec2f,              // texture row = x + y t
+    minor: vec4f,             // as a quadrant's, the zone's stride included
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var sums: texture_2d<f32>;
 @group(0) @binding(2) var bilinear: sampler;
 @group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(4) var before: texture_2d<f32>;
-@group(0) @binding(5) var source: texture_2d<f32>;
+@group(0) @binding(4) var<storage, read> tiles: array<Tile>;
+@group(0) @binding(5) var before: texture_2d<f32>;
+@group(0) @binding(6) var source: texture_2d<f32>;
+
+fn fetch(line: f32, row: f32) -> vec3f {
+    return textureSampleLevel(sums, bilinear, (vec2f(line, row) + 0.5) * frame.scale, 0.0).rgb;
+}
+
+fn put(p: vec2u, sum: vec3f) { // pixels beyond the image are dropped by the store
+    var out = sum;
+    if (BASE) {
+        out += frame.base.rgb * textureLoad(source, p + u32(frame.base.w), 0).rgb;
+    }
+    if (ADD) {
+        out += textureLoad(before, p, 0).rgb;
+    }
+    textureStore(layer, p, vec4f(out, 1.0));
+}
+
+@compute @workgroup_size(TILE_WIDTH)
+fn across(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let tile = tiles[group.x];
+    let corner = tile.corner + vec2u(lane, 0u);
+    let t = f32(corner.x) + 0.5;
+    let per = 1.0 / (tile.minor.z + tile.minor.w * t);
+    let line = (f32(corner.y) + 0.5 - tile.minor.x - tile.minor.y * t) * per;
+    let row = tile.node.x + tile.node.y * t;
+    for (var i = 0u; i < STRIP; i++) {
+        put(corner + vec2u(0u, i), fetch(line + f32(i) * per, row));
+    }
+}
+
+@compute @workgroup_size(TILE_WIDTH)
+fn down(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let tile = tiles[group.x];
+    let corner = tile.corner + vec2u(lane, 0u);
+    let n = f32(corner.x) + 0.5 - tile.minor.x;
+    for (var i = 0u; i < STRIP; i++) {
+        let t = f32(corner.y + i) + 0.5;
+        put(corner + vec2u(0u, i), fetch((n - tile.minor.y * t) / (tile.minor.z + tile.minor.w * t), tile.node.x + tile.node.y * t));
+    }
+}
 
 fn choose(along_x: bool, positive: bool, right: vec4f, left: vec4f, down: vec4f, up: vec4f) -> vec4f {
     return select(select(up, down, positive), select(left, right, positive), along_x);
@@ -49,22 +98,14 @@ fn sum_at(p: vec2f) -> vec3f {
         line *= select(0.5, 1.0, far);
         k += select(0.0, 1.0, far);
     }
-    return textureSampleLevel(sums, bilinear, (vec2f(line, k + rate.w) + 0.5) * frame.scale, 0.0).rgb;
+    return fetch(line, k + rate.w);
 }
 
-@compute @workgroup_size(64)
-fn gather(@builtin(global_invocation_id) id: vec3u) {
+@compute @workgroup_size(TILE_WIDTH)
+fn mixed(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let corner = tiles[group.x].corner + vec2u(lane, 0u);
     for (var i = 0u; i < STRIP; i++) {
-        let p = vec2u(id.x, id.y * STRIP + i);
-        if (p.x < frame.size.x && p.y < frame.size.y) {
-            var out = max(frame.gain.rgb * sum_at(vec2f(p) + 0.5), vec3f(0.0));
-            if (BASE) {
-                out += frame.base.rgb * textureLoad(source, p + u32(frame.base.w), 0).rgb;
-            }
-            if (ADD) {
-                out += textureLoad(before, p, 0).rgb;
-            }
-            textureStore(layer, p, vec4f(out, 1.0));
-        }
+        let p = corner + vec2u(0u, i);
+        put(p, sum_at(vec2f(p) + 0.5));
     }
 }

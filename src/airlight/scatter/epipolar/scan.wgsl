@@ -26,6 +26,7 @@ struct Bundle {               // one workgroup's lines
     seed: vec4f,              // 1/(p + 1), or 0 where nothing lies nearer
     tail_seed: vec4f,
     more: vec4f,              // fifth tail seed; sum of c seed; sum of c' seed'; place of node 0 between the tail's nodes
+    gain: vec4f,              // of the light
 }
 
 struct Line {
@@ -84,7 +85,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             line[j].behind = here * bundle.more.z;
             line[j].ahead = line[j].behind;
             if (bundle.first == 0u) {
-                textureStore(sums, vec2u(index, bundle.row), vec4f(here * (bundle.more.y + bundle.more.z), 1.0));
+                textureStore(sums, vec2u(index, bundle.row), vec4f(bundle.gain.rgb * max(here * (bundle.more.y + bundle.more.z), vec3f(0.0)), 1.0));
             }
         } else {
             for (var k = 0u; k < POWERS; k++) { line[j].a[k] = inherited(bundle, index, k); }
@@ -96,7 +97,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 sum = mix(line[j].behind, line[j].ahead, bundle.more.w);
             }
             for (var k = 0u; k < POWERS; k++) { sum += weights(bundle.step, k).w * line[j].a[k]; }
-            textureStore(sums, vec2u(index, bundle.row), vec4f(sum, 1.0));
+            textureStore(sums, vec2u(index, bundle.row), vec4f(bundle.gain.rgb * max(sum, vec3f(0.0)), 1.0));
         }
     }
     var tail = bundle.tail;
@@ -138,7 +139,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 line[j].a[k] = w.x * line[j].a[k] + w.y * i1 + w.z * i2;
                 sum += w.w * line[j].a[k];
             }
-            textureStore(sums, vec2u(index, u32(extra.z)), vec4f(sum, 1.0));
+            textureStore(sums, vec2u(index, u32(extra.z)), vec4f(bundle.gain.rgb * max(sum, vec3f(0.0)), 1.0));
         }
     }
     if (bundle.keep == 1u) {

@@ -1,0 +1,143 @@
+"""Outputs that are whole or absent: checked before the work, written beside the target, renamed at the end."""
+
+import contextlib
+import errno
+import os
+import stat
+import tempfile
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO
+
+from airlight.errors import AirlightError, MachineError
+
+# Extension: OpenImageIO's format name and the bits that it can hold.
+OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {
+    ".png": ("png", (8, 16)),
+    ".jpg": ("jpeg", (8,)),
+    ".jpeg": ("jpeg", (8,)),
+    ".tif": ("tiff", (8, 16, 32)),
+    ".tiff": ("tiff", (8, 16, 32)),
+    ".webp": ("webp", (8,)),
+    ".exr": ("openexr", (16, 32)),
+    ".hdr": ("hdr", (32,)),
+}
+
+
+def output_format(path: str) -> tuple[str, tuple[int, ...]]:
+    """Format name and possible bits for the name's extension. Raises AirlightError for an unknown one."""
+    extension = os.path.splitext(path)[1].lower()
+    if extension not in OUTPUTS:
+        what = f"unknown extension {extension!r}" if extension else "no extension"
+        raise AirlightError(f"{path}: {what}; use one of {' '.join(OUTPUTS)}")
+    return OUTPUTS[extension]
+
+
+def check_output(
+    path: str | os.PathLike[str], inputs: Iterable[str | os.PathLike[str]] = (), overwrite: bool = False, image: bool = True
+) -> None:
+    """Refuse, before any heavy work, an output that could not or should not be written.
+
+    That is: an unknown extension (only if `image`), a missing or closed folder, one of `inputs` (also by link), and an
+    existing file unless `overwrite`. Raises AirlightError.
+    """
+    name = os.fsdecode(path)
+    if "\0" in name or not os.path.basename(name):
+        raise AirlightError(f"{name!r}: is not a file name; name the output file")
+    if image:
+        output_format(name)
+    target = os.path.realpath(name)
+    folder = os.path.dirname(target)
+    if not os.path.isdir(folder):
+        raise AirlightError(f"{name}: the folder {folder} does not exist; create it first")
+    try:
+        there = os.stat(target)
+    except FileNotFoundError:
+        there = None
+    except OSError as error:
+        raise AirlightError(f"{name}: cannot be written ({error.strerror}); choose another name") from error
+    if there is not None:
+        if not stat.S_ISREG(there.st_mode):
+            kind = "a folder" if stat.S_ISDIR(there.st_mode) else "not a regular file"
+            raise AirlightError(f"{name}: is {kind}; choose another name")
+        for source in inputs:
+            with contextlib.suppress(OSError, ValueError):
+                if os.path.samestat(there, os.stat(source)):
+                    raise AirlightError(f"{name}: is also an input; choose another output name")
+        if not overwrite:
+            raise AirlightError(f"{name}: exists already; pass -y/--overwrite to replace it")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise AirlightError(f"{name}: the folder {folder} cannot be written to; choose another or change its permissions")
+
+
+@contextlib.contextmanager
+def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator[BinaryIO]:
+    """A binary file to write to; at the end of the block it becomes `path`, whole, or after an exception nothing is left.
+
+    Raises MachineError when the disk is full or fails, AirlightError when the target appeared meanwhile.
+    """
+    name = os.fsdecode(path)
+    target = os.path.realpath(name)  # a link stays a link
+    folder = os.path.dirname(target)
+    temporary = ""
+    try:
+        try:
+            # A short name: the target's may have the full 255 bytes already.
+            temporary = os.path.join(folder, f".airlight-{os.urandom(6).hex()}")
+            with open(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            if overwrite:
+                with contextlib.suppress(FileNotFoundError):
+                    os.chmod(temporary, stat.S_IMODE(os.stat(target).st_mode))
+                os.replace(temporary, target)
+            else:
+                _rename_new(temporary, target)
+            _sync_folder(folder)
+        finally:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+    except FileExistsError as error:
+        raise AirlightError(f"{name}: exists already; pass -y/--overwrite to replace it") from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise MachineError(f"{name}: the disk is full; make room or choose another folder") from error
+        if error.errno in (errno.EIO, errno.EFBIG, errno.ENOMEM):
+            raise MachineError(f"{name}: could not be written ({reason}); check the disk") from error
+        raise AirlightError(f"{name}: could not be written ({reason}); choose another folder or name") from error
+
+
+def _rename_new(temporary: str, target: str) -> None:
+    """Rename without replacing: of two runs to one output the second fails."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links
+        if os.path.lexists(target):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), target) from None
+        os.replace(temporary, target)
+
+
+def _sync_folder(folder: str) -> None:
+    with contextlib.suppress(OSError):  # not every system can
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+@contextlib.contextmanager
+def scratch() -> Iterator[str]:
+    """The name of an empty file in memory, where libraries may write that would end the process on a full disk."""
+    if hasattr(os, "memfd_create") and os.path.isdir("/proc/self/fd"):
+        handle = os.memfd_create("airlight")
+        try:
+            yield f"/proc/self/fd/{handle}"
+        finally:
+            os.close(handle)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield os.path.join(folder, "scratch")

@@ -1,0 +1,146 @@
+"""Decoding, with what OpenImageIO does not do by itself: limits, regular files only, damage noticed."""
+
+import contextlib
+import os
+import stat
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError, AirlightWarning
+
+MAX_PIXELS = 2**27
+MAX_BYTES = 2**32
+MAX_CHANNELS = 256
+
+_MAGIC = (
+    (b"\x89PNG\r\n\x1a\n", "png"), (b"\xff\xd8\xff", "jpeg"), (b"II*\0", "tiff"), (b"MM\0*", "tiff"), (b"II+\0", "tiff"),
+    (b"MM\0+", "tiff"),
+    (b"v/1\x01", "openexr"), (b"#?RADIANCE", "hdr"), (b"#?RGBE", "hdr"), (b"BM", "bmp"), (b"GIF8", "gif"),
+    (b"\xff\x0a", "jpegxl"), (b"\0\0\0\x0cJXL ", "jpegxl"), (b"\0\0\0\x0cjP  ", "jpeg2000"),
+    (b"P1", "pnm"), (b"P2", "pnm"), (b"P3", "pnm"), (b"P4", "pnm"), (b"P5", "pnm"), (b"P6", "pnm"), (b"PF", "pnm"), (b"Pf", "pnm"),
+)  # fmt: skip
+
+
+def tell(message: str, level: int = 3) -> None:
+    warnings.warn(message, AirlightWarning, stacklevel=level)
+
+
+@contextlib.contextmanager
+def _opened(path: str) -> Iterator[tuple[str, bytes]]:
+    """A regular file's name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            kind = "a folder" if os.path.isdir(path) else "not a regular file"
+            raise AirlightError(f"{path}: is {kind}; give the name of an image file")
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise AirlightError(f"{path!s}: cannot be read ({reason}); check the name and the permissions") from error
+    try:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
+        head = os.read(handle, 4096)
+        name = f"/proc/self/fd/{handle}"
+        yield (name if os.path.exists(name) else path), head
+    finally:
+        os.close(handle)
+
+
+def _sniff(head: bytes, path: str) -> str:
+    if not head:
+        raise AirlightError(f"{path}: is empty; copy or export it again")
+    if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
+        return "webp"
+    for magic, name in _MAGIC:
+        if head.startswith(magic):
+            return name
+    raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR or HDR")
+
+
+def _one_line(text: str, name: str) -> str:
+    return " ".join(text.replace(name, "the file").split())[:200].rstrip(". ") or "no reason given"
+
+
+def _check_header(spec: Any, path: str) -> None:
+    if spec.deep:
+        raise AirlightError(f"{path}: is a deep EXR; flatten it first (Nuke: DeepToImage)")
+    if spec.width < 1 or spec.height < 1 or spec.depth > 1 or not 1 <= spec.nchannels <= MAX_CHANNELS:
+        raise AirlightError(f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels cannot be used; export it flat")
+    if spec.width * spec.height > MAX_PIXELS or spec.width * spec.height * spec.nchannels * 4 > MAX_BYTES:
+        raise AirlightError(
+            f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels is more than the limit of"
+            f" {MAX_PIXELS // 10**6} megapixels (4 GiB decoded); make it smaller first"
+        )
+
+
+def _code_type(spec: Any) -> str:
+    import OpenImageIO as oiio
+
+    kind = spec.format.basetype
+    if kind in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
+        return "float"
+    return "uint8" if kind in (oiio.UINT8, oiio.INT8) else "uint16"
+
+
+def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
+    """What can be had of a damaged file, missing rows black."""
+    step = max(1, spec.get_int_attribute("oiio:RowsPerChunk", 1))
+    result, found = None, False
+    for y in range(spec.y, spec.y + spec.height, step):
+        end = min(y + step, spec.y + spec.height)
+        rows = inp.read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, kind)
+        if rows is None:
+            continue
+        if result is None:
+            result = np.zeros((spec.height, spec.width, spec.nchannels), rows.dtype)
+        result[y - spec.y : end - spec.y] = np.reshape(rows, (end - y, spec.width, spec.nchannels))
+        found = True
+    return result if found else None
+
+
+def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
+    """All channels of the first picture, with spec, format name and the file's first bytes."""
+    import OpenImageIO as oiio
+
+    if on_damage not in ("error", "warn", "ignore"):
+        raise AirlightError(f"on-damage is {on_damage!r}; use error, warn or ignore")
+    oiio.attribute("limits:imagesize_MB", MAX_BYTES >> 20)
+    oiio.attribute("limits:resolution", 1 << 20)
+    oiio.attribute("limits:channels", MAX_CHANNELS)
+    hints = oiio.ImageSpec()
+    hints.attribute("oiio:UnassociatedAlpha", 1)
+    with _opened(path) as (name, head):
+        format = _sniff(head, path)
+        inp = oiio.ImageInput.open(name, hints)
+        text = oiio.geterror()
+        if inp is None:
+            raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
+        spec = oiio.ImageSpec(inp.spec())
+        text += inp.geterror()
+        pixels = None
+        try:
+            if inp.format_name() != format:
+                raise AirlightError(f"{path}: is damaged (begins as {format}, reads as {inp.format_name()}); export it again")
+            _check_header(spec, path)
+            kind = _code_type(spec)
+            pixels = inp.read_image(0, 0, 0, spec.nchannels, kind)
+            text += inp.geterror()
+            if pixels is None and on_damage != "error" and spec.tile_width == 0:
+                pixels = _salvage(inp, spec, kind)
+                inp.geterror()
+                text = text or "rows are missing"
+            parts = spec.get_int_attribute("oiio:subimages", 1)
+        finally:
+            inp.close()
+            text += inp.geterror() + oiio.geterror()
+    if pixels is None or (text and on_damage == "error"):
+        hint = "copy or export it again" if pixels is None else "copy or export it again, or pass --on-damage warn to use what is there"
+        raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
+    if text and on_damage == "warn":
+        tell(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
+    if parts > 1:
+        tell(f"{path}: holds {parts} pictures; only the first is used", 5)
+    return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head
