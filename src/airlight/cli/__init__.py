@@ -1,0 +1,122 @@
+"""The command line. Nothing heavy is imported before a command needs it, so that help comes at once."""
+
+import contextlib
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+import rich_click
+
+from airlight.cli.bench import bench
+from airlight.cli.image import image
+from airlight.cli.info import info
+from airlight.errors import AirlightError
+
+
+class _Stopped(Exception):
+    """Ctrl-C. click would turn KeyboardInterrupt into a blank line and an Abort."""
+
+
+class _Group(rich_click.RichGroup):
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise _Stopped from None
+
+
+@click.group(
+    cls=_Group,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    commands=[image, info, bench],  # type: ignore[arg-type]
+)
+@click.version_option(package_name="airlight", prog_name="airlight", message="%(prog)s %(version)s")
+@click.pass_context
+def cli(ctx: click.Context) -> None:
+    """Light shafts for photographs and renders."""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run a command and return the exit code: 0 done, 2 wrong usage or bad input, 1 a failure of the machine, 130 Ctrl-C."""
+    if args is None:
+        _prepare_process()
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", UserWarning)
+        warnings.showwarning = _show_warning
+        code = _guarded(lambda: cli.main(args, prog_name="airlight", standalone_mode=False))
+        return _guarded(_flush) or code
+
+
+def _guarded(work: Callable[[], Any]) -> int:
+    """The exit code of some work; whatever goes wrong becomes one line on stderr."""
+    try:
+        code = work()
+        return code if isinstance(code, int) else 0
+    except (_Stopped, KeyboardInterrupt, click.Abort):
+        _say("stopped; nothing half-written is left")
+        return 130
+    except click.ClickException as error:
+        _say(error.format_message())
+        return 2
+    except AirlightError as error:
+        _say(str(error))
+        return error.exit_code
+    except BrokenPipeError:  # `airlight info | head -1`
+        _drop_stdout()
+        return 1
+    except MemoryError:
+        _say("not enough memory; use a smaller picture or --quality draft")
+    except OSError as error:
+        _say(f"{error.filename or 'output'}: {error.strerror or error}")
+        _drop_stdout()
+    except Exception as error:
+        if os.environ.get("AIRLIGHT_TRACEBACK"):
+            import traceback
+
+            traceback.print_exc()
+        _say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
+    return 1
+
+
+def _say(text: str) -> None:
+    """One line on stderr, whatever the text holds."""
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    with contextlib.suppress(OSError, ValueError):
+        click.echo(f"airlight: {line}", err=True)
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    _say(f"warning: {message}")
+
+
+def _flush() -> None:
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _drop_stdout() -> None:
+    """Stdout cannot be written to: what is left in its buffer goes nowhere, or Python would complain at exit."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _prepare_process() -> None:
+    for handle in range(3):  # a closed one would be given to the next file that is opened, which prints would then land in
+        try:
+            os.fstat(handle)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # file names that are not text, symbols that the locale lacks
+    for name in ("SIGTERM", "SIGHUP"):  # an exit that runs the handlers which remove temporary files
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, lambda got, _: sys.exit(128 + got))

@@ -49,6 +49,32 @@ def _opened(path: str) -> Iterator[tuple[str, bytes]]:
         os.close(handle)
 
 
+def problem(source: Any) -> str:
+    """OpenImageIO's error text; it may quote bytes of the file."""
+    try:
+        return str(source.geterror())
+    except UnicodeDecodeError:
+        return "its contents make no sense"
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Libpng prints its errors itself, beside those that OpenImageIO hands on."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # stderr is closed
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(nowhere)
+        os.close(kept)
+
+
 def _sniff(head: bytes, path: str) -> str:
     if not head:
         raise AirlightError(f"{path}: is empty; copy or export it again")
@@ -112,14 +138,16 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     oiio.attribute("limits:channels", MAX_CHANNELS)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
-    with _opened(path) as (name, head):
+    with _opened(path) as (name, head), contextlib.ExitStack() as quiet:
         format = _sniff(head, path)
+        if format == "png":
+            quiet.enter_context(_quiet())
         inp = oiio.ImageInput.open(name, hints)
-        text = oiio.geterror()
+        text = problem(oiio)
         if inp is None:
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
-        text += inp.geterror()
+        text += problem(inp)
         pixels = None
         try:
             if inp.format_name() != format:
@@ -127,15 +155,15 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
             _check_header(spec, path)
             kind = _code_type(spec)
             pixels = inp.read_image(0, 0, 0, spec.nchannels, kind)
-            text += inp.geterror()
+            text += problem(inp)
             if pixels is None and on_damage != "error" and spec.tile_width == 0:
                 pixels = _salvage(inp, spec, kind)
-                inp.geterror()
+                problem(inp)
                 text = text or "rows are missing"
             parts = spec.get_int_attribute("oiio:subimages", 1)
         finally:
             inp.close()
-            text += inp.geterror() + oiio.geterror()
+            text += problem(inp) + problem(oiio)
     if pixels is None or (text and on_damage == "error"):
         hint = "copy or export it again" if pixels is None else "copy or export it again, or pass --on-damage warn to use what is there"
         raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")

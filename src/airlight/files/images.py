@@ -192,13 +192,20 @@ def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
     )
 
 
+def _checked(path: str | os.PathLike[str], on_damage: str) -> Picture:
+    try:
+        return _load(path, on_damage)
+    except UnicodeDecodeError as error:  # from names within the file
+        raise AirlightError(f"{os.fsdecode(path)}: is damaged (names that are not UTF-8); copy or export it again") from error
+
+
 def read_image(path: str | os.PathLike[str], on_damage: str = "error") -> Picture:
     """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
 
     `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
     NaN and Inf are mended (`repair`). Raises AirlightError for anything that is no usable picture; warns with AirlightWarning.
     """
-    picture = _load(path, on_damage)
+    picture = _checked(path, on_damage)
     if picture.codes.dtype.kind == "f":
         picture.codes = repair(picture.codes, picture.path)
         if picture.alpha is not None:
@@ -211,7 +218,7 @@ def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: boo
 
     With `depth` an EXR's channel Z (or depth.Z) is taken where there is one; infinite depths become the largest finite one.
     """
-    picture = _load(path, on_damage)
+    picture = _checked(path, on_damage)
     if depth and picture.extra is not None:
         for i, name in enumerate(picture.extra_names):
             if name.upper() in ("Z", "DEPTH.Z", "DEPTH"):

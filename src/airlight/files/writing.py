@@ -1,5 +1,6 @@
 """Pictures to files: encoded in memory, verified, and only then put in place."""
 
+import contextlib
 import os
 import shutil
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.colour import alpha_of, encode_codes, is_neutral
-from airlight.files.decode import tell
+from airlight.files.decode import problem, tell
 from airlight.files.images import Picture
 
 HALF_MOST = 65504.0
@@ -151,8 +152,9 @@ def _spec(
     names = (["R", "G", "B"] if colours == 3 else ["Y"]) + (["A"] if alpha else [])
     if like is not None:
         for item in like.spec.extra_attribs:
-            if not item.name.startswith(_STORAGE):
-                spec.attribute(item.name, item.type, item.value)
+            with contextlib.suppress(UnicodeDecodeError):  # text in an unknown encoding cannot be handed on
+                if not item.name.startswith(_STORAGE):
+                    spec.attribute(item.name, item.type, item.value)
     if format == "openexr":
         kinds = [kind] * len(names) + (["half"] * 3 if layer else [])
         names += ["airlight.R", "airlight.G", "airlight.B"] if layer else []
@@ -196,14 +198,14 @@ def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -
 
     out = oiio.ImageOutput.create(format)
     if out is None:
-        raise MachineError(f"{name}: this OpenImageIO cannot write {format} ({oiio.geterror()}); use another format")
+        raise MachineError(f"{name}: this OpenImageIO cannot write {format} ({problem(oiio)}); use another format")
     fine = out.open(memory, spec)
-    text = out.geterror()
+    text = problem(out)
     if fine:
         fine = out.write_image(codes)
-        text += out.geterror()
+        text += problem(out)
         fine = out.close() and fine
-        late = out.geterror()
+        late = problem(out)
         # OpenImageIO 3.2 says so of every TIFF without Exif data, and the file is right.
         text += "" if late.startswith("failed TIFFWriteCustomDirectory() of the Exif data") else late
     if not fine or text:
@@ -217,13 +219,13 @@ def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
     inp = oiio.ImageInput.open(memory, hints)
-    back, text = None, oiio.geterror()
+    back, text = None, problem(oiio)
     if inp is not None:
         kind = codes.dtype.name if codes.dtype.kind == "u" else "float"
         back = inp.read_image(0, 0, 0, codes.shape[2], kind)
-        text += inp.geterror()
+        text += problem(inp)
         inp.close()
-        text += inp.geterror()
+        text += problem(inp)
     exact = format in ("png", "tiff")
     if text or back is None or back.shape[:2] != codes.shape[:2] or (exact and not np.array_equal(np.reshape(back, codes.shape), codes)):
         raise MachineError(f"{name}: did not read back as it was written; nothing was saved, try again or another format")

@@ -1,0 +1,33 @@
+"""docs/parameters.md from the declarations and presets: `python -m airlight.cli.docs [FILE]`."""
+
+import sys
+from itertools import groupby
+from pathlib import Path
+
+from airlight import presets
+from airlight.cli.options import Declared, declared
+
+
+def _row(p: Declared) -> str:
+    unit = f" ({p.unit})" if p.unit else ""
+    default = "–" if p.default is None else f"`{p.default}`"
+    return f"| `{p.name}` | `{p.option}` | {p.range}{unit} | {default} | {p.description} | {p.source} |"
+
+
+def page() -> str:
+    lines = ["# Parameters", "", "Made by `python -m airlight.cli.docs` from `airlight/parameters.py` and the presets; do not edit."]
+    groups = dict.fromkeys(p.group for p in declared())
+    for group, members in groupby(sorted(declared(), key=lambda p: list(groups).index(p.group)), key=lambda p: p.group):
+        lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |", "|---|---|---|---|---|---|"]
+        lines += map(_row, members)
+    lines += ["", "## Presets", "", "| name | what it is | values |", "|---|---|---|"]
+    for name in presets.names():
+        values = ", ".join(f"{key} {value}" for key, value in presets.load(name).items())
+        lines.append(f"| `{name}` | {presets.description(name)} | {values} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/parameters.md")
+    target.parent.mkdir(exist_ok=True)
+    target.write_text(page(), encoding="utf-8")

@@ -1,0 +1,204 @@
+"""`airlight image`: light shafts on a picture."""
+
+import dataclasses
+import os
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+import rich_click
+
+from airlight import presets
+from airlight.cli.light import LightText, LightType, place
+from airlight.cli.options import gather, given, parameter_options
+from airlight.errors import AirlightError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from airlight.files import Picture
+    from airlight.lights import Light
+
+
+def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        for name in presets.names():
+            click.echo(f"{name:10} {presets.description(name)}")
+        ctx.exit()
+
+
+def _file(*names: str, **more: Any) -> Any:
+    return click.option(*names, type=click.Path(), metavar="FILE", **more)
+
+
+@click.command(cls=rich_click.RichCommand)
+@click.argument("source", metavar="IN", type=click.Path())
+@_file("-o", "--output", required=True, help="The picture to write; the extension says the format.")
+@click.option(
+    "--light",
+    "written",
+    type=LightType(),
+    multiple=True,
+    default=("auto",),
+    help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds the brightest place. "
+    'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+)
+@click.option("--origin", type=click.Choice(["top", "bottom"]), default="top", help="Where y of the light counts from (Nuke, Blender: bottom).")
+@click.option("--preset", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@click.option("--list-presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets and exit.")
+@parameter_options
+@_file("--mask", help="An image of the same size; white emits.")
+@click.option("--mask-invert", is_flag=True, help="Black emits instead.")
+@_file("--depth", help="An image of the same size, for --occlusion depth: what is far emits.")
+@click.option("--depth-near", type=click.Choice(["black", "white"]), default="black", help="Which end of the depth image is near.")
+@_file("--layer", help="Also write the shafts alone.")
+@_file("--occlusion-fraction", help="Also write the part of each ray that is occluded, D of GPU Gems 3 ch. 13 Eq. 2 (white: all).")
+@click.option("-y", "--overwrite", is_flag=True, help="Replace outputs that exist.")
+@click.option("-n", "--skip-existing", is_flag=True, help="Do nothing if the output exists.")
+@click.option("--on-damage", type=click.Choice(["error", "warn", "ignore"]), default="error", help="What to do with a damaged input.")
+@click.option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@click.option("--profile", is_flag=True, help="Show where the time goes.")
+@click.pass_context
+def image(
+    ctx: click.Context,
+    source: str,
+    output: str,
+    written: Sequence[LightText],
+    origin: str,
+    preset: str | None,
+    mask: str | None,
+    mask_invert: bool,
+    depth: str | None,
+    depth_near: str,
+    layer: str | None,
+    occlusion_fraction: str | None,
+    overwrite: bool,
+    skip_existing: bool,
+    on_damage: str,
+    device: str | None,
+    profile: bool,
+    **_: Any,
+) -> None:
+    """Add light shafts to the picture IN."""
+    if overwrite and skip_existing:
+        raise AirlightError("-y/--overwrite and -n/--skip-existing exclude each other; give one")
+    if skip_existing and os.path.lexists(output):
+        click.echo(f"{output} exists: skipped", err=True)
+        return
+    if mask_invert and mask is None:
+        raise AirlightError("--mask-invert inverts the image of --mask; give both")
+    if occlusion_fraction is not None and len(written) > 1:
+        raise AirlightError("--occlusion-fraction belongs to one light; give one --light")
+    values = gather(ctx, preset)
+    if depth is not None:
+        values.setdefault("occlusion", "depth")  # what else would it be given for?
+    elif values.get("occlusion") == "depth":
+        raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
+    if given(ctx, "depth_near") and depth is None:
+        raise AirlightError("--depth-near describes the image of --depth; give both")
+    parameters, *others = presets.build(values).values()
+    composite = others[0] if others else None
+
+    from airlight import api, files
+
+    _check_outputs([output, layer, occlusion_fraction], [source, mask, depth, preset], overwrite)
+    gpu = None
+    if device is not None:
+        from airlight.gpu.device import open_device
+
+        gpu = open_device(device)
+    spent = _Spent()
+    picture = files.read_image(source, on_damage)
+    emits = None if mask is None else files.read_mask(mask, on_damage)
+    if emits is not None and mask_invert:
+        emits = 1 - emits
+    far = None if depth is None else files.read_mask(depth, on_damage, depth=True)
+    if far is not None and depth_near == "white":
+        far = (far.max() if far.max() > 1 else 1) - far
+    spent.lap("read")
+    lights = _lights(written, picture, origin)
+    spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
+
+    passes: list[tuple[str, float]] = []
+    done = api.render_picture(
+        picture, lights, parameters, composite, mask=emits, depth=far, device=gpu, profile=passes if profile else None
+    )
+    fraction = None
+    if occlusion_fraction is not None:
+        keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
+        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=gpu, **keys)
+    spent.lap("render")
+
+    beside = done.layer if output.lower().endswith(".exr") else None
+    files.write_image(
+        output, done.pixels, picture, changed=done.changed, alpha=picture.alpha, layer=beside, overwrite=overwrite, encoded=done.encoded
+    )
+    if layer is not None:
+        bare = dataclasses.replace(
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+        )
+        files.write_image(layer, done.layer, bare, overwrite=overwrite)
+    if occlusion_fraction is not None and fraction is not None:
+        _write_data(occlusion_fraction, fraction, overwrite)
+    spent.lap("write")
+    if profile:
+        _show_profile(spent, passes)
+
+
+def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], overwrite: bool) -> None:
+    """Refuse outputs that cannot be written before the work begins."""
+    from airlight import files
+
+    seen: set[str] = set()
+    for path in outputs:
+        if path is not None:
+            files.check_output(path, [p for p in inputs if p is not None], overwrite)
+            if os.path.realpath(path) in seen:
+                raise AirlightError(f"{path}: is named for two outputs; give each a name of its own")
+            seen.add(os.path.realpath(path))
+
+
+def _lights(written: Sequence[LightText], picture: "Picture", origin: str) -> "list[Light]":
+    found = None
+    if any(w.position == "auto" for w in written):
+        from airlight.detect import find_light
+
+        found = find_light(picture.linear())
+        if found is None:
+            raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
+        x, y = found.position
+        click.echo(f"light at {x:.3f},{y:.3f} ({x * picture.width:.0f}px,{y * picture.height:.0f}px)", err=True)
+    return [w.light(*found.position) if found and w.position == "auto" else place(w, picture, origin) for w in written]
+
+
+def _write_data(path: str, values: "np.ndarray", overwrite: bool) -> None:
+    """Numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
+    import numpy as np
+
+    from airlight import files
+
+    grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
+    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite)
+
+
+class _Spent:
+    """Wall time by step."""
+
+    def __init__(self) -> None:
+        self.steps: list[tuple[str, float]] = []
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        if name:
+            self.steps.append((name, (now - self._last) * 1e3))
+        self._last = now
+
+
+def _show_profile(spent: _Spent, passes: Sequence[tuple[str, float]]) -> None:
+    for name, ms in spent.steps:
+        click.echo(f"{name:24} {ms:9.2f} ms", err=True)
+        if name == "render":
+            for label, part in passes:
+                click.echo(f"  {label:22} {part:9.2f} ms", err=True)

@@ -1,0 +1,115 @@
+"""Command-line options made from the declared parameters."""
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import click
+import msgspec
+import rich_click
+from msgspec import inspect
+
+from airlight import presets
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Declared:
+    """What a declaration says about one parameter."""
+
+    name: str
+    default: Any
+    kind: type  # int, float, bool or str
+    choices: tuple[str, ...]
+    low: float | None
+    low_open: bool
+    high: float | None
+    high_open: bool
+    description: str
+    group: str
+    source: str
+    unit: str
+
+    @property
+    def option(self) -> str:
+        return "--" + self.name.replace("_", "-")
+
+    @property
+    def range(self) -> str:
+        """`1 … 100`, `> 0, ≤ 16`, or the choices."""
+        if self.choices:
+            return ", ".join(self.choices)
+        low = "" if self.low is None else f"{'>' if self.low_open else '≥'} {self.low:g}"
+        high = "" if self.high is None else f"{'<' if self.high_open else '≤'} {self.high:g}"
+        return ", ".join(part for part in (low, high) if part)
+
+
+@functools.cache
+def declared() -> tuple[Declared, ...]:
+    """Every parameter of every declaration, in order."""
+    return tuple(_declared(field) for struct in presets.structs() for field in msgspec.structs.fields(struct))
+
+
+def _declared(field: msgspec.structs.FieldInfo) -> Declared:
+    kind, said, notes = inspect.type_info(field.type), {}, {}
+    while isinstance(kind, (inspect.Metadata, inspect.UnionType)):
+        if isinstance(kind, inspect.Metadata):
+            said = {**(kind.extra_json_schema or {}), **said}
+            notes = {**(kind.extra or {}), **notes}
+            kind = kind.type
+        else:  # float | None
+            kind = next(t for t in kind.types if not isinstance(t, inspect.NoneType))
+    number = isinstance(kind, (inspect.IntType, inspect.FloatType))
+    ge, gt, le, lt = (getattr(kind, bound) if number else None for bound in ("ge", "gt", "le", "lt"))
+    return Declared(
+        name=field.name,
+        default=field.default,
+        kind={inspect.IntType: int, inspect.FloatType: float, inspect.BoolType: bool}.get(type(kind), str),
+        choices=tuple(str(v) for v in kind.values) if isinstance(kind, inspect.LiteralType) else (),
+        low=ge if gt is None else gt,
+        low_open=gt is not None,
+        high=le if lt is None else lt,
+        high_open=lt is not None,
+        description=said.get("description", ""),
+        group=notes.get("group", "other"),
+        source=notes.get("source", ""),
+        unit=notes.get("unit", ""),
+    )
+
+
+def parameter_options(command: F) -> F:
+    """Decorator: one option for each declared parameter, in a panel for each group."""
+    for parameter in reversed(declared()):
+        command = _option(parameter)(command)
+    return command
+
+
+def _option(p: Declared) -> Callable[[F], F]:
+    kind: Any = p.kind
+    if p.choices:
+        kind = click.Choice(p.choices)
+    elif p.kind in (int, float):
+        kind = (click.IntRange if p.kind is int else click.FloatRange)(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
+    return click.option(
+        f"{p.option}/--no-{p.option[2:]}" if p.kind is bool else p.option,
+        p.name,
+        cls=rich_click.RichOption,
+        type=kind,
+        default=p.default,
+        show_default=p.default is not None,
+        panel=p.group.capitalize(),
+        help=f"{p.description}{f' ({p.unit})' if p.unit else ''}. {p.source}",
+    )
+
+
+def given(ctx: click.Context, name: str) -> bool:
+    """Whether the user wrote this option, and not just its default holds."""
+    return ctx.get_parameter_source(name) not in (click.core.ParameterSource.DEFAULT, click.core.ParameterSource.DEFAULT_MAP, None)
+
+
+def gather(ctx: click.Context, preset: str | None) -> dict[str, Any]:
+    """The values that differ from the defaults: the preset's, and over them those of the command line."""
+    values = presets.load(preset) if preset is not None else {}
+    return values | {p.name: ctx.params[p.name] for p in declared() if given(ctx, p.name)}
