@@ -11,9 +11,7 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli.bench import bench
-from airlight.cli.image import image
-from airlight.cli.info import info
+from airlight.cli import bench, image, info
 from airlight.errors import AirlightError
 
 
@@ -33,7 +31,7 @@ class _Group(rich_click.RichGroup):
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    commands=[image, info, bench],  # type: ignore[arg-type]
+    commands=[image.image, info.info, bench.bench],  # type: ignore[arg-type]
 )
 @click.version_option(package_name="airlight", prog_name="airlight", message="%(prog)s %(version)s")
 @click.pass_context

@@ -1,7 +1,6 @@
 """docs/parameters.md from the declarations and presets: `python -m airlight.cli.docs [FILE]`."""
 
 import sys
-from itertools import groupby
 from pathlib import Path
 
 from airlight import presets
@@ -16,10 +15,9 @@ def _row(p: Declared) -> str:
 
 def page() -> str:
     lines = ["# Parameters", "", "Made by `python -m airlight.cli.docs` from `airlight/parameters.py` and the presets; do not edit."]
-    groups = dict.fromkeys(p.group for p in declared())
-    for group, members in groupby(sorted(declared(), key=lambda p: list(groups).index(p.group)), key=lambda p: p.group):
-        lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |", "|---|---|---|---|---|---|"]
-        lines += map(_row, members)
+    for group in dict.fromkeys(p.group for p in declared()):
+        lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |"]
+        lines += ["|---|---|---|---|---|---|", *(_row(p) for p in declared() if p.group == group)]
     lines += ["", "## Presets", "", "| name | what it is | values |", "|---|---|---|"]
     for name in presets.names():
         values = ", ".join(f"{key} {value}" for key, value in presets.load(name).items())

@@ -1,6 +1,7 @@
 """`airlight image`: light shafts on a picture."""
 
 import dataclasses
+import functools
 import os
 import time
 from collections.abc import Sequence
@@ -28,37 +29,54 @@ def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
         ctx.exit()
 
 
-def _file(*names: str, **more: Any) -> Any:
-    return click.option(*names, type=click.Path(), metavar="FILE", **more)
+LIGHT, OCCLUSION, FILES = "Light", "Occlusion", "Files"  # panels of the help
+_option = functools.partial(click.option, cls=rich_click.RichOption)
 
 
-@click.command(cls=rich_click.RichCommand)
+def _file(name: str, short: str | None, panel: str, help: str, required: bool = False) -> Any:
+    names = [name] if short is None else [short, name]
+    return _option(*names, panel=panel, help=help, required=required, type=click.Path(), metavar="FILE")
+
+
+def _choice(name: str, panel: str, values: Sequence[str], help: str) -> Any:
+    return _option(name, panel=panel, help=help, type=click.Choice(values), default=values[0])
+
+
+def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
+    names = [name] if short is None else [short, name]
+    return _option(*names, panel=panel, help=help, is_flag=True)
+
+
+@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("source", metavar="IN", type=click.Path())
-@_file("-o", "--output", required=True, help="The picture to write; the extension says the format.")
-@click.option(
+@_file("--output", "-o", FILES, "The picture to write; the extension says the format.", required=True)
+@_option(
     "--light",
     "written",
+    panel=LIGHT,
     type=LightType(),
     multiple=True,
     default=("auto",),
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds the brightest place. "
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
-@click.option("--origin", type=click.Choice(["top", "bottom"]), default="top", help="Where y of the light counts from (Nuke, Blender: bottom).")
-@click.option("--preset", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-@click.option("--list-presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets and exit.")
+@_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
+@_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@_option(
+    "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
+)
 @parameter_options
-@_file("--mask", help="An image of the same size; white emits.")
-@click.option("--mask-invert", is_flag=True, help="Black emits instead.")
-@_file("--depth", help="An image of the same size, for --occlusion depth: what is far emits.")
-@click.option("--depth-near", type=click.Choice(["black", "white"]), default="black", help="Which end of the depth image is near.")
-@_file("--layer", help="Also write the shafts alone.")
-@_file("--occlusion-fraction", help="Also write the part of each ray that is occluded, D of GPU Gems 3 ch. 13 Eq. 2 (white: all).")
-@click.option("-y", "--overwrite", is_flag=True, help="Replace outputs that exist.")
-@click.option("-n", "--skip-existing", is_flag=True, help="Do nothing if the output exists.")
-@click.option("--on-damage", type=click.Choice(["error", "warn", "ignore"]), default="error", help="What to do with a damaged input.")
-@click.option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
-@click.option("--profile", is_flag=True, help="Show where the time goes.")
+@_file("--mask", None, OCCLUSION, "An image of the same size; white emits.")
+@_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
+@_file("--depth", None, OCCLUSION, "An image of the same size; what is far emits.")
+@_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
+@_file("--layer", None, FILES, "Also write the shafts alone.")
+@_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
+@_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
+@_flag("--skip-existing", "-n", FILES, "Do nothing if the output exists.")
+@_choice("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
+@_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@_flag("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def image(
     ctx: click.Context,

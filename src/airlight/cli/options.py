@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 import click
 import msgspec
@@ -53,7 +53,9 @@ def declared() -> tuple[Declared, ...]:
 
 
 def _declared(field: msgspec.structs.FieldInfo) -> Declared:
-    kind, said, notes = inspect.type_info(field.type), {}, {}
+    kind = inspect.type_info(field.type)
+    said: dict[str, Any] = {}
+    notes: dict[str, Any] = {}
     while isinstance(kind, (inspect.Metadata, inspect.UnionType)):
         if isinstance(kind, inspect.Metadata):
             said = {**(kind.extra_json_schema or {}), **said}
@@ -67,7 +69,7 @@ def _declared(field: msgspec.structs.FieldInfo) -> Declared:
         name=field.name,
         default=field.default,
         kind={inspect.IntType: int, inspect.FloatType: float, inspect.BoolType: bool}.get(type(kind), str),
-        choices=tuple(str(v) for v in kind.values) if isinstance(kind, inspect.LiteralType) else (),
+        choices=_choices(field.type),
         low=ge if gt is None else gt,
         low_open=gt is not None,
         high=le if lt is None else lt,
@@ -77,6 +79,13 @@ def _declared(field: msgspec.structs.FieldInfo) -> Declared:
         source=notes.get("source", ""),
         unit=notes.get("unit", ""),
     )
+
+
+def _choices(annotation: Any) -> tuple[str, ...]:
+    """The values of the Literal within an annotation, in the order in which they are written (msgspec sorts them)."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return next((found for part in get_args(annotation) if (found := _choices(part))), ())
 
 
 def parameter_options(command: F) -> F:
@@ -91,7 +100,8 @@ def _option(p: Declared) -> Callable[[F], F]:
     if p.choices:
         kind = click.Choice(p.choices)
     elif p.kind in (int, float):
-        kind = (click.IntRange if p.kind is int else click.FloatRange)(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
+        kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
+        kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
     return click.option(
         f"{p.option}/--no-{p.option[2:]}" if p.kind is bool else p.option,
         p.name,

@@ -9,10 +9,10 @@ from airlight.gpu.device import Device
 from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, tail_schedule
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
 
-SCAN, GATHER = "scatter/epipolar/scan.wgsl", "scatter/epipolar/gather.wgsl"
-WIDTH = 8  # scan.wgsl
+SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
+GATHER = "scatter/epipolar/gather.wgsl"
 TILE_WIDTH = 64  # gather.wgsl
-TILE = np.dtype([("corner", "u4", 2), ("node", "f4", 2), ("minor", "f4", 4)])
+TILE = np.dtype([("corner", "u4", 2), ("", "u4", 2), ("minor", "f4", 4), ("node", "f4", 4), ("rate", "f4", 4)])
 BUNDLE = np.dtype(
     [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "first", "state_in", "lines_in", "state_out", "keep")]
     + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "more", "gain")]
@@ -165,28 +165,32 @@ def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, 
     pieces = node[..., :3] + rate[..., :3] * t[..., None]
     piece = pieces.argmin(axis=-1)
     far = ((t > node[..., 3]) == (quadrant % 2 == 0)) if zones == 2 else np.ones(t.shape, bool)
-    one = np.logical_and.reduce([np.ptp(a, axis=1) == 0 for a in (quadrant, piece, far.astype(int))])
-    one &= pieces.min(axis=(1, 2)) >= 0
+    inside = (pieces.min(axis=-1) >= 0).all(axis=1)
+    one_quadrant = np.ptp(quadrant, axis=1) == 0
+    across = one_quadrant & (quadrant[:, 0] < 2) & (np.abs(dx).min(axis=1) > 0)
+    down = one_quadrant & ~across & (np.ptp(piece, axis=1) == 0) & (np.ptp(far.astype(int), axis=1) == 0) & inside & (quadrant[:, 0] >= 2)
     out = np.zeros(len(x), TILE)
     out["corner"] = np.stack([x, y], axis=1)
-    q, k, f, index = quadrant[:, 0], piece[:, 0], far[:, 0], np.arange(len(x))
-    out["node"][:, 0] = node[index, 0, k] + rate[:, 0, 3] + (f if zones == 2 else 0)
-    out["node"][:, 1] = rate[index, 0, k]
-    out["minor"] = frame["quadrants"]["minor"][q] * np.stack([np.ones(len(x))] * 2 + [np.where(f, 1, 2)] * 2, axis=1)
-    return {"across": out[one & (q < 2)], "down": out[one & (q >= 2)], "mixed": out[~one]}
+    for name in ("minor", "node", "rate"):
+        out[name] = frame["quadrants"][name][quadrant[:, 0]]
+    k, f, index = piece[:, 0], far[:, 0], np.arange(len(x))
+    out["node"][down, 0] = (node[index, 0, k] + rate[:, 0, 3] + (f if zones == 2 else 0))[down]
+    out["rate"][down, 0] = rate[index, 0, k][down]
+    out["minor"][down, 2:] *= np.where(f, 1, 2)[down, None]
+    return {"across": out[across], "down": out[down], "mixed": out[~across & ~down]}
 
 
 class EpipolarPlan:
     """The passes of one light over a source of fixed size. `record` allocates nothing."""
 
     def __init__(self, device: Device, size: tuple[int, int], light: tuple[float, float], *, density: float, lam: float, border: str, quality: str | Fineness,
-                 source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1), base: Any = None, lines: int | None = None) -> None:  # fmt: skip
+                 source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1), base: Any = None) -> None:  # fmt: skip
         fine = QUALITY[quality] if isinstance(quality, str) else quality
         self.device, self.size = device, size
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
         self.grid = Grid(size, light, self.mix, lam, density, fine, border, device.max_side)
-        per = lines or (8 if device.is_cpu else 1)
-        data = tables(self.grid, apron, WIDTH * per, gain)
+        shader, lines = SCANS["four" if device.is_cpu else "one"]
+        data = tables(self.grid, apron, lines, gain)
         frame = data.frame
         frame["size"], frame["light"] = size, light
         frame["diagonal"] = light[0] - light[1], light[0] + light[1]
@@ -197,13 +201,13 @@ class EpipolarPlan:
         table = device.texture(8, len(data.table), "rgba32float", target=False)
         device.write(table, np.ascontiguousarray(data.table), 8 * 16)
         self.state = device.buffer(size=4 * data.states)
-        constants = {"POWERS": len(self.mix.p), "TAIL": len(self.mix.tail_p), "LINES": per}
+        constants = {"POWERS": len(self.mix.p), "TAIL": len(self.mix.tail_p)}
         self.scans = []
         for zone, bundles in enumerate(data.zones):
             if len(bundles) == 0:
                 continue
-            pipeline = device.pipeline(SCAN, "scan", FIRST_ZONE=zone == 0, **constants)
-            bind = device.bind(SCAN, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
+            pipeline = device.pipeline(shader, "scan", FIRST_ZONE=zone == 0, **constants)
+            bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((pipeline, bind, len(bundles)))
         strip = 8 if device.is_cpu else 1
         spare = before if before is not None else source
@@ -211,9 +215,7 @@ class EpipolarPlan:
         self.gathers = []
         for entry, some in tiles(size, light, frame, fine.zones, strip).items():
             if len(some):
-                flags = {"STRIP": strip, "ADD": before is not None, "BASE": base is not None}
-                if entry == "mixed":
-                    flags["ZONES"] = fine.zones
+                flags = {"STRIP": strip, "ADD": before is not None, "BASE": base is not None, "ZONES": fine.zones}
                 pipeline = device.pipeline(GATHER, entry, **flags)
                 bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, device.buffer(some.tobytes()), spare, source)
                 self.gathers.append((pipeline, bind, len(some)))

@@ -1,7 +1,6 @@
 // The way back: each pixel finds its line and node, and fetches S with one bilinear sample.
-// The host sorts tiles of TILE_WIDTH x STRIP pixels: `across` lies in the right or left quadrant, in one zone and with
-// one size of step, so that a column has one node; `down` likewise in the lower or upper quadrant, where a row has one;
-// `mixed` is any other. Selecting per pixel among the quadrants costs three times the fetch.
+// The host sorts tiles of TILE_WIDTH x STRIP pixels: `across` lies in the right or left quadrant, where a column has one
+// node; `down` in the lower or upper quadrant, in one zone and with one size of step; `mixed` is any other. Selecting per pixel among the quadrants costs three times the fetch.
 override STRIP: u32 = 8u;     // pixels of a column an invocation
 override ZONES: u32 = 2u;     // 1..2
 override ADD: bool = false;   // add to what earlier lights gave
@@ -26,8 +25,9 @@ struct Frame {
 
 struct Tile {
     corner: vec2u,
-    node: vec2f,              // texture row = x + y t
-    minor: vec4f,             // as a quadrant's, the zone's stride included
+    minor: vec4f,             // as a quadrant's; for `down` with the zone's stride
+    node: vec4f,              // as a quadrant's; for `down` the row is node.x + rate.x t
+    rate: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -40,6 +40,17 @@ struct Tile {
 
 fn fetch(line: f32, row: f32) -> vec3f {
     return textureSampleLevel(sums, bilinear, (vec2f(line, row) + 0.5) * frame.scale, 0.0).rgb;
+}
+
+/// The texture row at t, and the factor of the line's index in its zone.
+fn along(node: vec4f, rate: vec4f, t: f32, positive: bool) -> vec2f {
+    let k3 = node.xyz + rate.xyz * t;
+    let k = rate.w + max(min(min(k3.x, k3.y), k3.z), 0.0);
+    if (ZONES == 1u) {
+        return vec2f(k, 1.0);
+    }
+    let far = (t > node.w) == positive;
+    return select(vec2f(k, 0.5), vec2f(k + 1.0, 1.0), far);
 }
 
 fn put(p: vec2u, sum: vec3f) { // pixels beyond the image are dropped by the store
@@ -58,11 +69,11 @@ fn across(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     let tile = tiles[group.x];
     let corner = tile.corner + vec2u(lane, 0u);
     let t = f32(corner.x) + 0.5;
-    let per = 1.0 / (tile.minor.z + tile.minor.w * t);
+    let place = along(tile.node, tile.rate, t, tile.minor.w > 0.0);
+    let per = place.y / (tile.minor.z + tile.minor.w * t);
     let line = (f32(corner.y) + 0.5 - tile.minor.x - tile.minor.y * t) * per;
-    let row = tile.node.x + tile.node.y * t;
     for (var i = 0u; i < STRIP; i++) {
-        put(corner + vec2u(0u, i), fetch(line + f32(i) * per, row));
+        put(corner + vec2u(0u, i), fetch(line + f32(i) * per, place.x));
     }
 }
 
@@ -73,7 +84,8 @@ fn down(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let n = f32(corner.x) + 0.5 - tile.minor.x;
     for (var i = 0u; i < STRIP; i++) {
         let t = f32(corner.y + i) + 0.5;
-        put(corner + vec2u(0u, i), fetch((n - tile.minor.y * t) / (tile.minor.z + tile.minor.w * t), tile.node.x + tile.node.y * t));
+        let line = (n - tile.minor.y * t) / (tile.minor.z + tile.minor.w * t);
+        put(corner + vec2u(0u, i), fetch(line, tile.node.x + tile.rate.x * t));
     }
 }
 
@@ -90,15 +102,9 @@ fn sum_at(p: vec2f) -> vec3f {
     let node = choose(along_x, positive, frame.quadrants[0].node, frame.quadrants[1].node, frame.quadrants[2].node, frame.quadrants[3].node);
     let rate = choose(along_x, positive, frame.quadrants[0].rate, frame.quadrants[1].rate, frame.quadrants[2].rate, frame.quadrants[3].rate);
     let last = choose(along_x, positive, frame.quadrants[0].last, frame.quadrants[1].last, frame.quadrants[2].last, frame.quadrants[3].last).x;
-    var line = clamp((n - minor.x - minor.y * t) / max(minor.z + minor.w * t, 1e-20), 0.0, last);
-    let k3 = node.xyz + rate.xyz * t;
-    var k = max(min(min(k3.x, k3.y), k3.z), 0.0);
-    if (ZONES == 2u) {
-        let far = (t > node.w) == positive;
-        line *= select(0.5, 1.0, far);
-        k += select(0.0, 1.0, far);
-    }
-    return fetch(line, k + rate.w);
+    let place = along(node, rate, t, positive);
+    let line = clamp(place.y * (n - minor.x - minor.y * t) / max(minor.z + minor.w * t, 1e-20), 0.0, last);
+    return fetch(line, place.x);
 }
 
 @compute @workgroup_size(TILE_WIDTH)

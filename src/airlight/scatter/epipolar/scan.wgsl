@@ -1,13 +1,11 @@
 // Marches the moments of the converged sum along epipolar lines, and stores S at the nodes.
 // A_p(b) = g A_p(a) + k1 I1 + k2 I2 for each power p; S = sum c A(r) + sum c' B(|1 - D| r). See docs/epipolar.md.
-// Each invocation holds LINES lines, WIDTH apart, so that the weights of a step are read once for all of them.
+// An invocation holds LINES lines, WIDTH apart, as one value of type Rgb (scan_four.wgsl, scan_one.wgsl), so that the
+// weights of a step are read once for all of them.
 
 override POWERS: u32 = 1u;    // of the pixel's side, 1..3
 override TAIL: u32 = 0u;      // of the tail, 0..5; 0: there is none
-override LINES: u32 = 8u;     // lines an invocation, at most MOST
 override FIRST_ZONE: bool = true;
-const WIDTH = 8u;
-const MOST = 8u;
 
 struct Bundle {               // one workgroup's lines
     line: u32,                // first line, counted in the zone's stride
@@ -29,13 +27,6 @@ struct Bundle {               // one workgroup's lines
     gain: vec4f,              // of the light
 }
 
-struct Line {
-    a: array<vec3f, 3>,
-    b: array<vec3f, 5>,
-    behind: vec3f,            // tail's sum at the last two of its nodes
-    ahead: vec3f,
-}
-
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var bilinear: sampler;
 @group(0) @binding(2) var table: texture_2d<f32>;
@@ -43,8 +34,8 @@ struct Line {
 @group(0) @binding(4) var sums: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(5) var<storage, read_write> state: array<f32>;
 
-fn light_at(place: vec4f, line: f32) -> vec3f {
-    return textureSampleLevel(source, bilinear, place.xy + line * place.zw, 0.0).rgb;
+fn texel(place: vec4f, line: u32, stride: u32) -> vec3f {
+    return textureSampleLevel(source, bilinear, place.xy + f32(line * stride) * place.zw, 0.0).rgb;
 }
 
 fn weights(row: u32, power: u32) -> vec4f {
@@ -56,13 +47,6 @@ fn load_state(at: u32, lines: u32, k: u32) -> vec3f {
     return vec3f(state[i], state[i + lines], state[i + 2u * lines]);
 }
 
-fn store_state(at: u32, lines: u32, k: u32, value: vec3f) {
-    let i = at + k * lines * 3u;
-    state[i] = value.x;
-    state[i + lines] = value.y;
-    state[i + 2u * lines] = value.z;
-}
-
 /// A line between two of the nearer zone starts from their mean.
 fn inherited(bundle: Bundle, line: u32, k: u32) -> vec3f {
     let low = min(line / 2u, bundle.lines_in - 1u);
@@ -70,90 +54,88 @@ fn inherited(bundle: Bundle, line: u32, k: u32) -> vec3f {
     return 0.5 * (load_state(bundle.state_in + low, bundle.lines_in, k) + load_state(bundle.state_in + high, bundle.lines_in, k));
 }
 
-@compute @workgroup_size(8)
+fn keep(bundle: Bundle, line: u32, k: u32, value: vec3f) {
+    if (line < bundle.lines) {
+        let i = bundle.state_out + line + k * bundle.lines * 3u;
+        state[i] = value.x;
+        state[i + bundle.lines] = value.y;
+        state[i + 2u * bundle.lines] = value.z;
+    }
+}
+
+fn store(line: u32, row: u32, gain: vec3f, sum: vec3f) {
+    textureStore(sums, vec2u(line, row), vec4f(gain * max(sum, vec3f(0.0)), 1.0));
+}
+
+@compute @workgroup_size(WIDTH)
 fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let bundle = bundles[group.x];
-    var line: array<Line, MOST>;
-    let seed = array<f32, 3>(bundle.seed.x, bundle.seed.y, bundle.seed.z);
-    let tail_seed = array<f32, 5>(bundle.tail_seed.x, bundle.tail_seed.y, bundle.tail_seed.z, bundle.tail_seed.w, bundle.more.x);
-    for (var j = 0u; j < LINES; j++) {
-        let index = bundle.line + lane + j * WIDTH;
-        if (FIRST_ZONE) {
-            let here = light_at(bundle.start, f32(index * bundle.stride));
-            for (var k = 0u; k < POWERS; k++) { line[j].a[k] = here * seed[k]; }
-            for (var k = 0u; k < TAIL; k++) { line[j].b[k] = here * tail_seed[k]; }
-            line[j].behind = here * bundle.more.z;
-            line[j].ahead = line[j].behind;
-            if (bundle.first == 0u) {
-                textureStore(sums, vec2u(index, bundle.row), vec4f(bundle.gain.rgb * max(here * (bundle.more.y + bundle.more.z), vec3f(0.0)), 1.0));
-            }
-        } else {
-            for (var k = 0u; k < POWERS; k++) { line[j].a[k] = inherited(bundle, index, k); }
-            for (var k = 0u; k < TAIL; k++) { line[j].b[k] = inherited(bundle, index, POWERS + k); }
-            var sum = vec3f(0.0);
-            if (TAIL > 0u) {
-                line[j].behind = inherited(bundle, index, POWERS + TAIL);
-                line[j].ahead = inherited(bundle, index, POWERS + TAIL + 1u);
-                sum = mix(line[j].behind, line[j].ahead, bundle.more.w);
-            }
-            for (var k = 0u; k < POWERS; k++) { sum += weights(bundle.step, k).w * line[j].a[k]; }
-            textureStore(sums, vec2u(index, bundle.row), vec4f(bundle.gain.rgb * max(sum, vec3f(0.0)), 1.0));
+    let line = bundle.line + lane;
+    let gain = bundle.gain.rgb;
+    var a: array<Rgb, 3>;     // moments of the pixel's side
+    var b: array<Rgb, 5>;     // moments of the tail
+    var behind: Rgb;          // tail's sum at the last two of its nodes
+    var ahead: Rgb;
+    var sum: Rgb;
+    if (FIRST_ZONE) {
+        let seed = array<f32, 3>(bundle.seed.x, bundle.seed.y, bundle.seed.z);
+        let tail_seed = array<f32, 5>(bundle.tail_seed.x, bundle.tail_seed.y, bundle.tail_seed.z, bundle.tail_seed.w, bundle.more.x);
+        let here = light_at(bundle.start, line, bundle.stride);
+        for (var k = 0u; k < POWERS; k++) { a[k] = here * seed[k]; }
+        for (var k = 0u; k < TAIL; k++) { b[k] = here * tail_seed[k]; }
+        behind = here * bundle.more.z;
+        ahead = behind;
+        sum = here * (bundle.more.y + bundle.more.z);
+    } else {
+        for (var k = 0u; k < POWERS; k++) {
+            a[k] = inherit(bundle, line, k);
+            sum += weights(bundle.step, k).w * a[k];
         }
+        for (var k = 0u; k < TAIL; k++) { b[k] = inherit(bundle, line, POWERS + k); }
+        if (TAIL > 0u) {
+            behind = inherit(bundle, line, POWERS + TAIL);
+            ahead = inherit(bundle, line, POWERS + TAIL + 1u);
+            sum += (1.0 - bundle.more.w) * behind + bundle.more.w * ahead;
+        }
+    }
+    if (bundle.first == 0u || !FIRST_ZONE) {
+        store_all(line, bundle.row, gain, sum);
     }
     var tail = bundle.tail;
     for (var n = 0u; n < bundle.steps; n++) {
         let row = bundle.step + n;
-        let place1 = textureLoad(table, vec2u(0u, row), 0);
-        let place2 = textureLoad(table, vec2u(1u, row), 0);
         let extra = textureLoad(table, vec2u(2u, row), 0); // tail steps, place between the tail's nodes, texture row
         if (TAIL > 0u) {
             for (var left = u32(extra.x); left > 0u; left--) {
-                let tail1 = textureLoad(table, vec2u(0u, tail), 0);
-                let tail2 = textureLoad(table, vec2u(1u, tail), 0);
-                for (var j = 0u; j < LINES; j++) {
-                    let i = f32((bundle.line + lane + j * WIDTH) * bundle.stride);
-                    let i1 = light_at(tail1, i);
-                    let i2 = light_at(tail2, i);
-                    line[j].behind = line[j].ahead;
-                    line[j].ahead = vec3f(0.0);
-                    for (var k = 0u; k < TAIL; k++) {
-                        let w = weights(tail, k);
-                        line[j].b[k] = w.x * line[j].b[k] + w.y * i1 + w.z * i2;
-                        line[j].ahead += w.w * line[j].b[k];
-                    }
+                let i1 = light_at(textureLoad(table, vec2u(0u, tail), 0), line, bundle.stride);
+                let i2 = light_at(textureLoad(table, vec2u(1u, tail), 0), line, bundle.stride);
+                behind = ahead;
+                ahead = Rgb();
+                for (var k = 0u; k < TAIL; k++) {
+                    let w = weights(tail, k);
+                    b[k] = w.x * b[k] + w.y * i1 + w.z * i2;
+                    ahead += w.w * b[k];
                 }
                 tail++;
             }
         }
-        for (var j = 0u; j < LINES; j++) {
-            let index = bundle.line + lane + j * WIDTH;
-            let i = f32(index * bundle.stride);
-            let i1 = light_at(place1, i);
-            let i2 = light_at(place2, i);
-            var sum = vec3f(0.0);
-            if (TAIL > 0u) {
-                sum = mix(line[j].behind, line[j].ahead, extra.y);
-            }
-            for (var k = 0u; k < POWERS; k++) {
-                let w = weights(row, k);
-                line[j].a[k] = w.x * line[j].a[k] + w.y * i1 + w.z * i2;
-                sum += w.w * line[j].a[k];
-            }
-            textureStore(sums, vec2u(index, u32(extra.z)), vec4f(bundle.gain.rgb * max(sum, vec3f(0.0)), 1.0));
+        let i1 = light_at(textureLoad(table, vec2u(0u, row), 0), line, bundle.stride);
+        let i2 = light_at(textureLoad(table, vec2u(1u, row), 0), line, bundle.stride);
+        sum = (1.0 - extra.y) * behind + extra.y * ahead;
+        if (TAIL == 0u) { sum = Rgb(); }
+        for (var k = 0u; k < POWERS; k++) {
+            let w = weights(row, k);
+            a[k] = w.x * a[k] + w.y * i1 + w.z * i2;
+            sum += w.w * a[k];
         }
+        store_all(line, u32(extra.z), gain, sum);
     }
     if (bundle.keep == 1u) {
-        for (var j = 0u; j < LINES; j++) {
-            let index = bundle.line + lane + j * WIDTH;
-            if (index < bundle.lines) {
-                let at = bundle.state_out + index;
-                for (var k = 0u; k < POWERS; k++) { store_state(at, bundle.lines, k, line[j].a[k]); }
-                for (var k = 0u; k < TAIL; k++) { store_state(at, bundle.lines, POWERS + k, line[j].b[k]); }
-                if (TAIL > 0u) {
-                    store_state(at, bundle.lines, POWERS + TAIL, line[j].behind);
-                    store_state(at, bundle.lines, POWERS + TAIL + 1u, line[j].ahead);
-                }
-            }
+        for (var k = 0u; k < POWERS; k++) { keep_all(bundle, line, k, a[k]); }
+        for (var k = 0u; k < TAIL; k++) { keep_all(bundle, line, POWERS + k, b[k]); }
+        if (TAIL > 0u) {
+            keep_all(bundle, line, POWERS + TAIL, behind);
+            keep_all(bundle, line, POWERS + TAIL + 1u, ahead);
         }
     }
 }

@@ -1,0 +1,76 @@
+"""Presets: those that come with Airlight are valid; a bad one is refused with its file, its key, and a cure."""
+
+import os
+
+import pytest
+
+from airlight import presets
+from airlight.errors import AirlightError
+from airlight.parameters import Parameters
+
+
+@pytest.mark.parametrize("name", presets.names())
+def test_our_presets_load(name):
+    values = presets.load(name)
+    assert values and presets.description(name)
+    assert presets.build(values)[Parameters] != Parameters()
+
+
+def test_the_defaults_of_known_systems():
+    assert set(presets.names()) >= {"vesper", "babylon", "pmndrs"}
+    systems = {name: presets.build(presets.load(name))[Parameters] for name in ("vesper", "babylon", "pmndrs")}
+    assert systems["vesper"].lam == pytest.approx(1.5, abs=0.01)
+    assert systems["babylon"].lam == pytest.approx(3.24, abs=0.01)
+    assert systems["pmndrs"].lam == pytest.approx(6.3, abs=0.03)
+    for one in systems.values():
+        assert (one.method, one.normalization) == ("radial", "listing")
+
+
+def write(tmp_path, text):
+    path = tmp_path / "my.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def test_a_file_may_hold_any_parameter(tmp_path):
+    path = write(tmp_path, 'description = "mine"\nsamples = 7\nweight = 1\n')
+    assert presets.load(path) == {"samples": 7, "weight": 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("densty = 1.0", "'densty'; did you mean 'density'"),
+        ("[shafts]\ndensity = 1.0", "'shafts'"),
+        ('samples = "7"', "samples"),
+        ("samples = 7.5", "samples"),
+        ("samples = true", "samples"),
+        ("decay = 2.0", "decay"),
+        ("decay = nan", "decay"),
+        ("weight = inf", "weight"),
+        ('method = "magic"', "method"),
+        ("scale = 0.3", "scale"),
+        ("description = 3", "description"),
+        ("decay = ", "not TOML"),
+        ("decay = 0.9\ndecay = 0.8", "not TOML"),
+        (b"\xff\xfe", "not TOML"),
+        ("a = " + "[" * 5000, "my.toml"),
+        ("a = " + "9" * 9999, "my.toml"),
+    ],
+)
+def test_bad_files_are_refused(tmp_path, text, says):
+    with pytest.raises(AirlightError) as caught:
+        presets.load(write(tmp_path, text))
+    message = str(caught.value)
+    assert says in message and "my.toml" in message
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    (tmp_path / "folder.toml").mkdir()
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe.toml")
+    for name in ("folder.toml", "pipe.toml", "nosuch.toml", "\0.toml"):
+        with pytest.raises(AirlightError):
+            presets.load(tmp_path / name)
+    with pytest.raises(AirlightError, match="did you mean 'vesper'"):
+        presets.load("vespr")
