@@ -18,7 +18,18 @@ def _meta(description: str, group: str, source: str, unit: str = "", **bounds: A
 _GG3 = "GPU Gems 3, ch. 13"
 
 
-class Parameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Validates its fields on construction; raises AirlightError."""
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            try:
+                msgspec.convert(getattr(self, field.name), field.type)
+            except msgspec.ValidationError as error:
+                raise AirlightError(f"{field.name} = {getattr(self, field.name)!r}: {error}") from None
+
+
+class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What shapes the light shafts of an image. Validated on construction; raises AirlightError."""
 
     method: Annotated[
@@ -64,15 +75,23 @@ class Parameters(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     ] = 0.2
 
     def __post_init__(self) -> None:
-        for field in msgspec.structs.fields(self):
-            try:
-                msgspec.convert(getattr(self, field.name), field.type)
-            except msgspec.ValidationError as error:
-                raise AirlightError(f"{field.name} = {getattr(self, field.name)!r}: {error}") from None
+        super().__post_init__()
         if self.scale not in (1.0, 0.5, 0.25):
             raise AirlightError(f"scale = {self.scale!r}: use 1, 0.5 or 0.25")
+        if self.scale != 1.0 and self.method == "epipolar":
+            raise AirlightError("scale goes with method radial: epipolar is faster than half resolution already; use quality draft")
 
     @property
     def lam(self) -> float:
         """lambda = -samples ln(decay): the optical length of the whole ray."""
         return -self.samples * math.log(self.decay)
+
+
+class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the layer is put on the picture. Validated on construction; raises AirlightError."""
+
+    blend: Annotated[
+        Literal["auto", "add", "screen"],
+        _meta("auto: add for float files, screen for 8 and 16 bit; screen never clips", "composite", "compositing practice"),
+    ] = "auto"
+    mix: Annotated[float, _meta("share of the layer that is put on the picture", "composite", "Resolve", ge=0, le=1)] = 1.0

@@ -5,6 +5,7 @@ from importlib.resources import files
 from typing import Any
 
 _BINDING = re.compile(r"^@group\(0\) @binding\((\d+)\) var(?:<(\w+)(?:, (\w+))?>)? (\w+): (\w+)(?:<(\w+)(?:, \w+)?>)?;", re.M)
+LOADED = ("table", "picture", "aside", "noise")
 _INCLUDE = re.compile(r'^//! include "([\w/.]+)"$', re.M)
 
 
@@ -24,7 +25,7 @@ def load(path: str) -> str:
 def bindings(code: str) -> list[dict[str, Any]]:
     """Layout entries of group 0, read off the declarations, so that all entry points of a file share one bind group.
 
-    A texture named `table` is only loaded, never filtered: it may be rgba32float on any adapter.
+    Textures with a name of LOADED are never filtered: they may be rgba32float on any adapter.
     """
     entries = []
     for number, space, access, name, kind, argument in _BINDING.findall(code):
@@ -38,6 +39,6 @@ def bindings(code: str) -> list[dict[str, Any]]:
         elif kind == "texture_storage_2d":
             entry["storage_texture"] = {"access": "write-only", "format": argument}
         else:
-            entry["texture"] = {"sample_type": "unfilterable-float" if name == "table" else "float"}
+            entry["texture"] = {"sample_type": "unfilterable-float" if name in LOADED else "float"}
         entries.append(entry)
     return entries

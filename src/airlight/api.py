@@ -1,0 +1,161 @@
+"""The functions that a script calls: arrays in, arrays out."""
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.errors import AirlightError, AirlightWarning, MachineError
+from airlight.files import Picture, encode, to_linear
+from airlight.gpu.device import Device, cure, open_device
+from airlight.lights import Light, as_lights
+from airlight.parameters import Composite, Parameters
+from airlight.reference import fallback
+from airlight.reference import radial as reference
+from airlight.reference.composite import composite as blend_layer
+from airlight.scatter.render import render_layer
+
+FloatArray = npt.NDArray[np.float32]
+
+
+def _device(device: Device | str | None) -> Device | None:
+    """The device to use; None, with a warning that says how to get one, where there is no adapter."""
+    if isinstance(device, Device):
+        return device
+    try:
+        return open_device(device)
+    except MachineError as error:
+        warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
+        return None
+
+
+def _plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
+    """A mask or depth map (H, W) as float32, its size checked against the image's."""
+    if plane is None:
+        return None
+    array = np.asarray(plane)
+    if array.shape != shape:
+        size = " x ".join(str(n) for n in array.shape[:2][::-1])
+        raise AirlightError(f"the {name} is {size} pixels, the image {shape[1]} x {shape[0]}: they must be of one size")
+    scale = 1.0 if array.dtype.kind == "f" else (1.0 if array.dtype == bool else float(np.iinfo(array.dtype).max))
+    return np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
+
+
+def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
+    """Parameters from keywords; `occlusion` may be an (H, W) mask."""
+    mask = None
+    if not isinstance(named.get("occlusion", "none"), str):
+        mask = named.pop("occlusion")
+        named["occlusion"] = "none"
+    unknown = set(named) - set(Parameters.__struct_fields__)
+    if unknown:
+        raise AirlightError(f"unknown parameter {sorted(unknown)[0]!r}: there is " + ", ".join(Parameters.__struct_fields__))
+    return Parameters(**named), mask
+
+
+def _compute(rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Any, fraction: bool = False,
+             profile: Any = None, codes: Any = None) -> FloatArray:  # fmt: skip
+    """The layer by the GPU, or by the reference where there is none. codes: (H, W, 4) uint8 sRGB, instead of rgb, alpha."""
+    if p.occlusion == "depth" and depth is None:
+        raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
+    if p.occlusion == "alpha" and alpha is None:
+        raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
+    chosen = _device(device)
+    if chosen is None:
+        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=fraction)
+    if codes is None:
+        codes = np.empty((*rgb.shape[:2], 4), np.float32)
+        codes[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
+        codes[..., 3] = 1.0 if alpha is None else alpha
+    return render_layer(chosen, codes, lights, p, mask=mask, depth=depth, fraction=fraction, profile=profile)
+
+
+def light_shafts(image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None,
+                 **parameters: Any) -> FloatArray:  # fmt: skip
+    """The light shafts alone: (H, W, 3) float32, linear, what is to be added to the image.
+
+    image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, uint8 and uint16 are sRGB-encoded.
+    light: (x, y) normalised, (0, 0) the top-left corner; or a Light; or a list of them. It may lie outside.
+    alpha, mask, depth: (H, W) in 0..1; the mask's white emits, the depth's larger is farther.
+    parameters: the fields of Parameters (method, samples, density, decay, weight, exposure, ...); occlusion may be an
+    (H, W) array, used as the mask. Raises AirlightError for bad input.
+    Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
+    """
+    p, given = _parameters(image, dict(parameters))
+    rgb, own = to_linear(image)
+    shape = rgb.shape[:2]
+    return _compute(rgb, _plane("alpha", own if alpha is None else alpha, shape), as_lights(light), p,
+                    _plane("mask", given if given is not None else mask, shape), _plane("depth", depth, shape), device)  # fmt: skip
+
+
+def add_light_shafts(image: Any, light: Any, *, blend: str = "auto", mix: float = 1.0, **keywords: Any) -> Any:
+    """The image with its light shafts, in the image's shape and dtype. Keywords as light_shafts; blend, mix as Composite."""
+    options = Composite(blend=blend, mix=mix)  # type: ignore[arg-type]
+    array = np.asarray(image)
+    layer = light_shafts(array, light, **keywords)
+    rgb, alpha = to_linear(array)
+    out = blend_layer(rgb, layer, resolve_blend(options.blend, array.dtype.kind == "f"), options.mix)
+    changed = (layer != 0).any(axis=-1)
+    if array.dtype.kind == "f":
+        result = array.astype(array.dtype, copy=True)
+        if array.ndim == 2 or array.shape[2] == 1:
+            weights = np.array(reference.REC709, np.float32)
+            result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
+        else:
+            result[..., :3] = np.where(changed[..., None], out, array[..., :3])
+        return result
+    return encode(out, array.dtype, changed, array)
+
+
+def resolve_blend(blend: str, float_output: bool) -> str:
+    """What `auto` means: add for float outputs, screen for 8 and 16 bit."""
+    return blend if blend != "auto" else ("add" if float_output else "screen")
+
+
+def occlusion_fraction(image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None,
+                       **parameters: Any) -> FloatArray:  # fmt: skip
+    """D(phi) of Eq. 2, (H, W) float32 in 0..1: the fraction of a pixel's samples that meet occluders. Arguments as light_shafts."""
+    p, given = _parameters(image, dict(parameters))
+    lights = as_lights(light)
+    if len(lights) != 1:
+        raise AirlightError("the occlusion fraction belongs to one light: give one")
+    rgb, own = to_linear(image)
+    shape = rgb.shape[:2]
+    plain = Parameters(**{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"})
+    lit = _compute(rgb, _plane("alpha", own if alpha is None else alpha, shape), [Light(position=lights[0].position)], plain,
+                   _plane("mask", given if given is not None else mask, shape), _plane("depth", depth, shape), device, fraction=True)  # fmt: skip
+    return np.clip(1 - lit[..., 0], 0, 1)
+
+
+@dataclass
+class Rendered:
+    """pixels, layer: (H, W, 3) float32 linear; changed: (H, W) bool, where the layer is not zero."""
+
+    pixels: FloatArray
+    layer: FloatArray
+    changed: npt.NDArray[np.bool_]
+    encoded: Any = None
+
+
+def render_picture(picture: Picture, lights: list[Light], parameters: Parameters, composite: Composite | None = None, *, mask: Any = None,
+                   depth: Any = None, device: Device | str | None = None, profile: Any = None, float_output: bool = False) -> Rendered:  # fmt: skip
+    """What `airlight image` does with a picture from a file. profile: a list to which (label, ms) of each pass is appended."""
+    options = composite or Composite()
+    shape = (picture.height, picture.width)
+    codes = None
+    rgb = picture.linear()
+    if picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3:
+        codes = np.empty((*shape, 4), np.uint8)  # decoded by the texture unit
+        codes[..., :3] = picture.codes[..., :3]
+        codes[..., 3] = picture.codes[..., 3] if picture.codes.shape[2] == 4 else 255
+    layer = _compute(rgb, picture.alpha, lights, parameters, _plane("mask", mask, shape), _plane("depth", depth, shape), device,
+                     profile=profile, codes=codes)  # fmt: skip
+    pixels = blend_layer(rgb, layer, resolve_blend(options.blend, float_output), options.mix)
+    return Rendered(pixels, layer, (layer != 0).any(axis=-1))
+
+
+def adapter_cure() -> str:
+    """How to get a graphics adapter on this system."""
+    return cure()

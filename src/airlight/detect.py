@@ -1,0 +1,2 @@
+SOON = True
+def find_light(image): return None

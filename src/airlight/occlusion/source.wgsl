@@ -1,0 +1,49 @@
+// The source of the sum, S = I m: what emits (m = 1) and what does not, from luminance, alpha or depth (13.5), times a mask.
+override MODE: u32 = 0u;      // 0 none, 1 luminance, 2 alpha, 3 depth
+override FRACTION: bool = false; // write m itself, for D(phi)
+
+struct Knee {
+    low: f32,                 // m rises smoothly from low to high
+    high: f32,
+    scale: f32,               // power of two that keeps the source in half floats
+    apron: i32,               // texels of nothing around the source
+    masked: u32,
+}
+
+@group(0) @binding(0) var<uniform> knee: Knee;
+@group(0) @binding(1) var picture: texture_2d<f32>; // linear RGB, alpha
+@group(0) @binding(2) var aside: texture_2d<f32>;   // r: mask, g: depth
+@group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
+
+fn rise(x: f32) -> f32 {
+    if (knee.high <= knee.low) {
+        return select(0.0, 1.0, x >= knee.low);
+    }
+    let t = clamp((x - knee.low) / (knee.high - knee.low), 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+fn luminance(c: vec3f) -> f32 {
+    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
+}
+
+@compute @workgroup_size(64)
+fn emit(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(picture);
+    for (var i = 0u; i < 8u; i++) {
+        let q = vec2u(id.x, id.y * 8u + i);
+        let p = vec2i(q) - knee.apron;
+        var color = vec3f(0.0);
+        if (all(p >= vec2i(0)) && all(p < vec2i(size))) {
+            let pixel = textureLoad(picture, p, 0);
+            color = clamp(pixel.rgb, vec3f(0.0), vec3f(65504.0));
+            var m = 1.0;
+            if (MODE == 1u) { m = rise(luminance(color)); }
+            if (MODE == 2u) { m = 1.0 - clamp(pixel.a, 0.0, 1.0); color = vec3f(1.0); }
+            if (MODE == 3u) { m = rise(textureLoad(aside, p, 0).g); }
+            if (knee.masked == 1u) { m *= textureLoad(aside, p, 0).r; }
+            color = select(min(color * (m * knee.scale), vec3f(65504.0)), vec3f(m), FRACTION);
+        }
+        textureStore(source, q, vec4f(color, 1.0));
+    }
+}

@@ -1,0 +1,86 @@
+"""The direct sum of chapter 13, planned and recorded. Its cost grows with samples; `epipolar` is its limit."""
+
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device
+
+RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
+JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
+RAYS = np.dtype(
+    [("size", "u4", 2), ("light", "f4", 2), ("apron", "f4"), ("samples", "u4"), ("step", "f4"), ("decay", "f4")]
+    + [("gain", "f4", 4), ("base", "f4", 4), ("row", "u4"), ("", "u4", 3)]
+)
+TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
+
+
+@lru_cache(maxsize=1)
+def blue_noise() -> np.ndarray:
+    """The (256, 256) tile of offsets in (0, 1), each value as often as any other."""
+    return np.frombuffer(files("airlight").joinpath("data/bluenoise256.u16").read_bytes(), "<u2").reshape(256, 256)
+
+
+def _noise_texture(device: Device) -> Any:
+    texture = device.texture(256, 256, "rgba32float", target=False)
+    rgba = np.zeros((256, 256, 4), np.float32)
+    rgba[..., 0] = (blue_noise() + 0.5) / 65536
+    device.write(texture, rgba, 256 * 16)
+    return texture
+
+
+def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int, rows: int, label: str, timer: Any) -> None:
+    run = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes(label)} if timer else {}))
+    run.set_pipeline(pipeline)
+    run.set_bind_group(0, bind)
+    run.dispatch_workgroups(-(-width // 64), rows)
+    run.end()
+
+
+class RadialPlan:
+    """The passes of one light. size: (width, height) of the layer; light: normalised; scale: 1, 0.5 or 0.25."""
+
+    def __init__(self, device: Device, size: tuple[int, int], light: tuple[float, float], *, samples: int, density: float, decay: float, normalization: str,
+                 jitter: str, scale: float, source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1),
+                 base: tuple[float, float, float] = (0, 0, 0)) -> None:  # fmt: skip
+        self.device = device
+        self.factor = round(1 / scale)
+        self.full = size
+        self.low = (-(-size[0] // self.factor), -(-size[1] // self.factor))
+        self.layer = layer
+        rays = np.zeros((), RAYS)
+        rays["size"], rays["light"], rays["apron"] = self.low, light, apron if scale == 1 else 0
+        rays["samples"], rays["step"], rays["decay"] = samples, density / samples, decay
+        rays["gain"][:3], rays["base"][:3] = gain, base
+        target = layer
+        small = source
+        if scale != 1:
+            # low-resolution black borders need no apron of their own: the filter has averaged it away, so one is kept
+            small = device.texture(self.low[0] + 2 * apron, self.low[1] + 2 * apron, "rgba16float")
+            rays["apron"] = apron
+            self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor)
+            self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small)
+            self.small = small
+            target = device.texture(*self.low, "rgba16float")
+            self.up = device.pipeline(RESAMPLE, "up")
+            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer)
+        self.pipeline = device.pipeline(RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", ADD=before is not None)
+        noise = _noise_texture(device) if jitter == "blue" else source
+        per = max(1, TAPS_A_DISPATCH // (samples * self.low[0]))
+        self.parts = []
+        for row in range(0, self.low[1], per):
+            rays["row"] = row
+            uniform = device.buffer(rays.tobytes(), uniform=True)
+            bind = device.bind(RADIAL, uniform, small, device.sampler(), target, before if before is not None else source, noise)
+            self.parts.append((bind, min(per, self.low[1] - row)))
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        """Record the sum, and at lower resolutions the filters around it."""
+        if self.factor > 1:
+            _dispatch(self.device, encoder, self.down, self.down_bind, self.small.size[0], self.small.size[1], "radial down", timer)
+        for bind, rows in self.parts:
+            _dispatch(self.device, encoder, self.pipeline, bind, self.low[0], rows, "radial sum", timer)
+        if self.factor > 1:
+            _dispatch(self.device, encoder, self.up, self.up_bind, *self.full, "radial up", timer)

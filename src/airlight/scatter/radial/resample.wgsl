@@ -1,0 +1,26 @@
+// Down to half or quarter resolution by a box, and up again by the bilinear filter (13.3.1).
+override FACTOR: u32 = 2u;
+
+@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var bilinear: sampler;
+@group(0) @binding(2) var result: texture_storage_2d<rgba16float, write>;
+
+@compute @workgroup_size(64)
+fn down(@builtin(global_invocation_id) id: vec3u) {
+    // each low texel is the mean of the full-resolution texels it covers; where the size does not divide, of those nearest
+    let low = vec2f(textureDimensions(result));
+    var sum = vec3f(0.0);
+    for (var j = 0u; j < FACTOR; j++) {
+        for (var i = 0u; i < FACTOR; i++) {
+            let at = (vec2f(id.xy) + (vec2f(f32(i), f32(j)) + 0.5) / f32(FACTOR)) / low;
+            sum += textureSampleLevel(source, bilinear, at, 0.0).rgb;
+        }
+    }
+    textureStore(result, id.xy, vec4f(sum / f32(FACTOR * FACTOR), 1.0));
+}
+
+@compute @workgroup_size(64)
+fn up(@builtin(global_invocation_id) id: vec3u) {
+    let at = (vec2f(id.xy) + 0.5) / vec2f(textureDimensions(result));
+    textureStore(result, id.xy, textureSampleLevel(source, bilinear, at, 0.0));
+}

@@ -1,0 +1,126 @@
+"""From a picture in memory to the layer of its lights: upload, source, method, download."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError, MachineError
+from airlight.gpu.device import Device
+from airlight.gpu.timing import Timer
+from airlight.lights import Light
+from airlight.parameters import Parameters
+from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.radial.radial import RadialPlan
+
+SOURCE = "occlusion/source.wgsl"
+KNEE = np.dtype([("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3)])
+MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3}
+Array = np.ndarray
+
+
+def check_size(device: Device, width: int, height: int) -> None:
+    """Raise AirlightError if the adapter cannot hold a texture of this size with its border."""
+    if max(width, height) + 2 > device.max_side:
+        limit = device.max_side - 2
+        raise AirlightError(f"the image is {width} x {height} pixels; {device.name} takes at most {limit} on a side: scale it down or cut it")
+
+
+def _upload(device: Device, picture: Array) -> Any:
+    """(H, W, 4) uint8 sRGB codes, or (H, W, 4) float32 linear, as a texture that loads as linear."""
+    height, width = picture.shape[:2]
+    eight = picture.dtype == np.uint8
+    texture = device.texture(width, height, "rgba8unorm-srgb" if eight else "rgba32float", target=False)
+    device.write(texture, np.ascontiguousarray(picture), width * (4 if eight else 16))
+    return texture
+
+
+def _source(device: Device, encoder: Any, picture: Any, p: Parameters, mask: Array | None, depth: Array | None, fraction: bool, scale: float, timer: Any) -> Any:
+    """Record S = I m (or m itself) into a half-float texture, with an apron of one texel for border black."""
+    width, height, _ = picture.size
+    apron = 1 if p.border == "black" else 0
+    knee = np.zeros((), KNEE)
+    knee["low"], knee["high"] = p.threshold - p.smoothness, p.threshold + p.smoothness
+    knee["scale"], knee["apron"], knee["masked"] = scale, apron, mask is not None
+    aside = picture
+    if mask is not None or depth is not None:
+        both = np.zeros((height, width, 4), np.float32)
+        if mask is not None:
+            both[..., 0] = mask
+        if depth is not None:
+            both[..., 1] = depth
+        aside = device.texture(width, height, "rgba32float", target=False)
+        device.write(aside, both, width * 16)
+    source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
+    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction)
+    bind = device.bind(SOURCE, device.buffer(knee.tobytes(), uniform=True), picture, aside, source)
+    run = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes("source")} if timer else {}))
+    run.set_pipeline(pipeline)
+    run.set_bind_group(0, bind)
+    run.dispatch_workgroups(-(-source.size[0] // 64), -(-source.size[1] // 8))
+    run.end()
+    return source
+
+
+def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+    """Factors (of the sum, of the pixel itself), RGB, that make a method's raw sum the layer of Eq. 4 or Listing 13-1."""
+    if p.normalization == "mean":
+        factor = p.exposure * p.weight / (p.samples if method == "radial" else 1)
+        return tuple(factor * c for c in light.rgb), None
+    lam = p.lam
+    # the limit of sum decay^i is lam / (1 - decay) times int e^(-lam s): n for no decay
+    count = 1 if method == "radial" else (p.samples if lam == 0 else lam / (1 - p.decay))
+    return tuple(p.exposure * p.weight * count * c for c in light.rgb), tuple(p.exposure * c for c in light.rgb)
+
+
+def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None) -> tuple[list[Any], Any]:
+    """A plan for each light, and the layer's texture that the last of them writes."""
+    apron = 1 if p.border == "black" else 0
+    plans: list[Any] = []
+    before = None
+    for light in lights:
+        target = layer if layer is not None and light is lights[-1] else device.texture(*size, "rgba16float")
+        gain, base = gains(p, light, p.method)
+        common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
+        if p.method == "epipolar":
+            at = (light.position[0] * size[0], light.position[1] * size[1])
+            plans.append(EpipolarPlan(device, size, at, density=p.density, lam=p.lam, border=p.border, quality=p.quality, **common))
+        else:
+            if p.scale != 1 and before is not None:
+                common["before"] = before
+            common["base"] = base or (0, 0, 0)
+            plans.append(RadialPlan(device, size, light.position, samples=p.samples, density=p.density, decay=p.decay, normalization=p.normalization,
+                                    jitter=p.jitter, scale=p.scale, **common))  # fmt: skip
+        before = target
+    return plans, before
+
+
+def render_layer(device: Device, picture: Array, lights: list[Light], p: Parameters, *, mask: Array | None = None, depth: Array | None = None,
+                 fraction: bool = False, profile: list[tuple[str, float]] | None = None) -> Array:  # fmt: skip
+    """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite."""
+    height, width = picture.shape[:2]
+    check_size(device, width, height)
+    timer = Timer(device) if profile is not None else None
+    scale = 1.0
+    if picture.dtype != np.uint8 and not fraction:
+        peak = float(picture[..., :3].max())
+        if peak > 0 and not 1e-2 <= peak <= 1e3:
+            scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
+    try:
+        encoder = device.encoder()
+        source = _source(device, encoder, _upload(device, picture), p, mask, depth, fraction, scale, timer)
+        plans, layer = plan(device, (width, height), lights, p, source)
+        for step in plans:
+            step.record(encoder, timer)
+        if timer:
+            timer.resolve(encoder)
+        device.submit(encoder)
+        half = np.frombuffer(device.read(layer, 8), np.float16).reshape(height, width, 4)
+    except Exception as error:
+        if "memory" in str(error).lower():
+            raise MachineError(f"{device.name} has not enough memory for an image of {width} x {height} pixels: scale it down") from None
+        raise
+    if timer and profile is not None:
+        profile += timer.milliseconds()
+    out = half[..., :3].astype(np.float32)
+    return out if scale == 1.0 else out / np.float32(scale)
