@@ -73,6 +73,15 @@ def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], 
     return tuple(p.exposure * p.weight * count * c for c in light.rgb), tuple(p.exposure * c for c in light.rgb)
 
 
+def direct_taps(size: tuple[int, int], light: Light, p: Parameters) -> int:
+    """Midpoint taps, two a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
+    width, height = size
+    x, y = light.position
+    longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
+    taps = max(8, math.ceil(2 * p.density * longest))
+    return taps if taps <= 32 or (taps <= 8192 and taps * width * height <= 8_000_000) else 0
+
+
 def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None) -> tuple[list[Any], Any]:
     """A plan for each light, and the layer's texture that the last of them writes."""
     apron = 1 if p.border == "black" else 0
@@ -82,7 +91,12 @@ def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Paramete
         target = layer if layer is not None and light is lights[-1] else device.texture(*size, "rgba16float")
         gain, base = gains(p, light, p.method)
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
-        if p.method == "epipolar":
+        taps = direct_taps(size, light, p)
+        if p.method == "epipolar" and taps:
+            # a short or cheap ray: the converged sum by midpoint taps, twice a pixel
+            plans.append(RadialPlan(device, size, light.position, samples=taps, density=p.density, decay=math.exp(-p.lam / taps), normalization="mean",
+                                    jitter="midpoint", scale=1.0, **{**common, "base": base or (0, 0, 0), "gain": tuple(g / taps for g in gain)}))  # fmt: skip
+        elif p.method == "epipolar":
             at = (light.position[0] * size[0], light.position[1] * size[1])
             plans.append(EpipolarPlan(device, size, at, density=p.density, lam=p.lam, border=p.border, quality=p.quality, **common))
         else:

@@ -6,6 +6,7 @@ samples. What the shaders need of a position is affine in the line's index, so t
 light lies a million image widths away.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 
@@ -76,6 +77,8 @@ class Grid:
                  max_side: int = 16384) -> None:  # fmt: skip
         self.size, self.light, self.mix, self.border = size, light, mix, border
         length = max(lam, 1.5) / density
+        # a small image costs little, and its detail is large beside it
+        fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -105,49 +108,48 @@ class Grid:
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
-    def _constant_until(self, q: Quadrant, sign: int) -> float:
-        """Up to this u every line of the bundle meets one and the same clamped texel."""
-        major, minor = self.light[q.axis], self.light[1 - q.axis]
-        extent, other = self.size[q.axis], self.size[1 - q.axis]
-        start = (0.5 - major) if sign > 0 else (major - (extent - 0.5))
-        if start <= 0:
-            return 0.0
-        slopes = (sign * q.sign * q.m_lo, sign * q.sign * (q.m_lo + q.dm * (q.lines - 1)))
-        if minor < 0.5:
-            steepest = max(slopes)
-            return min(start, (0.5 - minor) / steepest) if steepest > 0 else start
-        if minor > other - 0.5:
-            steepest = min(slopes)
-            return min(start, (other - 0.5 - minor) / steepest) if steepest < 0 else start
-        return 0.0
-
     def _steps(self, q: Quadrant, sign: int, end: float) -> Steps:
         """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way)."""
         major, minor = self.light[q.axis], self.light[1 - q.axis]
         extent, other = self.size[q.axis], self.size[1 - q.axis]
-        slope = max(abs(q.m_lo), abs(q.m_lo + q.dm * (q.lines - 1)), 1e-12)
+        slopes = sorted(sign * q.sign * m for m in (q.m_lo, q.m_lo + q.dm * (q.lines - 1)))
+        steepest = max(abs(m) for m in slopes)
         reach = max(abs(0.5 - minor), abs(other - 0.5 - minor)) + 4
         enter = -major if sign > 0 else major - extent  # the image lies in enter < u < leave
         leave = extent - major if sign > 0 else major
         black = self.border == "black"
-        u = max(0.0, enter - 1) if black else self._constant_until(q, sign)
+
+        def beside(u: float, until: float) -> float:
+            """From u, beside the image: how far a step may go. Clamped samples move along the border by at most 4 px."""
+            low, high = minor + slopes[0] * u, minor + slopes[1] * u
+            if black:
+                return until
+            if high < 0.5:
+                return until if slopes[1] <= 0 else min(until, (0.5 - minor) / slopes[1])
+            if low > other - 0.5:
+                return until if slopes[0] >= 0 else min(until, (other - 0.5 - minor) / slopes[0])
+            return min(until, u + max(4.0, 4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12)))
+
+        first, last = (enter - 1, leave + 1) if black else (enter, leave)
+        u = beside(0.0, first) if first > 0 and (black or not 0.5 <= minor <= other - 0.5) else 0.0
+        dark = black and first > 0 or (black and last < 0)
+        u = max(u, 0.0)
         nodes = [u]
-        if black and leave <= -1:
-            return self._samples([u, max(end, u + 1)], black)
         while u < end:
-            if u < enter - 1e-9:  # outside: as far as the sample moves by no more than 4 px along the border
-                u = min(u + max(4.0, 4.0 / min(slope, reach / max(u, 1.0))), enter)
-            elif u >= leave + 1:
-                u = end if black else min(u + max(4.0, 4.0 / min(slope, reach / max(u, 1.0))), max(end, u + 1e-3))
+            if u < first - 1e-9:
+                following = beside(u, first)
+            elif u >= last - 1e-9:
+                following = beside(u, max(end, u + 1.0))
             else:
                 step = 1.0 if u < self.radii[0] else (2.0 if u < self.radii[1] or self.fine.largest == 2 else 4.0)
                 place = major + sign * u
-                edge = (math.floor(place + 1e-9) + 1 - place) if sign > 0 else (place - math.ceil(place - 1e-9) + 1)
-                u += edge + step - 1 if edge < 1 - 1e-9 else step
+                edge = (math.floor(place + 1e-6) + 1 - place) if sign > 0 else (place - math.ceil(place - 1e-6) + 1)
+                following = u + (edge + step - 1 if edge < 1 - 1e-6 else step)
+            u = following if following > u + 1e-9 * max(1.0, u) else u + 1.0
             nodes.append(u)
         if len(nodes) == 1:
             nodes.append(u + 1.0)
-        return self._samples(nodes, black and enter > 0)
+        return self._samples(nodes, dark)
 
     @staticmethod
     def _samples(nodes: list[float], dark_start: bool) -> Steps:

@@ -66,7 +66,7 @@ class RadialPlan:
             target = device.texture(*self.low, "rgba16float")
             self.up = device.pipeline(RESAMPLE, "up")
             self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer)
-        self.pipeline = device.pipeline(RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", ADD=before is not None)
+        self.pipeline = device.pipeline(RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None)
         noise = _noise_texture(device) if jitter == "blue" else source
         per = max(1, TAPS_A_DISPATCH // (samples * self.low[0]))
         self.parts = []

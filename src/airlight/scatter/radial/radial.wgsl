@@ -1,6 +1,7 @@
 // The direct sum: Eq. 4 of GPU Gems 3, chapter 13, or its Listing 13-1.
 override JITTER: u32 = 0u;    // 0 fixed, 1 midpoint, 2 interleaved gradient, 3 blue noise
 override LISTING: bool = false;
+override BASE: bool = false;  // the pixel itself, unweighted
 override ADD: bool = false;   // add to what earlier lights gave
 
 struct Rays {
@@ -54,7 +55,7 @@ fn direct(@builtin(global_invocation_id) id: vec3u) {
         at -= stride;
     }
     var out = rays.gain.rgb * sum;
-    if (LISTING) {
+    if (BASE) {
         out += rays.base.rgb * textureSampleLevel(source, bilinear, x * scale + shift, 0.0).rgb;
     }
     if (ADD) {
