@@ -29,7 +29,7 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(3.0, (24, 64), (3, 10), 4, 2, 1.5e-2),
-    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 5e-3),
+    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 1.5e-3),
     "final": Fineness(1.0, (96, 1e9), (10, 0), 2, 1, 6e-4),
 }
 
@@ -79,6 +79,8 @@ class Grid:
         length = max(lam, 1.5) / density
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
+        if not (0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]):
+            fine = dataclasses.replace(fine, largest=min(fine.largest, 2))  # all nodes are far, none takes fine steps
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -103,7 +105,9 @@ class Grid:
         if m_lo > m_hi + 1e-12:
             return None
         m_hi = max(m_hi, m_lo)
-        count = min(math.ceil((m_hi - m_lo) * u_max / self.fine.spacing) + 1, max_side - 1)
+        # lines that run far show their gaps more: the detail that they cross is finer beside their length
+        closer = min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
+        count = min(math.ceil((m_hi - m_lo) * u_max / (self.fine.spacing * closer)) + 1, max_side - 1)
         factor = 2 ** (self.fine.zones - 1)
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)

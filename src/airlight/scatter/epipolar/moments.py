@@ -41,7 +41,7 @@ def _fit(target: Callable[[Array], Array], low: float, start: Array, steps: int 
     """Fit sum_j c_j x^p_j to target on [low, 1], p >= 0; Levenberg steps on p alone, c by least squares. -> p, c, relative rms."""
     angle = np.pi * (np.arange(192) + 0.5) / 192
     x = low + (1 - low) * (0.5 - 0.5 * np.cos(angle))
-    measure = np.sqrt(np.sin(angle))
+    measure = np.sqrt(np.sin(angle) / x)  # uniform in log x: the brightest samples lie near the light
     wanted, logx = target(x) * measure, np.log(x)
 
     def solve(root: Array) -> tuple[Array, Array, Array]:
@@ -78,9 +78,12 @@ def _shortest(target: Callable[[Array], Array], low: float, start: Callable[[int
     """The fewest powers (at most 3, what the shader keeps) that meet the tolerance."""
     best = (np.zeros(1), np.ones(1), np.inf)
     for count in (1, 2, 3):
-        found = _fit(target, low, start(count))
-        if found[2] < best[2] and np.abs(found[1]).max() < 100:
-            best = found
+        for spread in (1.0, 0.6, 0.35):  # Levenberg steps find the nearest minimum only
+            found = _fit(target, low, spread * start(count))
+            if found[2] < best[2] and np.abs(found[1]).max() < 100:
+                best = found
+            if best[2] <= tolerance:
+                break
         if best[2] <= tolerance:
             break
     return best[0], best[1]
