@@ -15,4 +15,4 @@ def bench(json_path: str | None, overwrite: bool) -> None:
         check_output(json_path, overwrite=overwrite, image=False)
     from airlight.bench import run
 
-    run(json_path=json_path)
+    run(json_path=json_path, overwrite=overwrite)

@@ -17,20 +17,21 @@ from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weig
 
 @dataclass(frozen=True)
 class Fineness:
-    """How fine the grid is. spacing: of the lines at the far edge, px; radii: where steps grow to 2 and 4 px."""
+    """How fine the grid is. spacing: of the lines at the far edge, px; radii: where steps grow from a quarter of the largest to a
+    half, and to the largest."""
 
     spacing: float
     radii: tuple[float, float]
     slack: tuple[float, float]  # the radii in units of the weight's length D / lambda
-    largest: int  # step, px
+    largest: float  # step, px
     zones: int  # each nearer zone has half the lines
     tolerance: float  # of the weight's fit
 
 
 QUALITY = {
     "draft": Fineness(3.0, (24, 64), (3, 10), 4, 2, 1.5e-2),
-    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 1.5e-3),
-    "final": Fineness(1.0, (96, 1e9), (10, 0), 2, 1, 6e-4),
+    "normal": Fineness(1.6, (64, 192), (5, 20), 4, 2, 1.5e-3),
+    "final": Fineness(1.0, (48, 128), (3, 10), 2, 1, 6e-4),
 }
 
 
@@ -80,7 +81,7 @@ class Grid:
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
         if not (0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]):
-            fine = dataclasses.replace(fine, largest=min(fine.largest, 2))  # all nodes are far, none takes fine steps
+            fine = dataclasses.replace(fine, largest=min(fine.largest, 2), radii=(0, 0), slack=(0, 0))  # all nodes are far
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -145,10 +146,11 @@ class Grid:
             elif u >= last - 1e-9:
                 following = beside(u, max(end, u + 1.0))
             else:
-                step = 1.0 if u < self.radii[0] else (2.0 if u < self.radii[1] or self.fine.largest == 2 else 4.0)
-                place = major + sign * u
-                edge = (math.floor(place + 1e-6) + 1 - place) if sign > 0 else (place - math.ceil(place - 1e-6) + 1)
-                following = u + (edge + step - 1 if edge < 1 - 1e-6 else step)
+                step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
+                cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
+                place = sign * (major + sign * u) / cell
+                edge = (math.floor(place + 1e-6) + 1 - place) * cell
+                following = u + (edge + step - cell if edge < cell - 1e-6 else step)
             u = following if following > u + 1e-9 * max(1.0, u) else u + 1.0
             nodes.append(u)
         if len(nodes) == 1:
@@ -172,7 +174,7 @@ class Grid:
             k = int(np.searchsorted(u, q.u_max / 2 ** (self.fine.zones - zone)))
             splits.append(min(max(k, splits[-1], q.stored), len(u) - 1))
         q.splits = [*splits, len(u) - 1]
-        q.rates = _rates(u[q.stored :])
+        q.rates = _rates(u[q.stored :], self.fine.largest)
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
@@ -183,12 +185,12 @@ class Grid:
         return out
 
 
-def _rates(u: Array) -> Array:
-    """The node index as a function of u: the least of three straight lines, since steps only grow (1, 2, 4 px)."""
+def _rates(u: Array, largest: float) -> Array:
+    """The node index as a function of u: the least of three straight lines, since steps only grow."""
     rates = np.full((3, 2), 1e9)
     rates[:, 1] = 0
     step = np.diff(u)
-    for row, size in enumerate((1.0, 2.0, 4.0)):
+    for row, size in enumerate((0.25 * largest, 0.5 * largest, largest)):
         k = np.flatnonzero(np.abs(step - size) < 1e-6 * max(1.0, u[-1]))
         if len(k):
             rates[row] = (k[0] - u[k[0]] / size, 1 / size)
