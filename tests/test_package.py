@@ -75,7 +75,19 @@ def test_wheel_works_in_a_clean_environment(wheel: Path, tmp_path: Path) -> None
     bare = subprocess.run([python, "-c", "import airlight"], cwd=tmp_path, capture_output=True, text=True, env={"PATH": os.environ["PATH"]})
     assert "ModuleNotFoundError" in bare.stderr, "airlight is there before its wheel is installed"
 
-    run(sys.executable, "-m", "pip", "--python", python, "install", "--no-deps", "--no-index", "--disable-pip-version-check", wheel, cwd=tmp_path)
+    run(
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        python,
+        "install",
+        "--no-deps",
+        "--no-index",
+        "--disable-pip-version-check",
+        wheel,
+        cwd=tmp_path,
+    )
     assert PROJECT["version"] in run(scripts / "airlight", "--version", cwd=tmp_path)
     assert run(scripts / "airlight", "info", cwd=tmp_path).strip()
     assert "shafts made" in run(python, "-c", USE, cwd=tmp_path)

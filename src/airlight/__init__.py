@@ -1,21 +1,34 @@
 """Airlight: volumetric light scattering (god rays, light shafts) on any GPU, each method measured against a reference."""
 
-from airlight.api import add_light_shafts, light_shafts, occlusion_fraction
-from airlight.detect import find_light
-from airlight.errors import AirlightError, AirlightWarning, MachineError
-from airlight.lights import Light
-from airlight.parameters import Composite, Parameters
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = [
-    "AirlightError",
-    "AirlightWarning",
-    "Composite",
-    "Light",
-    "MachineError",
-    "Parameters",
-    "add_light_shafts",
-    "find_light",
-    "light_shafts",
-    "occlusion_fraction",
-]
+if TYPE_CHECKING:
+    from airlight.api import add_light_shafts as add_light_shafts
+    from airlight.api import light_shafts as light_shafts
+    from airlight.api import occlusion_fraction as occlusion_fraction
+    from airlight.detect import find_light as find_light
+    from airlight.errors import AirlightError as AirlightError
+    from airlight.errors import AirlightWarning as AirlightWarning
+    from airlight.errors import MachineError as MachineError
+    from airlight.lights import Light as Light
+    from airlight.parameters import Composite as Composite
+    from airlight.parameters import Parameters as Parameters
+
 __version__ = "0.1.0"
+_HOME = {
+    "api": ("add_light_shafts", "light_shafts", "occlusion_fraction"),
+    "detect": ("find_light",),
+    "errors": ("AirlightError", "AirlightWarning", "MachineError"),
+    "lights": ("Light",),
+    "parameters": ("Composite", "Parameters"),
+}
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+__all__ = sorted(_MODULE)  # noqa: PLE0605
+
+
+def __getattr__(name: str) -> Any:
+    """Imported on first use: `airlight --help` needs neither NumPy nor a GPU library."""
+    if name not in _MODULE:
+        raise AttributeError(f"module 'airlight' has no attribute {name!r}")
+    return getattr(import_module(f"airlight.{_MODULE[name]}"), name)

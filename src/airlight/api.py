@@ -55,8 +55,18 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     return Parameters(**named), mask
 
 
-def _compute(rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Any, fraction: bool = False,
-             profile: Any = None, codes: Any = None) -> FloatArray:  # fmt: skip
+def _compute(
+    rgb: FloatArray,
+    alpha: Any,
+    lights: list[Light],
+    p: Parameters,
+    mask: Any,
+    depth: Any,
+    device: Any,
+    fraction: bool = False,
+    profile: Any = None,
+    codes: Any = None,
+) -> FloatArray:
     """The layer by the GPU, or by the reference where there is none. codes: (H, W, 4) uint8 sRGB, instead of rgb, alpha."""
     if p.occlusion == "depth" and depth is None:
         raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
@@ -72,8 +82,9 @@ def _compute(rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, ma
     return render_layer(chosen, codes, lights, p, mask=mask, depth=depth, fraction=fraction, profile=profile)
 
 
-def light_shafts(image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None,
-                 **parameters: Any) -> FloatArray:  # fmt: skip
+def light_shafts(
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+) -> FloatArray:
     """The light shafts alone: (H, W, 3) float32, linear, what is to be added to the image.
 
     image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, uint8 and uint16 are sRGB-encoded.
@@ -86,8 +97,15 @@ def light_shafts(image: Any, light: Any, *, alpha: Any = None, depth: Any = None
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
-    return _compute(rgb, _plane("alpha", own if alpha is None else alpha, shape), as_lights(light), p,
-                    _plane("mask", given if given is not None else mask, shape), _plane("depth", depth, shape), device)  # fmt: skip
+    return _compute(
+        rgb,
+        _plane("alpha", own if alpha is None else alpha, shape),
+        as_lights(light),
+        p,
+        _plane("mask", given if given is not None else mask, shape),
+        _plane("depth", depth, shape),
+        device,
+    )
 
 
 def add_light_shafts(image: Any, light: Any, *, blend: str = "auto", mix: float = 1.0, **keywords: Any) -> Any:
@@ -114,8 +132,9 @@ def resolve_blend(blend: str, float_output: bool) -> str:
     return blend if blend != "auto" else ("add" if float_output else "screen")
 
 
-def occlusion_fraction(image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None,
-                       **parameters: Any) -> FloatArray:  # fmt: skip
+def occlusion_fraction(
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+) -> FloatArray:
     """D(phi) of Eq. 2, (H, W) float32 in 0..1: the fraction of a pixel's samples that meet occluders. Arguments as light_shafts."""
     p, given = _parameters(image, dict(parameters))
     lights = as_lights(light)
@@ -123,9 +142,19 @@ def occlusion_fraction(image: Any, light: Any, *, alpha: Any = None, depth: Any 
         raise AirlightError("the occlusion fraction belongs to one light: give one")
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
-    plain = Parameters(**{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"})
-    lit = _compute(rgb, _plane("alpha", own if alpha is None else alpha, shape), [Light(position=lights[0].position)], plain,
-                   _plane("mask", given if given is not None else mask, shape), _plane("depth", depth, shape), device, fraction=True)  # fmt: skip
+    plain = Parameters(
+        **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
+    )
+    lit = _compute(
+        rgb,
+        _plane("alpha", own if alpha is None else alpha, shape),
+        [Light(position=lights[0].position)],
+        plain,
+        _plane("mask", given if given is not None else mask, shape),
+        _plane("depth", depth, shape),
+        device,
+        fraction=True,
+    )
     return np.clip(1 - lit[..., 0], 0, 1)
 
 
@@ -139,8 +168,18 @@ class Rendered:
     encoded: Any = None
 
 
-def render_picture(picture: Picture, lights: list[Light], parameters: Parameters, composite: Composite | None = None, *, mask: Any = None,
-                   depth: Any = None, device: Device | str | None = None, profile: Any = None, float_output: bool = False) -> Rendered:  # fmt: skip
+def render_picture(
+    picture: Picture,
+    lights: list[Light],
+    parameters: Parameters,
+    composite: Composite | None = None,
+    *,
+    mask: Any = None,
+    depth: Any = None,
+    device: Device | str | None = None,
+    profile: Any = None,
+    float_output: bool = False,
+) -> Rendered:
     """What `airlight image` does with a picture from a file. profile: a list to which (label, ms) of each pass is appended."""
     options = composite or Composite()
     shape = (picture.height, picture.width)
@@ -150,8 +189,17 @@ def render_picture(picture: Picture, lights: list[Light], parameters: Parameters
         codes = np.empty((*shape, 4), np.uint8)  # decoded by the texture unit
         codes[..., :3] = picture.codes[..., :3]
         codes[..., 3] = picture.codes[..., 3] if picture.codes.shape[2] == 4 else 255
-    layer = _compute(rgb, picture.alpha, lights, parameters, _plane("mask", mask, shape), _plane("depth", depth, shape), device,
-                     profile=profile, codes=codes)  # fmt: skip
+    layer = _compute(
+        rgb,
+        picture.alpha,
+        lights,
+        parameters,
+        _plane("mask", mask, shape),
+        _plane("depth", depth, shape),
+        device,
+        profile=profile,
+        codes=codes,
+    )
     pixels = blend_layer(rgb, layer, resolve_blend(options.blend, float_output), options.mix)
     return Rendered(pixels, layer, (layer != 0).any(axis=-1))
 

@@ -26,7 +26,9 @@ COPIES = [(entry, strip, along) for entry in ("copy_wide", "copy_square") for st
 
 def _commit() -> str:
     try:
-        done = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=10)
+        done = subprocess.run(
+            ["git", "describe", "--always", "--dirty"], cwd=Path(__file__).parent, capture_output=True, text=True, timeout=10
+        )
         return done.stdout.strip() or "unknown"
     except (OSError, subprocess.SubprocessError):
         return "unknown"
@@ -100,8 +102,16 @@ def _times(device: Device, records: list[Any], runs: int) -> list[list[float]]:
 
 
 def _parameters(method: str, density: float, lam: float, quality: str = "normal", samples: int = 150, scale: float = 1.0) -> Parameters:
-    return Parameters(method=method, samples=samples, density=density, decay=float(np.exp(-lam / samples)), jitter="midpoint", quality=quality,
-                      scale=scale, occlusion="none")  # type: ignore[arg-type]  # fmt: skip
+    return Parameters(
+        method=method,
+        samples=samples,
+        density=density,
+        decay=float(np.exp(-lam / samples)),
+        jitter="midpoint",
+        quality=quality,
+        scale=scale,
+        occlusion="none",
+    )  # type: ignore[arg-type]
 
 
 def measure(device: Device, width: int = 1920, height: int = 1080, runs: int = 7, say: Any = print) -> list[dict[str, Any]]:
@@ -113,14 +123,27 @@ def measure(device: Device, width: int = 1920, height: int = 1080, runs: int = 7
     def note(case: str, method: str, times: list[float], p: Parameters | None, lam: float, **more: Any) -> None:
         ms = float(np.median(times))
         about = {"samples": p.samples, "density": p.density, "lambda": lam} if p else {"samples": 1, "density": 0.0, "lambda": 0.0}
-        records.append({"case": case, "method": method, **about, "width": width, "height": height, "ms": ms, "ms_min": min(times), "runs": len(times), **more})
+        records.append(
+            {
+                "case": case,
+                "method": method,
+                **about,
+                "width": width,
+                "height": height,
+                "ms": ms,
+                "ms_min": min(times),
+                "runs": len(times),
+                **more,
+            }
+        )
 
     for case, position in LIGHTS.items():
         for density, lam in LENGTHS:
             truth = converged(bench.image, position, density=density, lam=lam, points=bench.points)
             away = np.hypot((bench.points[:, 0] - position[0]) * width, (bench.points[:, 1] - position[1]) * height) > 0.02 * width
             variants: list[tuple[str, Parameters, dict[str, Any]]] = [
-                ("epipolar", _parameters("epipolar", density, lam, quality), {"quality": quality}) for quality in ("draft", "normal", "final")
+                ("epipolar", _parameters("epipolar", density, lam, quality), {"quality": quality})
+                for quality in ("draft", "normal", "final")
             ]
             slow: list[tuple[str, Parameters, dict[str, Any]]] = [
                 ("radial", _parameters("radial", density, lam), {}),
@@ -140,7 +163,9 @@ def measure(device: Device, width: int = 1920, height: int = 1080, runs: int = 7
                 note(case, method, own, p, lam, error=error, **more)
                 what = " ".join(f"{k} {v}" for k, v in more.items())
                 ms = float(np.median(own))
-                say(f"{case:8} D {density:<5} lambda {lam:<5} {method:8} n {p.samples:<4} {what:14} {ms:8.1f} ms {ms / base:6.1f} copies  error {error:.2%}")
+                say(
+                    f"{case:8} D {density:<5} lambda {lam:<5} {method:8} n {p.samples:<4} {what:14} {ms:8.1f} ms {ms / base:6.1f} copies  error {error:.2%}"
+                )
     return records
 
 
@@ -152,8 +177,21 @@ def extras(device: Device, say: Any = print, runs: int = 5) -> list[dict[str, An
 
     def note(case: str, method: str, size: tuple[int, int], times: list[float], lam: float, base: float) -> None:
         ms = float(np.median(times))
-        records.append({"case": case, "method": method, "samples": 150, "density": 0.926, "lambda": lam, "width": size[0], "height": size[1],
-                        "ms": ms, "ms_min": min(times), "runs": len(times), "quality": "normal"})  # fmt: skip
+        records.append(
+            {
+                "case": case,
+                "method": method,
+                "samples": 150,
+                "density": 0.926,
+                "lambda": lam,
+                "width": size[0],
+                "height": size[1],
+                "ms": ms,
+                "ms_min": min(times),
+                "runs": len(times),
+                "quality": "normal",
+            }
+        )
         say(f"{case:24} lambda {lam:<5} {size[0]} x {size[1]} {ms:8.1f} ms {ms / base:6.1f} copies")
 
     for size in ((1920, 1080), (3840, 2160)):
@@ -180,7 +218,12 @@ def run(json_path: str | None = None, overwrite: bool = False, device_name: str 
     """Measure, print, and write the records as JSON if asked to."""
     device = open_device(device_name)
     say(f"adapter: {device.name} ({device.info.get('backend_type')}); 1 copy = the fastest of {len(COPIES)} one-tap rgba16f copy kernels")
-    result = {"adapter": device.name, "backend": device.info.get("backend_type"), "commit": _commit(), "records": measure(device, say=say) + extras(device, say=say)}
+    result = {
+        "adapter": device.name,
+        "backend": device.info.get("backend_type"),
+        "commit": _commit(),
+        "records": measure(device, say=say) + extras(device, say=say),
+    }
     if json_path is not None:
         with replacing(json_path, overwrite) as file:
             file.write((json.dumps(result, indent=1) + "\n").encode())

@@ -34,14 +34,24 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
 
     method: Annotated[
         Literal["epipolar", "radial"],
-        _meta("epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum", "method", "Airlight; " + _GG3),
+        _meta(
+            "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum", "method", "Airlight; " + _GG3
+        ),
     ] = "epipolar"
     samples: Annotated[
-        int, _meta("samples n along the ray; for epipolar it only sets lambda = -n ln(decay)", "shafts", _GG3 + ", Eq. 4", ge=1, le=MAX_SAMPLES)
+        int,
+        _meta("samples n along the ray; for epipolar it only sets lambda = -n ln(decay)", "shafts", _GG3 + ", Eq. 4", ge=1, le=MAX_SAMPLES),
     ] = 100
     density: Annotated[
         float,
-        _meta("part of the way to the light that a ray covers; above 1 it passes the light", "shafts", _GG3 + ", Listing 13-1", "ray lengths", gt=0, le=16),
+        _meta(
+            "part of the way to the light that a ray covers; above 1 it passes the light",
+            "shafts",
+            _GG3 + ", Listing 13-1",
+            "ray lengths",
+            gt=0,
+            le=16,
+        ),
     ] = 0.95
     decay: Annotated[float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", ge=1e-6, le=1)] = 0.97
     weight: Annotated[float, _meta("factor of every sample", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.0
@@ -55,20 +65,28 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     ] = "clamp"
     jitter: Annotated[
         Literal["fixed", "midpoint", "gradient", "blue"],
-        _meta("where radial samples lie in their step: start, middle, interleaved-gradient noise, blue noise", "method", _GG3 + ", sec. 13.8"),
+        _meta(
+            "where radial samples lie in their step: start, middle, interleaved-gradient noise, blue noise", "method", _GG3 + ", sec. 13.8"
+        ),
     ] = "fixed"
     scale: Annotated[
         float, _meta("resolution of the radial sum: 1, 0.5 or 0.25, filtered down and up", "method", _GG3 + ", sec. 13.3.1", ge=0.25, le=1)
     ] = 1.0
-    quality: Annotated[
-        Literal["draft", "normal", "final"], _meta("fineness of the epipolar grid", "method", "Airlight")
-    ] = "normal"
+    quality: Annotated[Literal["draft", "normal", "final"], _meta("fineness of the epipolar grid", "method", "Airlight")] = "normal"
     occlusion: Annotated[
         Literal["luminance", "alpha", "depth", "none"],
         _meta("what emits: pixels above a luminance, transparent ones, far ones, or all", "occlusion", _GG3 + ", sec. 13.5"),
     ] = "luminance"
     threshold: Annotated[
-        float, _meta("linear luminance (or depth) at which a pixel counts half as emitting", "occlusion", "Blender, Resolve", "linear", ge=0, le=65504)
+        float,
+        _meta(
+            "linear luminance (or depth) at which a pixel counts half as emitting",
+            "occlusion",
+            "Blender, Resolve",
+            "linear",
+            ge=0,
+            le=65504,
+        ),
     ] = 0.8
     smoothness: Annotated[
         float, _meta("half width of the soft knee around the threshold", "occlusion", "Blender Sun Beams", "linear", ge=0, le=65504)

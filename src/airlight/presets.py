@@ -20,7 +20,9 @@ LARGEST = 1 << 20  # bytes; a preset has a few hundred
 @functools.cache
 def structs() -> tuple[type[msgspec.Struct], ...]:
     """The declarations: every Struct of airlight.parameters. Options, presets and docs follow from them."""
-    found = [v for v in vars(parameters).values() if isinstance(v, type) and issubclass(v, msgspec.Struct) and not v.__name__.startswith("_")]
+    found = [
+        v for v in vars(parameters).values() if isinstance(v, type) and issubclass(v, msgspec.Struct) and not v.__name__.startswith("_")
+    ]
     return tuple(s for s in found if s.__module__ == parameters.__name__)
 
 

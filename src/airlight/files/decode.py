@@ -21,7 +21,7 @@ _MAGIC = (
     (b"v/1\x01", "openexr"), (b"#?RADIANCE", "hdr"), (b"#?RGBE", "hdr"), (b"BM", "bmp"), (b"GIF8", "gif"),
     (b"\xff\x0a", "jpegxl"), (b"\0\0\0\x0cJXL ", "jpegxl"), (b"\0\0\0\x0cjP  ", "jpeg2000"),
     (b"P1", "pnm"), (b"P2", "pnm"), (b"P3", "pnm"), (b"P4", "pnm"), (b"P5", "pnm"), (b"P6", "pnm"), (b"PF", "pnm"), (b"Pf", "pnm"),
-)  # fmt: skip
+)
 
 
 def tell(message: str, level: int = 3) -> None:

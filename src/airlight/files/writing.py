@@ -16,7 +16,7 @@ from airlight.files.images import Picture
 HALF_MOST = 65504.0
 # Metadata that describes the old file's storage, not the picture.
 _STORAGE = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "planarconfig",
-            "compression", "screenWindow", "dwaCompressionLevel", "chromaticities", "chunkCount", "name", "version", "type")  # fmt: skip
+            "compression", "screenWindow", "dwaCompressionLevel", "chromaticities", "chunkCount", "name", "version", "type")
 _LOSSLESS_EXR = ("none", "rle", "zip", "zips", "piz", "htj2k32", "htj2k256")
 
 

@@ -23,7 +23,9 @@ def _shrink(image: Any, factor: int) -> Any:
     return padded.reshape(padded.shape[0] // factor, factor, padded.shape[1] // factor, factor, -1).mean(axis=(1, 3))
 
 
-def layer(rgb: Any, lights: Sequence[Light], p: Parameters, *, alpha: Any = None, depth: Any = None, mask: Any = None, fraction: bool = False) -> Any:
+def layer(
+    rgb: Any, lights: Sequence[Light], p: Parameters, *, alpha: Any = None, depth: Any = None, mask: Any = None, fraction: bool = False
+) -> Any:
     """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
     if p.method == "radial" and p.jitter in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.jitter} needs a graphics adapter: use fixed or midpoint")

@@ -61,7 +61,15 @@ def bilinear(image: Array, x: Any, y: Any, border: str = "clamp") -> Array:
 
 
 def _march(
-    image: Array, light: Sequence[float], points: Array | None, shifts: Array, weights: Array, offset: Any, step: float, border: str, dtype: Any
+    image: Array,
+    light: Sequence[float],
+    points: Array | None,
+    shifts: Array,
+    weights: Array,
+    offset: Any,
+    step: float,
+    border: str,
+    dtype: Any,
 ) -> Array:
     """sum_i weights[i] I(x - (shifts[i] + offset) step (x - l)) for every point; offset a number or one per point."""
     height, width, channels = image.shape
@@ -247,8 +255,10 @@ def layer(
                 dtype=dtype,
             )
         else:
-            one = p.exposure * p.weight * converged(
-                emitted, light.position, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype
+            one = (
+                p.exposure
+                * p.weight
+                * converged(emitted, light.position, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
             )
             if p.normalization == "listing":
                 terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1

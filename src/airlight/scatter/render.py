@@ -23,7 +23,9 @@ def check_size(device: Device, width: int, height: int) -> None:
     """Raise AirlightError if the adapter cannot hold a texture of this size with its border."""
     if max(width, height) + 2 > device.max_side:
         limit = device.max_side - 2
-        raise AirlightError(f"the image is {width} x {height} pixels; {device.name} takes at most {limit} on a side: scale it down or cut it")
+        raise AirlightError(
+            f"the image is {width} x {height} pixels; {device.name} takes at most {limit} on a side: scale it down or cut it"
+        )
 
 
 def _upload(device: Device, picture: Array) -> Any:
@@ -35,7 +37,17 @@ def _upload(device: Device, picture: Array) -> Any:
     return texture
 
 
-def _source(device: Device, encoder: Any, picture: Any, p: Parameters, mask: Array | None, depth: Array | None, fraction: bool, scale: float, timer: Any) -> Any:
+def _source(
+    device: Device,
+    encoder: Any,
+    picture: Any,
+    p: Parameters,
+    mask: Array | None,
+    depth: Array | None,
+    fraction: bool,
+    scale: float,
+    timer: Any,
+) -> Any:
     """Record S = I m (or m itself) into a half-float texture, with an apron of one texel for border black."""
     width, height, _ = picture.size
     apron = 1 if p.border == "black" else 0
@@ -82,7 +94,9 @@ def direct_taps(size: tuple[int, int], light: Light, p: Parameters) -> int:
     return taps if taps <= 32 or (taps <= 8192 and taps * width * height <= 8_000_000) else 0
 
 
-def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None) -> tuple[list[Any], Any]:
+def plan(
+    device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None
+) -> tuple[list[Any], Any]:
     """A plan for each light, and the layer's texture that the last of them writes."""
     apron = 1 if p.border == "black" else 0
     plans: list[Any] = []
@@ -94,8 +108,20 @@ def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Paramete
         taps = direct_taps(size, light, p)
         if p.method == "epipolar" and taps:
             # a short or cheap ray: the converged sum by midpoint taps, twice a pixel
-            plans.append(RadialPlan(device, size, light.position, samples=taps, density=p.density, decay=math.exp(-p.lam / taps), normalization="mean",
-                                    jitter="midpoint", scale=1.0, **{**common, "base": base or (0, 0, 0), "gain": tuple(g / taps for g in gain)}))  # fmt: skip
+            plans.append(
+                RadialPlan(
+                    device,
+                    size,
+                    light.position,
+                    samples=taps,
+                    density=p.density,
+                    decay=math.exp(-p.lam / taps),
+                    normalization="mean",
+                    jitter="midpoint",
+                    scale=1.0,
+                    **{**common, "base": base or (0, 0, 0), "gain": tuple(g / taps for g in gain)},
+                )
+            )
         elif p.method == "epipolar":
             at = (light.position[0] * size[0], light.position[1] * size[1])
             plans.append(EpipolarPlan(device, size, at, density=p.density, lam=p.lam, border=p.border, quality=p.quality, **common))
@@ -103,14 +129,35 @@ def plan(device: Device, size: tuple[int, int], lights: list[Light], p: Paramete
             if p.scale != 1 and before is not None:
                 common["before"] = before
             common["base"] = base or (0, 0, 0)
-            plans.append(RadialPlan(device, size, light.position, samples=p.samples, density=p.density, decay=p.decay, normalization=p.normalization,
-                                    jitter=p.jitter, scale=p.scale, **common))  # fmt: skip
+            plans.append(
+                RadialPlan(
+                    device,
+                    size,
+                    light.position,
+                    samples=p.samples,
+                    density=p.density,
+                    decay=p.decay,
+                    normalization=p.normalization,
+                    jitter=p.jitter,
+                    scale=p.scale,
+                    **common,
+                )
+            )
         before = target
     return plans, before
 
 
-def render_layer(device: Device, picture: Array, lights: list[Light], p: Parameters, *, mask: Array | None = None, depth: Array | None = None,
-                 fraction: bool = False, profile: list[tuple[str, float]] | None = None) -> Array:  # fmt: skip
+def render_layer(
+    device: Device,
+    picture: Array,
+    lights: list[Light],
+    p: Parameters,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    fraction: bool = False,
+    profile: list[tuple[str, float]] | None = None,
+) -> Array:
     """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite."""
     height, width = picture.shape[:2]
     check_size(device, width, height)

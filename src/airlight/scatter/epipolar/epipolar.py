@@ -19,8 +19,7 @@ BUNDLE = np.dtype(
 )
 QUADRANT = np.dtype([(n, "f4", 4) for n in ("minor", "node", "rate", "last")])
 FRAME = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
-    + [("quadrants", QUADRANT, 4)]
+    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)] + [("quadrants", QUADRANT, 4)]
 )
 
 
@@ -183,8 +182,23 @@ def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, 
 class EpipolarPlan:
     """The passes of one light over a source of fixed size. `record` allocates nothing."""
 
-    def __init__(self, device: Device, size: tuple[int, int], light: tuple[float, float], *, density: float, lam: float, border: str, quality: str | Fineness,
-                 source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1), base: Any = None) -> None:  # fmt: skip
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        *,
+        density: float,
+        lam: float,
+        border: str,
+        quality: str | Fineness,
+        source: Any,
+        layer: Any,
+        apron: int = 0,
+        before: Any = None,
+        gain: tuple[float, float, float] = (1, 1, 1),
+        base: Any = None,
+    ) -> None:
         fine = QUALITY[quality] if isinstance(quality, str) else quality
         self.device, self.size = device, size
         self.mix: Mixture = mixture(density, lam, fine.tolerance)

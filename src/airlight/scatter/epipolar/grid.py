@@ -74,8 +74,17 @@ def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
 class Grid:
     """The grid of one light. size: (width, height); light in pixels (corner origin); border clamp or black."""
 
-    def __init__(self, size: tuple[int, int], light: tuple[float, float], mix: Mixture, lam: float, density: float, fine: Fineness, border: str,
-                 max_side: int = 16384) -> None:  # fmt: skip
+    def __init__(
+        self,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        mix: Mixture,
+        lam: float,
+        density: float,
+        fine: Fineness,
+        border: str,
+        max_side: int = 16384,
+    ) -> None:
         self.size, self.light, self.mix, self.border = size, light, mix, border
         length = max(lam, 1.5) / density
         # a small image costs little, and its detail is large beside it
@@ -137,7 +146,7 @@ class Grid:
 
         first, last = (enter - 1, leave + 1) if black else (enter, leave)
         u = beside(0.0, first) if first > 0 and (black or not 0.5 <= minor <= other - 0.5) else 0.0
-        dark = black and first > 0 or (black and last < 0)
+        dark = (black and first > 0) or (black and last < 0)
         u = max(u, 0.0)
         nodes = [u]
         while u < end:

@@ -42,9 +42,25 @@ def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int
 class RadialPlan:
     """The passes of one light. size: (width, height) of the layer; light: normalised; scale: 1, 0.5 or 0.25."""
 
-    def __init__(self, device: Device, size: tuple[int, int], light: tuple[float, float], *, samples: int, density: float, decay: float, normalization: str,
-                 jitter: str, scale: float, source: Any, layer: Any, apron: int = 0, before: Any = None, gain: tuple[float, float, float] = (1, 1, 1),
-                 base: tuple[float, float, float] = (0, 0, 0)) -> None:  # fmt: skip
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        *,
+        samples: int,
+        density: float,
+        decay: float,
+        normalization: str,
+        jitter: str,
+        scale: float,
+        source: Any,
+        layer: Any,
+        apron: int = 0,
+        before: Any = None,
+        gain: tuple[float, float, float] = (1, 1, 1),
+        base: tuple[float, float, float] = (0, 0, 0),
+    ) -> None:
         self.device = device
         self.factor = round(1 / scale)
         self.full = size
@@ -66,7 +82,9 @@ class RadialPlan:
             target = device.texture(*self.low, "rgba16float")
             self.up = device.pipeline(RESAMPLE, "up")
             self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer)
-        self.pipeline = device.pipeline(RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None)
+        self.pipeline = device.pipeline(
+            RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None
+        )
         noise = _noise_texture(device) if jitter == "blue" else source
         per = max(1, TAPS_A_DISPATCH // (samples * self.low[0]))
         self.parts = []
