@@ -47,5 +47,12 @@ def test_a_sun_at_any_exposure(place: tuple[float, float], radius: float, factor
 def test_pictures_without_a_source() -> None:
     rng = np.random.default_rng(0)
     ramp = np.linspace(0, 1, 400)[None, :, None] * np.ones((300, 1, 3))
-    for image in (np.ones((300, 400, 3)), rng.random((300, 400, 3)), ramp, np.zeros((30, 40, 3)), np.ones((1, 1, 3)), np.full((9, 9, 3), np.nan)):
+    for image in (
+        np.ones((300, 400, 3)),
+        rng.random((300, 400, 3)),
+        ramp,
+        np.zeros((30, 40, 3)),
+        np.ones((1, 1, 3)),
+        np.full((9, 9, 3), np.nan),
+    ):
         assert find_light(image.astype(np.float32)) is None

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.composite.blend import blend as blend_layer
+from airlight.composite.blend import resolve
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
 from airlight.gpu.device import Device, cure, open_device
@@ -14,7 +16,6 @@ from airlight.lights import Light, as_lights
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as reference
-from airlight.reference.composite import composite as blend_layer
 from airlight.scatter.render import render_layer
 
 FloatArray = npt.NDArray[np.float32]
@@ -108,28 +109,23 @@ def light_shafts(
     )
 
 
-def add_light_shafts(image: Any, light: Any, *, blend: str = "auto", mix: float = 1.0, **keywords: Any) -> Any:
-    """The image with its light shafts, in the image's shape and dtype. Keywords as light_shafts; blend, mix as Composite."""
-    options = Composite(blend=blend, mix=mix)  # type: ignore[arg-type]
+def add_light_shafts(image: Any, light: Any, *, blend: Any = "auto", mix: float = 1.0, veil: float | None = None, **keywords: Any) -> Any:
+    """The image with its light shafts, in the image's shape and dtype. Keywords as light_shafts; blend, mix, veil as Composite."""
+    options = Composite(blend=blend, mix=mix, veil=veil)
     array = np.asarray(image)
+    is_float = array.dtype.kind == "f"
     layer = light_shafts(array, light, **keywords)
-    rgb, alpha = to_linear(array)
-    out = blend_layer(rgb, layer, resolve_blend(options.blend, array.dtype.kind == "f"), options.mix)
-    changed = (layer != 0).any(axis=-1)
-    if array.dtype.kind == "f":
-        result = array.astype(array.dtype, copy=True)
-        if array.ndim == 2 or array.shape[2] == 1:
-            weights = np.array(reference.REC709, np.float32)
-            result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
-        else:
-            result[..., :3] = np.where(changed[..., None], out, array[..., :3])
-        return result
-    return encode(out, array.dtype, changed, array)
-
-
-def resolve_blend(blend: str, float_output: bool) -> str:
-    """What `auto` means: add for float outputs, screen for 8 and 16 bit."""
-    return blend if blend != "auto" else ("add" if float_output else "screen")
+    out, added = blend_layer(to_linear(array)[0], layer, resolve(options, is_float))
+    changed = (added != 0).any(axis=-1)
+    if not is_float:
+        return encode(out, array.dtype, changed, array)
+    result = array.copy()
+    if array.ndim == 2 or array.shape[2] == 1:
+        weights = np.array(reference.REC709, np.float32)
+        result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
+    else:
+        result[..., :3] = np.where(changed[..., None], out, array[..., :3])
+    return result
 
 
 def occlusion_fraction(
@@ -160,7 +156,7 @@ def occlusion_fraction(
 
 @dataclass
 class Rendered:
-    """pixels, layer: (H, W, 3) float32 linear; changed: (H, W) bool, where the layer is not zero."""
+    """pixels, layer as it was added: (H, W, 3) float32 linear; changed: (H, W) bool, where the layer is not zero."""
 
     pixels: FloatArray
     layer: FloatArray
@@ -200,8 +196,8 @@ def render_picture(
         profile=profile,
         codes=codes,
     )
-    pixels = blend_layer(rgb, layer, resolve_blend(options.blend, float_output), options.mix)
-    return Rendered(pixels, layer, (layer != 0).any(axis=-1))
+    pixels, added = blend_layer(rgb, layer, resolve(options, float_output))
+    return Rendered(pixels, added, (added != 0).any(axis=-1))
 
 
 def adapter_cure() -> str:

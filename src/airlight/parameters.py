@@ -52,10 +52,10 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             gt=0,
             le=16,
         ),
-    ] = 0.95
-    decay: Annotated[float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", ge=1e-6, le=1)] = 0.97
+    ] = 0.97
+    decay: Annotated[float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", ge=1e-6, le=1)] = 0.98
     weight: Annotated[float, _meta("factor of every sample", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.0
-    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.0
+    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.3
     normalization: Annotated[
         Literal["mean", "listing"],
         _meta("mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted", "method", _GG3),
@@ -87,7 +87,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             ge=0,
             le=65504,
         ),
-    ] = 0.8
+    ] = 0.85
     smoothness: Annotated[
         float, _meta("half width of the soft knee around the threshold", "occlusion", "Blender Sun Beams", "linear", ge=0, le=65504)
     ] = 0.2
@@ -113,3 +113,17 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
         _meta("auto: add for float files, screen for 8 and 16 bit; screen never clips", "composite", "compositing practice"),
     ] = "auto"
     mix: Annotated[float, _meta("share of the layer that is put on the picture", "composite", "Resolve", ge=0, le=1)] = 1.0
+    veil: (
+        Annotated[
+            float,
+            _meta(
+                "luminance, as a share of the layer's peak, below which the layer is haze and is taken away; "
+                "unset: 0.2 for 8 and 16 bit, 0 for float files",
+                "composite",
+                "Airlight",
+                ge=0,
+                le=1,
+            ),
+        ]
+        | None
+    ) = None

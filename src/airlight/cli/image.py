@@ -140,7 +140,15 @@ def image(
 
     passes: list[tuple[str, float]] = []
     done = api.render_picture(
-        picture, lights, parameters, composite, mask=emits, depth=far, device=gpu, profile=passes if profile else None
+        picture,
+        lights,
+        parameters,
+        composite,
+        mask=emits,
+        depth=far,
+        device=gpu,
+        profile=passes if profile else None,
+        float_output=_is_float(output),
     )
     fraction = None
     if occlusion_fraction is not None:
@@ -162,6 +170,10 @@ def image(
     spent.lap("write")
     if profile:
         _show_profile(spent, passes)
+
+
+def _is_float(path: str) -> bool:
+    return path.lower().endswith((".exr", ".hdr"))
 
 
 def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], overwrite: bool) -> None:

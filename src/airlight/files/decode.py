@@ -16,11 +16,28 @@ MAX_BYTES = 2**32
 MAX_CHANNELS = 256
 
 _MAGIC = (
-    (b"\x89PNG\r\n\x1a\n", "png"), (b"\xff\xd8\xff", "jpeg"), (b"II*\0", "tiff"), (b"MM\0*", "tiff"), (b"II+\0", "tiff"),
+    (b"\x89PNG\r\n\x1a\n", "png"),
+    (b"\xff\xd8\xff", "jpeg"),
+    (b"II*\0", "tiff"),
+    (b"MM\0*", "tiff"),
+    (b"II+\0", "tiff"),
     (b"MM\0+", "tiff"),
-    (b"v/1\x01", "openexr"), (b"#?RADIANCE", "hdr"), (b"#?RGBE", "hdr"), (b"BM", "bmp"), (b"GIF8", "gif"),
-    (b"\xff\x0a", "jpegxl"), (b"\0\0\0\x0cJXL ", "jpegxl"), (b"\0\0\0\x0cjP  ", "jpeg2000"),
-    (b"P1", "pnm"), (b"P2", "pnm"), (b"P3", "pnm"), (b"P4", "pnm"), (b"P5", "pnm"), (b"P6", "pnm"), (b"PF", "pnm"), (b"Pf", "pnm"),
+    (b"v/1\x01", "openexr"),
+    (b"#?RADIANCE", "hdr"),
+    (b"#?RGBE", "hdr"),
+    (b"BM", "bmp"),
+    (b"GIF8", "gif"),
+    (b"\xff\x0a", "jpegxl"),
+    (b"\0\0\0\x0cJXL ", "jpegxl"),
+    (b"\0\0\0\x0cjP  ", "jpeg2000"),
+    (b"P1", "pnm"),
+    (b"P2", "pnm"),
+    (b"P3", "pnm"),
+    (b"P4", "pnm"),
+    (b"P5", "pnm"),
+    (b"P6", "pnm"),
+    (b"PF", "pnm"),
+    (b"Pf", "pnm"),
 )
 
 

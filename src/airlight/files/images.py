@@ -14,6 +14,7 @@ from airlight.files.repair import repair
 OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
 
+
 @dataclass
 class Picture:
     """A picture as its file holds it, upright.

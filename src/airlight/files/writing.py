@@ -15,8 +15,27 @@ from airlight.files.images import Picture
 
 HALF_MOST = 65504.0
 # Metadata that describes the old file's storage, not the picture.
-_STORAGE = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "planarconfig",
-            "compression", "screenWindow", "dwaCompressionLevel", "chromaticities", "chunkCount", "name", "version", "type")
+_STORAGE = (
+    "oiio:",
+    "openexr:",
+    "tiff:",
+    "png:",
+    "jpeg:",
+    "gif:",
+    "hdr:",
+    "bmp:",
+    "thumbnail_",
+    "ICCProfile",
+    "planarconfig",
+    "compression",
+    "screenWindow",
+    "dwaCompressionLevel",
+    "chromaticities",
+    "chunkCount",
+    "name",
+    "version",
+    "type",
+)
 _LOSSLESS_EXR = ("none", "rle", "zip", "zips", "piz", "htj2k32", "htj2k256")
 
 
@@ -141,9 +160,7 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
     return alpha if real else np.rint(alpha * np.iinfo(dtype).max).astype(dtype)
 
 
-def _spec(
-    codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Picture | None, format: str, depth: int, keeps_icc: bool
-) -> Any:
+def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Picture | None, format: str, depth: int, keeps_icc: bool) -> Any:
     import OpenImageIO as oiio
 
     height, width, channels = codes.shape
