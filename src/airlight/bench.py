@@ -101,7 +101,7 @@ def _times(device: Device, records: list[Any], runs: int) -> list[list[float]]:
     return times
 
 
-def _parameters(method: str, density: float, lam: float, quality: str = "normal", samples: int = 150, scale: float = 1.0) -> Parameters:
+def _parameters(method: Any, density: float, lam: float, quality: Any = "normal", samples: int = 150, scale: float = 1.0) -> Parameters:
     return Parameters(
         method=method,
         samples=samples,
@@ -115,7 +115,7 @@ def _parameters(method: str, density: float, lam: float, quality: str = "normal"
 
 
 def measure(device: Device, width: int = 1920, height: int = 1080, runs: int = 7, say: Any = print) -> list[dict[str, Any]]:
-    """The records of one size: copy, radial n = 150 and n = 100 at half resolution, epipolar at each quality; cases inside, edge, outside."""
+    """The records of one size: copy, radial n = 150, n = 100 at half resolution, epipolar at each quality, for each light."""
     bench = Bench(device, width, height)
     copy = bench.copy()
     records: list[dict[str, Any]] = []
@@ -164,7 +164,8 @@ def measure(device: Device, width: int = 1920, height: int = 1080, runs: int = 7
                 what = " ".join(f"{k} {v}" for k, v in more.items())
                 ms = float(np.median(own))
                 say(
-                    f"{case:8} D {density:<5} lambda {lam:<5} {method:8} n {p.samples:<4} {what:14} {ms:8.1f} ms {ms / base:6.1f} copies  error {error:.2%}"
+                    f"{case:8} D {density:<5} lambda {lam:<5} {method:8} n {p.samples:<4} {what:14} "
+                    f"{ms:8.1f} ms {ms / base:6.1f} copies  error {error:.2%}"
                 )
     return records
 

@@ -58,7 +58,7 @@ def find_light(image: npt.NDArray[Any]) -> Found | None:
     bright = np.minimum(y / peak, 1.0) ** 6
     score = sum(_blur(bright, s * longest) for s in (0.01, 0.02, 0.04))
     at = np.array(np.unravel_index(int(np.argmax(score)), score.shape), float)
-    grid = np.stack(np.indices(y.shape).astype(float))
+    grid = np.indices(y.shape).astype(float)
     for radius in WINDOWS:
         for _ in range(20):
             distance = ((grid - at[:, None, None]) ** 2).sum(axis=0)
@@ -70,7 +70,7 @@ def find_light(image: npt.NDArray[Any]) -> Found | None:
     share = float((y > 0.7 * peak).mean())
     if share > OPENING:  # an evenly bright opening has no brightest place worth the name: its middle
         at = (grid * (y > 0.7 * peak)).sum(axis=(1, 2)) / (y > 0.7 * peak).sum()
-    level = float(_blur(y, 0.01 * longest)[int(round(at[0])), int(round(at[1]))])
+    level = float(_blur(y, 0.01 * longest)[round(at[0]), round(at[1])])
     contrast = level / max(float(np.median(y)), 1e-6 * peak)
     if contrast < CONTRAST or share > LARGEST:
         return None

@@ -86,12 +86,12 @@ def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], 
 
 
 def direct_taps(size: tuple[int, int], light: Light, p: Parameters) -> int:
-    """Midpoint taps, two a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
+    """Midpoint taps, four a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
     width, height = size
     x, y = light.position
     longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
-    taps = max(8, math.ceil(2 * p.density * longest))
-    return taps if taps <= 32 or (taps <= 8192 and taps * width * height <= 8_000_000) else 0
+    taps = max(64, math.ceil(4 * p.density * longest))
+    return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= 12_000_000) else 0
 
 
 def plan(
@@ -107,7 +107,9 @@ def plan(
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
         taps = direct_taps(size, light, p)
         if p.method == "epipolar" and taps:
-            # a short or cheap ray: the converged sum by midpoint taps, twice a pixel
+            # a short or cheap ray: the converged sum by midpoint taps, their weights exact where I is constant
+            step = 0.5 * p.lam / taps
+            share = (math.sinh(step) / step if 0 < step < 300 else 1.0) / taps
             plans.append(
                 RadialPlan(
                     device,
@@ -119,7 +121,7 @@ def plan(
                     normalization="mean",
                     jitter="midpoint",
                     scale=1.0,
-                    **{**common, "base": base or (0, 0, 0), "gain": tuple(g / taps for g in gain)},
+                    **{**common, "base": base or (0, 0, 0), "gain": tuple(g * share for g in gain)},
                 )
             )
         elif p.method == "epipolar":

@@ -11,15 +11,16 @@ from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weig
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 GATHER = "scatter/epipolar/gather.wgsl"
-TILE_WIDTH = 64  # gather.wgsl
-TILE = np.dtype([("corner", "u4", 2), ("", "u4", 2), ("minor", "f4", 4), ("node", "f4", 4), ("rate", "f4", 4)])
+TILE_WIDTH, NEAR, NEAR_TAPS = 64, 12, 128  # gather.wgsl
+TILE = np.dtype([("corner", "u4", 2), ("", "u4", 2), ("minor", "f4", 4), ("node", "f4", 4), ("rate", "f4", 4), ("last", "f4", 4)])
 BUNDLE = np.dtype(
     [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "first", "state_in", "lines_in", "state_out", "keep")]
     + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "more", "gain")]
 )
 QUADRANT = np.dtype([(n, "f4", 4) for n in ("minor", "node", "rate", "last")])
 FRAME = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)] + [("quadrants", QUADRANT, 4)]
+    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
+    + [("ray", "f4", 4), ("gain", "f4", 4), ("quadrants", QUADRANT, 4)]
 )
 
 
@@ -74,7 +75,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
     mix, fine = grid.mix, grid.fine
     has_tail = mix.tail_ratio > 0
     blocks: list[Array] = []
-    zones: list[list[np.void]] = [[] for _ in range(fine.zones)]
+    zones: list[list[Any]] = [[] for _ in range(fine.zones)]
     frame = np.zeros((), FRAME)
     rows = states = 0
     components = 3 * (len(mix.p) + (len(mix.tail_p) + 2 if has_tail else 0))
@@ -145,14 +146,16 @@ def _lookup(grid: Grid, q: Quadrant) -> np.ndarray:
     split = q.steps.u[q.splits[1]] if len(q.splits) > 2 else np.inf
     record["node"] = *(k0 - rate * q.sign * major), np.clip(major + q.sign * split, -3e38, 3e38)
     record["rate"] = *(rate * q.sign), q.row0
-    record["last"][:2] = q.lines - 1, q.sign
+    first = q.steps.u[q.stored + 1] if q.steps.u[q.stored] == 0 else 0.0
+    start = (-q.sign * major / first, q.sign / first) if first else (3e38, 0)
+    record["last"][:3] = q.lines - 1, *start
     return record
 
 
 def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, zones: int, strip: int) -> dict[str, np.ndarray]:
     """Tiles of TILE_WIDTH x strip pixels by the entry point of gather.wgsl that serves them."""
-    x, y = np.meshgrid(np.arange(0, size[0], TILE_WIDTH), np.arange(0, size[1], strip))
-    x, y = x.ravel(), y.ravel()
+    columns, rows = np.meshgrid(np.arange(0, size[0], TILE_WIDTH), np.arange(0, size[1], strip))
+    x, y = columns.ravel(), rows.ravel()
     # the first and last pixel centres of each tile, as four corners
     cx = np.stack([x, x, x + TILE_WIDTH - 1, x + TILE_WIDTH - 1], axis=1) + 0.5
     cy = np.stack([y, y + strip - 1] * 2, axis=1) + 0.5
@@ -162,15 +165,17 @@ def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, 
     t = np.where(along_x, cx, cy)
     node, rate = frame["quadrants"]["node"][quadrant].astype(float), frame["quadrants"]["rate"][quadrant].astype(float)
     pieces = node[..., :3] + rate[..., :3] * t[..., None]
+    last = frame["quadrants"]["last"][quadrant].astype(float)
+    started = (last[..., 1] + last[..., 2] * t >= pieces.min(axis=-1)).all(axis=1)  # past the first node
     piece = pieces.argmin(axis=-1)
     far = ((t > node[..., 3]) == (quadrant % 2 == 0)) if zones == 2 else np.ones(t.shape, bool)
-    inside = (pieces.min(axis=-1) >= 0).all(axis=1)
+    inside = started & (pieces.min(axis=-1) >= 0).all(axis=1)
     one_quadrant = np.ptp(quadrant, axis=1) == 0
     across = one_quadrant & (quadrant[:, 0] < 2) & (np.abs(dx).min(axis=1) > 0)
     down = one_quadrant & ~across & (np.ptp(piece, axis=1) == 0) & (np.ptp(far.astype(int), axis=1) == 0) & inside & (quadrant[:, 0] >= 2)
     out = np.zeros(len(x), TILE)
     out["corner"] = np.stack([x, y], axis=1)
-    for name in ("minor", "node", "rate"):
+    for name in ("minor", "node", "rate", "last"):
         out[name] = frame["quadrants"][name][quadrant[:, 0]]
     k, f, index = piece[:, 0], far[:, 0], np.arange(len(x))
     out["node"][down, 0] = (node[index, 0, k] + rate[:, 0, 3] + (f if zones == 2 else 0))[down]
@@ -209,8 +214,10 @@ class EpipolarPlan:
         frame["size"], frame["light"] = size, light
         frame["diagonal"] = light[0] - light[1], light[0] + light[1]
         frame["scale"] = 1 / self.grid.columns, 1 / self.grid.rows
-        if base is not None:
-            frame["base"] = *base, apron
+        step = 0.5 * lam / NEAR_TAPS
+        frame["ray"][:3] = density, lam, (np.sinh(step) / step if step > 0 else 1.0) / NEAR_TAPS
+        frame["gain"][:3] = gain
+        frame["base"] = *(base or (0, 0, 0)), apron
         self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float")
         table = device.texture(8, len(data.table), "rgba32float", target=False)
         device.write(table, np.ascontiguousarray(data.table), 8 * 16)
@@ -233,6 +240,9 @@ class EpipolarPlan:
                 pipeline = device.pipeline(GATHER, entry, **flags)
                 bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, device.buffer(some.tobytes()), spare, source)
                 self.gathers.append((pipeline, bind, len(some)))
+        if all(-NEAR < light[a] < size[a] + NEAR for a in (0, 1)):
+            pipeline = device.pipeline(GATHER, "near", ADD=before is not None, BASE=base is not None)
+            self.gathers.append((pipeline, bind, 2 * NEAR))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""

@@ -85,12 +85,16 @@ class Grid:
         border: str,
         max_side: int = 16384,
     ) -> None:
-        self.size, self.light, self.mix, self.border = size, light, mix, border
+        self.size, self.light, self.mix, self.border, self.density = size, light, mix, border, density
         length = max(lam, 1.5) / density
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
-        if not (0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]):
-            fine = dataclasses.replace(fine, largest=min(fine.largest, 2), radii=(0, 0), slack=(0, 0))  # all nodes are far
+        inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
+        farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
+        if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
+            fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
+        if not inside:  # and all nodes are far
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0))
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -138,11 +142,12 @@ class Grid:
             low, high = minor + slopes[0] * u, minor + slopes[1] * u
             if black:
                 return until
-            if high < 0.5:
+            if high < 0.5 - 1e-3:  # all lines meet the corner's pixel
                 return until if slopes[1] <= 0 else min(until, (0.5 - minor) / slopes[1])
-            if low > other - 0.5:
+            if low > other - 0.5 + 1e-3:
                 return until if slopes[0] >= 0 else min(until, (other - 0.5 - minor) / slopes[0])
-            return min(until, u + max(4.0, 4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12)))
+            apart = min(4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12), self.density * u / 16)
+            return min(until, u + max(4.0, apart))
 
         first, last = (enter - 1, leave + 1) if black else (enter, leave)
         u = beside(0.0, first) if first > 0 and (black or not 0.5 <= minor <= other - 0.5) else 0.0
