@@ -56,7 +56,7 @@ def find_light(image: npt.NDArray[Any]) -> Found | None:
         return None
     # high powers single out what is as bright as the peak; at several scales, a wide patch beats a glint
     bright = np.minimum(y / peak, 1.0) ** 6
-    score = sum(_blur(bright, s * longest) for s in (0.01, 0.02, 0.04))
+    score = np.sum([_blur(bright, s * longest) for s in (0.01, 0.02, 0.04)], axis=0)
     at = np.array(np.unravel_index(int(np.argmax(score)), score.shape), float)
     grid = np.indices(y.shape).astype(float)
     for radius in WINDOWS:

@@ -219,8 +219,11 @@ class EpipolarPlan:
         frame["gain"][:3] = gain
         frame["base"] = *(base or (0, 0, 0)), apron
         self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float")
-        table = device.texture(8, len(data.table), "rgba32float", target=False)
-        device.write(table, np.ascontiguousarray(data.table), 8 * 16)
+        rows = -(-len(data.table) // 32)  # 32 rows of 8 texels side by side: long marches would pass a texture's height
+        table = device.texture(32 * 8, rows, "rgba32float", target=False)
+        padded = np.zeros((rows * 32, 8, 4), np.float32)
+        padded[: len(data.table)] = data.table
+        device.write(table, padded, 32 * 8 * 16)
         self.state = device.buffer(size=4 * data.states)
         constants = {"POWERS": len(self.mix.p), "TAIL": len(self.mix.tail_p)}
         self.scans = []

@@ -97,7 +97,7 @@ def _polynomial(b: float, tolerance: float) -> tuple[Array, Array]:
         c = np.linalg.lstsq(powers, np.exp(-b * y), rcond=None)[0]
         if np.abs(powers @ c - np.exp(-b * y)).max() <= tolerance:
             break
-    return np.arange(count, dtype=float), c
+    return np.arange(count, dtype=float), np.asarray(c, float)
 
 
 @lru_cache(maxsize=256)

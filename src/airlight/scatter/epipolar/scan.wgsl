@@ -38,8 +38,13 @@ fn texel(place: vec4f, line: u32, stride: u32) -> vec3f {
     return textureSampleLevel(source, bilinear, place.xy + f32(line * stride) * place.zw, 0.0).rgb;
 }
 
+/// Row of the step table: 8 texels, 32 rows side by side.
+fn entry(row: u32, k: u32) -> vec4f {
+    return textureLoad(table, vec2u((row & 31u) * 8u + k, row >> 5u), 0);
+}
+
 fn weights(row: u32, power: u32) -> vec4f {
-    return textureLoad(table, vec2u(3u + power, row), 0);
+    return entry(row, 3u + power);
 }
 
 fn load_state(at: u32, lines: u32, k: u32) -> vec3f {
@@ -104,11 +109,11 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var tail = bundle.tail;
     for (var n = 0u; n < bundle.steps; n++) {
         let row = bundle.step + n;
-        let extra = textureLoad(table, vec2u(2u, row), 0); // tail steps, place between the tail's nodes, texture row
+        let extra = entry(row, 2u); // tail steps, place between the tail's nodes, texture row
         if (TAIL > 0u) {
             for (var left = u32(extra.x); left > 0u; left--) {
-                let i1 = light_at(textureLoad(table, vec2u(0u, tail), 0), line, bundle.stride);
-                let i2 = light_at(textureLoad(table, vec2u(1u, tail), 0), line, bundle.stride);
+                let i1 = light_at(entry(tail, 0u), line, bundle.stride);
+                let i2 = light_at(entry(tail, 1u), line, bundle.stride);
                 behind = ahead;
                 ahead = Rgb();
                 for (var k = 0u; k < TAIL; k++) {
@@ -119,8 +124,8 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 tail++;
             }
         }
-        let i1 = light_at(textureLoad(table, vec2u(0u, row), 0), line, bundle.stride);
-        let i2 = light_at(textureLoad(table, vec2u(1u, row), 0), line, bundle.stride);
+        let i1 = light_at(entry(row, 0u), line, bundle.stride);
+        let i2 = light_at(entry(row, 1u), line, bundle.stride);
         sum = (1.0 - extra.y) * behind + extra.y * ahead;
         if (TAIL == 0u) { sum = Rgb(); }
         for (var k = 0u; k < POWERS; k++) {
