@@ -186,7 +186,7 @@ def test_layer():
     many = Parameters(method="radial", samples=2000, decay=0.95 ** (40 / 2000), normalization="listing", exposure=0.7, weight=0.6)
     limit = Parameters(samples=2000, decay=many.decay, normalization="listing", exposure=0.7, weight=0.6)
     np.testing.assert_allclose(ref.layer(image, [lamp], limit, taps=3000), ref.layer(image, [lamp], many), rtol=2e-3)
-    flat = Parameters(decay=1.0, samples=7, normalization="listing", occlusion="none")
+    flat = Parameters(decay=1.0, samples=7, normalization="listing", occlusion="none", exposure=1.0)
     np.testing.assert_allclose(ref.layer(np.ones((2, 2, 3)), [lamp], flat, taps=10), 8)
     with pytest.raises(AirlightError, match="offsets"):
         ref.layer(image, [sun], Parameters(method="radial", jitter="blue"))

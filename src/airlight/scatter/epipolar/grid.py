@@ -151,8 +151,10 @@ class Grid:
 
         first, last = (enter - 1, leave + 1) if black else (enter, leave)
         u = beside(0.0, first) if first > 0 and (black or not 0.5 <= minor <= other - 0.5) else 0.0
-        dark = (black and first > 0) or (black and last < 0)
-        u = max(u, 0.0)
+        dark = black and (first > 0 or last < 0)
+        if sign == q.sign and self.density < 1:  # nothing nearer is in any pixel's window
+            unseen = (1 - self.density) * max(q.u_min - 1, 0)
+            dark, u = dark or unseen > u, max(u, unseen)
         nodes = [u]
         while u < end:
             if u < first - 1e-9:
