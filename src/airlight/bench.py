@@ -105,6 +105,8 @@ def _parameters(method: Any, density: float, lam: float, quality: Any = "normal"
     return Parameters(
         method=method,
         samples=samples,
+        weight=1.0,
+        exposure=1.0,
         density=density,
         decay=float(np.exp(-lam / samples)),
         jitter="midpoint",
