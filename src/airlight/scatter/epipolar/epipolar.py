@@ -11,7 +11,7 @@ from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weig
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 GATHER = "scatter/epipolar/gather.wgsl"
-TILE_WIDTH, NEAR, NEAR_TAPS = 64, 12, 128  # gather.wgsl
+TILE_WIDTH, NEAR, NEAR_TAPS = 32, 12, 64  # gather.wgsl
 TILE = np.dtype([("corner", "u4", 2), ("", "u4", 2), ("minor", "f4", 4), ("node", "f4", 4), ("rate", "f4", 4), ("last", "f4", 4)])
 BUNDLE = np.dtype(
     [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "first", "state_in", "lines_in", "state_out", "keep")]
@@ -233,7 +233,7 @@ class EpipolarPlan:
             pipeline = device.pipeline(shader, "scan", FIRST_ZONE=zone == 0, **constants)
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((pipeline, bind, len(bundles)))
-        strip = 8 if device.is_cpu else 1
+        strip = 16 if device.is_cpu else 1
         spare = before if before is not None else source
         uniform = device.buffer(frame.tobytes(), uniform=True)
         self.gathers = []

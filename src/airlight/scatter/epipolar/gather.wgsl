@@ -5,9 +5,9 @@ override STRIP: u32 = 8u;     // pixels of a column an invocation
 override ZONES: u32 = 2u;     // 1..2
 override ADD: bool = false;   // add to what earlier lights gave
 override BASE: bool = false;  // Listing 13-1: the pixel itself, unweighted
-const TILE_WIDTH = 64u;
+const TILE_WIDTH = 32u;
 const NEAR = 12u;             // pixels around the light that take the direct sum
-const TAPS = 128u;
+const TAPS = 64u;
 
 struct Quadrant {
     minor: vec4f,             // line = (n - x - y t) / (z + w t), with t, n the pixel's major and minor coordinate

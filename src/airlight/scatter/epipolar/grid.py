@@ -30,7 +30,7 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(3.0, (24, 64), (3, 10), 4, 2, 1.5e-2),
-    "normal": Fineness(1.6, (64, 192), (5, 20), 4, 2, 1.5e-3),
+    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 2e-3),
     "final": Fineness(1.0, (48, 128), (3, 10), 2, 1, 6e-4),
 }
 
@@ -89,6 +89,8 @@ class Grid:
         length = max(lam, 1.5) / density
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
+        if lam > 4:  # the window is short and so sees finer detail
+            fine = dataclasses.replace(fine, spacing=0.8 * fine.spacing)
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
         if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
