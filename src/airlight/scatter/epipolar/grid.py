@@ -15,6 +15,9 @@ import numpy as np
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
 
 
+TAIL_NEAR = 24.0  # px
+
+
 @dataclass(frozen=True)
 class Fineness:
     """How fine the grid is. spacing: of the lines at the far edge, px; radii: where steps grow from a quarter of the largest to a
@@ -128,8 +131,11 @@ class Grid:
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
-    def _steps(self, q: Quadrant, sign: int, end: float) -> Steps:
-        """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way)."""
+    def _steps(self, q: Quadrant, sign: int, end: float, near: float = 1.0) -> Steps:
+        """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way).
+
+        near: factor of the steps around the light; pixels far out see the tail cross the edge of a sun within a pixel.
+        """
         major, minor = self.light[q.axis], self.light[1 - q.axis]
         extent, other = self.size[q.axis], self.size[1 - q.axis]
         slopes = sorted(sign * q.sign * m for m in (q.m_lo, q.m_lo + q.dm * (q.lines - 1)))
@@ -165,6 +171,7 @@ class Grid:
                 following = beside(u, max(end, u + 1.0))
             else:
                 step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
+                step *= near if u < TAIL_NEAR else 1.0
                 cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
                 place = sign * (major + sign * u) / cell
                 edge = (math.floor(place + 1e-6) + 1 - place) * cell
@@ -185,7 +192,7 @@ class Grid:
         q.steps = self._steps(q, q.sign, q.u_max)
         u = q.steps.u
         if self.mix.tail_ratio > 0:
-            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1])
+            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1], 0.5)
         q.stored = max(0, int(np.searchsorted(u, q.u_min, side="right")) - 1)
         splits = [0]
         for zone in range(1, self.fine.zones):
