@@ -14,7 +14,6 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
 
-
 TAIL_NEAR = 24.0  # px
 
 
