@@ -1,4 +1,8 @@
-"""WGSL sources: files beside the modules that use them, with `//! include "path"` lines."""
+"""WGSL sources: files beside the modules that use them, with two directives.
+
+`//! include "path"` puts another file in, once. `//! each k of 3: statement` repeats the statement with 0u, 1u, 2u for k: the
+translator guards every loop against running for ever, and so keeps drivers from unrolling it.
+"""
 
 import re
 from importlib.resources import files
@@ -6,11 +10,12 @@ from typing import Any
 
 _BINDING = re.compile(r"^@group\(0\) @binding\((\d+)\) var(?:<(\w+)(?:, (\w+))?>)? (\w+): (\w+)(?:<(\w+)(?:, \w+)?>)?;", re.M)
 LOADED = ("table", "picture", "aside", "noise")
+_EACH = re.compile(r"^ *//! each (\w+) of (\d+): (.+)$", re.M)
 _INCLUDE = re.compile(r'^//! include "([\w/.]+)"$', re.M)
 
 
 def load(path: str) -> str:
-    """The text of a .wgsl file, its path relative to the package, each include put in once."""
+    """The text of a .wgsl file, its path relative to the package, directives carried out."""
     done: set[str] = set()
 
     def expand(name: str) -> str:
@@ -19,7 +24,7 @@ def load(path: str) -> str:
         done.add(name)
         return _INCLUDE.sub(lambda m: expand(m[1]), files("airlight").joinpath(name).read_text(encoding="utf-8"))
 
-    return expand(path)
+    return _EACH.sub(lambda m: " ".join(re.sub(rf"\b{m[1]}\b", f"{i}u", m[3]) for i in range(int(m[2]))), expand(path))
 
 
 def bindings(code: str) -> list[dict[str, Any]]:

@@ -11,16 +11,15 @@ from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weig
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 GATHER = "scatter/epipolar/gather.wgsl"
-TILE_WIDTH, NEAR, NEAR_TAPS = 32, 12, 64  # gather.wgsl
-TILE = np.dtype([("corner", "u4", 2), ("", "u4", 2), ("minor", "f4", 4), ("node", "f4", 4), ("rate", "f4", 4), ("last", "f4", 4)])
+LANES, NEAR, NEAR_TAPS = 64, 12, 64  # gather.wgsl
+TILE = np.dtype([("corner", "u4", 2), ("way", "u4"), ("positive", "u4")])
 BUNDLE = np.dtype(
-    [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "first", "state_in", "lines_in", "state_out", "keep")]
-    + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "more", "gain")]
+    [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "state_in", "lines_in", "state_out", "keep", "pad")]
+    + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "c", "tail_c", "gain")]
 )
-QUADRANT = np.dtype([(n, "f4", 4) for n in ("minor", "node", "rate", "last")])
 FRAME = np.dtype(
     [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
-    + [("ray", "f4", 4), ("gain", "f4", 4), ("quadrants", QUADRANT, 4)]
+    + [("ray", "f4", 4), ("gain", "f4", 4)]
 )
 
 
@@ -34,20 +33,31 @@ class Tables:
     states: int  # floats
 
 
-def _rows(grid: Grid, q: Quadrant, tail: bool, apron: int) -> Array:
-    """(n, 8, 4) rows of the step table: two places, extras, then g, k1, k2, c of each power."""
-    mix = grid.mix
-    steps = q.tail if tail else q.steps
-    assert steps is not None
-    sign = -q.sign if tail and mix.opposite else q.sign
-    out = np.zeros((len(steps.middle), 8, 4))
-    scale = 1.0 / np.array([grid.size[0] + 2 * apron, grid.size[1] + 2 * apron] * 2)
-    shift = np.array([apron, apron, 0, 0])
-    out[:, 0] = (grid.uv(q, steps.s1, sign) + shift) * scale
-    out[:, 1] = (grid.uv(q, steps.s2, sign) + shift) * scale
-    p, c = (mix.tail_p, mix.tail_c) if tail else (mix.p, mix.c)
-    g, k1, k2 = step_weights(p, steps.u[:-1], steps.middle, steps.u[1:])
-    out[:, 3 : 3 + len(p)] = np.stack([g.T, k1.T, k2.T, np.broadcast_to(c, g.T.shape)], axis=-1)
+def _places(grid: Grid, q: Quadrant, s: Array, sign: int, apron: int) -> Array:
+    """(n, 4): where samples at distance s lie in the source, line 0 and from line to line, in texture coordinates."""
+    size = np.array([grid.size[0] + 2 * apron, grid.size[1] + 2 * apron] * 2)
+    return (grid.uv(q, s, sign) + np.array([apron, apron, 0, 0])) / size
+
+
+def _rows(grid: Grid, q: Quadrant, apron: int) -> Array:
+    """(n, 8, 4) rows of the step table, see `entry` in scan.wgsl, but for the tail's share."""
+    mix, u = grid.mix, q.steps.u
+    out = np.zeros((len(u) - 1, 8, 4))
+    width = np.diff(u)
+    out[:, 0] = _places(grid, q, u[:-1] + 0.25 * width, q.sign, apron)
+    out[:, 1] = _places(grid, q, u[:-1] + 0.75 * width, q.sign, apron)
+    out[:, 2 : 2 + len(mix.p), :3] = np.stack([w.T for w in step_weights(mix.p, u)], axis=-1)
+    return out
+
+
+def _tail_rows(grid: Grid, q: Quadrant, apron: int) -> Array:
+    """(n, 8, 4) rows of the tail's steps."""
+    assert q.tail is not None
+    mix, u = grid.mix, q.tail.u
+    out = np.zeros((len(u) - 1, 8, 4))
+    out[:, 0] = _places(grid, q, 0.5 * (u[:-1] + u[1:]), -q.sign if mix.opposite else q.sign, apron)
+    g, k1, k2 = step_weights(mix.tail_p, u)
+    out[:, 2 : 2 + len(mix.tail_p), :2] = np.stack([g.T, (k1 + k2).T], axis=-1)
     return out
 
 
@@ -80,25 +90,20 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
     rows = states = 0
     components = 3 * (len(mix.p) + (len(mix.tail_p) + 2 if has_tail else 0))
     for q in grid.quadrants:
-        lead = _rows(grid, q, False, apron)
-        node_row = np.arange(1, len(q.steps.u), dtype=float) - q.stored + q.row0
-        for zone in range(1, fine.zones):  # a zone begins with a copy of the node where the last one ended
-            node_row[q.splits[zone] :] += 1
-        lead[:, 2, 2] = np.where(np.arange(1, len(q.steps.u)) < q.stored, grid.rows - 1, node_row)
-        advanced = np.zeros(len(q.steps.u))
+        lead = _rows(grid, q, apron)
+        advanced, place = np.zeros(len(q.steps.u)), np.zeros(len(q.steps.u))
         if has_tail:
             count, place = tail_schedule(q, mix.tail_ratio)
-            lead[:, 2, 0], lead[:, 2, 1] = count[1:], place[1:]
-            lead[0, 2, 0] += count[0]
-            advanced = np.cumsum(count)
+            count[1] += count[0]  # what lies before the first node is caught up with at the first step
+            lead[:, 2, 3] = count[1:] + np.minimum(place[1:], 1 - 1e-4)
+            advanced = np.cumsum(count) - count[0] * (np.arange(len(count)) > 0)
             advanced[0] = 0
-        blocks.append(lead)
         first_row, rows = rows, rows + len(lead)
+        blocks.append(lead)
         tail_row = rows
         if has_tail:
-            tail = _rows(grid, q, True, apron)
-            blocks.append(tail)
-            rows += len(tail)
+            blocks.append(_tail_rows(grid, q, apron))
+            rows += len(blocks[-1])
         inherited = (0, 0)
         for zone in range(fine.zones):
             stride = 2 ** (fine.zones - 1 - zone)
@@ -109,79 +114,72 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             record["gain"][:3] = gain
             record["step"] = first_row + begin
             record["tail"] = tail_row + int(advanced[begin])
-            record["row"] = q.row0 + (begin - q.stored if zone else 0) + zone
-            record["first"] = q.stored
-            record["more"][3] = place[begin] if has_tail else 0
+            record["row"] = (q.row0 + begin - q.stored + zone) % (1 << 32)
+            record["c"][: len(mix.c)] = mix.c
+            if has_tail:
+                record["tail_c"][: min(4, len(mix.tail_c))] = mix.tail_c[:4]
+                record["c"][3] = mix.tail_c[4] if len(mix.tail_c) > 4 else 0
+            record["seed"][3] = place[begin]
             record["state_in"], record["lines_in"] = inherited
             if zone + 1 < fine.zones:
                 inherited = (states, lines)
                 record["state_out"], record["keep"] = states, 1
                 states += components * lines
             if zone == 0:
-                place0 = grid.uv(q, q.steps.u[:1], q.sign)[0] + np.array([apron, apron, 0, 0])
-                record["start"] = place0 / np.array([grid.size[0] + 2 * apron, grid.size[1] + 2 * apron] * 2)
-                lit, tail_lit = q.steps.lit_start, has_tail and q.tail is not None and q.tail.lit_start
-                seeds = 1 / (mix.p + 1) * lit
-                tail_seeds = 1 / (mix.tail_p + 1) * tail_lit
-                record["seed"][: len(seeds)] = seeds
-                record["tail_seed"][: min(4, len(tail_seeds))] = tail_seeds[:4]
-                record["more"][:3] = tail_seeds[4] if len(tail_seeds) > 4 else 0, seeds @ mix.c, tail_seeds @ mix.tail_c
+                record["start"] = _places(grid, q, q.steps.u[:1], q.sign, apron)[0]
+                if q.steps.lit_start:
+                    record["seed"][: len(mix.p)] = 1 / (mix.p + 1)
+                if has_tail and q.tail is not None and q.tail.lit_start:
+                    seeds = 1 / (mix.tail_p + 1)
+                    record["tail_seed"][: min(4, len(seeds))] = seeds[:4]
+                    record["gain"][3] = seeds[4] if len(seeds) > 4 else 0
             for line in range(0, lines, per_workgroup):
                 needed = min(end, _needed(grid, q, line, line + per_workgroup, stride, lines)) - begin
                 if needed <= 0 and zone > 0:
                     continue
                 record["line"], record["steps"] = line, max(needed, 0)
                 zones[zone].append(record.copy())
-        frame["quadrants"][{(0, 1): 0, (0, -1): 1, (1, 1): 2, (1, -1): 3}[q.axis, q.sign]] = _lookup(grid, q)
     return Tables(np.concatenate(blocks).astype(np.float32), [np.array(z, BUNDLE) for z in zones], frame, max(states, 4))
 
 
-def _lookup(grid: Grid, q: Quadrant) -> np.ndarray:
-    """How a pixel finds line and node: affine in its major coordinate t."""
-    record = np.zeros((), QUADRANT)
-    major, minor = grid.light[q.axis], grid.light[1 - q.axis]
-    # v = minor + m_lo u, dv = dm u, with u = sign (t - major)
-    record["minor"] = minor - q.m_lo * q.sign * major, q.m_lo * q.sign, -q.dm * q.sign * major, q.dm * q.sign
-    k0, rate = q.rates[:, 0], q.rates[:, 1]
-    split = q.steps.u[q.splits[1]] if len(q.splits) > 2 else np.inf
-    record["node"] = *(k0 - rate * q.sign * major), np.clip(major + q.sign * split, -3e38, 3e38)
-    record["rate"] = *(rate * q.sign), q.row0
-    first = q.steps.u[q.stored + 1] if q.steps.u[q.stored] == 0 else 0.0
-    start = (-q.sign * major / first, q.sign / first) if first else (3e38, 0)
-    record["last"][:3] = q.lines - 1, *start
-    return record
+def ways(grid: Grid, tile: int) -> list[Array]:
+    """For each quadrant, (n, 4): for each pixel on its major axis (a whole number of tiles) the row of the sums, and the two factors
+    of line = y n + z at the minor coordinate n."""
+    out = []
+    for q in grid.quadrants:
+        major, minor = grid.light[q.axis], grid.light[1 - q.axis]
+        t = np.arange(-(-grid.size[q.axis] // tile) * tile) + 0.5
+        u = np.maximum(q.sign * (t - major), 0)
+        nodes = q.steps.u[q.stored :]
+        node = np.interp(u, nodes, q.stored + np.arange(len(nodes), dtype=float))
+        zone = np.searchsorted(q.splits[1:-1], node)
+        factor = 0.5 ** (len(q.splits) - 2 - zone)
+        across = u * q.dm  # from line to line
+        per = np.divide(factor, across, out=np.zeros_like(u), where=across > 1e-12)
+        out.append(np.stack([q.row0 + node - q.stored + zone, per, -(minor + q.m_lo * u) * per, 0 * u], axis=1))
+    return out
 
 
-def tiles(size: tuple[int, int], light: tuple[float, float], frame: np.ndarray, zones: int, strip: int) -> dict[str, np.ndarray]:
-    """Tiles of TILE_WIDTH x strip pixels by the entry point of gather.wgsl that serves them."""
-    columns, rows = np.meshgrid(np.arange(0, size[0], TILE_WIDTH), np.arange(0, size[1], strip))
-    x, y = columns.ravel(), rows.ravel()
-    # the first and last pixel centres of each tile, as four corners
-    cx = np.stack([x, x, x + TILE_WIDTH - 1, x + TILE_WIDTH - 1], axis=1) + 0.5
-    cy = np.stack([y, y + strip - 1] * 2, axis=1) + 0.5
-    dx, dy = cx - light[0], cy - light[1]
-    along_x = np.abs(dx) >= np.abs(dy)
-    quadrant = np.where(along_x, np.where(dx >= 0, 0, 1), np.where(dy >= 0, 2, 3))
-    t = np.where(along_x, cx, cy)
-    node, rate = frame["quadrants"]["node"][quadrant].astype(float), frame["quadrants"]["rate"][quadrant].astype(float)
-    pieces = node[..., :3] + rate[..., :3] * t[..., None]
-    last = frame["quadrants"]["last"][quadrant].astype(float)
-    started = (last[..., 1] + last[..., 2] * t >= pieces.min(axis=-1)).all(axis=1)  # past the first node
-    piece = pieces.argmin(axis=-1)
-    far = ((t > node[..., 3]) == (quadrant % 2 == 0)) if zones == 2 else np.ones(t.shape, bool)
-    inside = started & (pieces.min(axis=-1) >= 0).all(axis=1)
-    one_quadrant = np.ptp(quadrant, axis=1) == 0
-    across = one_quadrant & (quadrant[:, 0] < 2) & (np.abs(dx).min(axis=1) > 0)
-    down = one_quadrant & ~across & (np.ptp(piece, axis=1) == 0) & (np.ptp(far.astype(int), axis=1) == 0) & inside & (quadrant[:, 0] >= 2)
-    out = np.zeros(len(x), TILE)
-    out["corner"] = np.stack([x, y], axis=1)
-    for name in ("minor", "node", "rate", "last"):
-        out[name] = frame["quadrants"][name][quadrant[:, 0]]
-    k, f, index = piece[:, 0], far[:, 0], np.arange(len(x))
-    out["node"][down, 0] = (node[index, 0, k] + rate[:, 0, 3] + (f if zones == 2 else 0))[down]
-    out["rate"][down, 0] = rate[index, 0, k][down]
-    out["minor"][down, 2:] *= np.where(f, 1, 2)[down, None]
-    return {"across": out[across], "down": out[down], "mixed": out[~across & ~down]}
+def tiles(grid: Grid, first: list[int], strip: int) -> dict[tuple[bool, bool], np.ndarray]:
+    """TILE records by (major axis is y, tile is shared by quadrants). first: where each quadrant's ways start."""
+    side = LANES, strip
+    out: dict[tuple[bool, bool], list[np.ndarray]] = {}
+    for q, start in zip(grid.quadrants, first, strict=True):
+        corner = np.stack(np.meshgrid(*(np.arange(0, grid.size[a], side[a]) for a in (0, 1))), axis=-1).reshape(-1, 2)
+        low = corner + 0.5 - np.array(grid.light)  # first and last pixel centre from the light
+        high = np.minimum(corner + side, grid.size) - 0.5 - np.array(grid.light)
+        nearest = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(np.abs(low), np.abs(high)))
+        farthest = np.maximum(np.abs(low), np.abs(high))
+        slack = 1e-3 + 1e-6 * farthest.max()  # of f32 in the shader
+        u_min, u_max = (low, high) if q.sign > 0 else (-high, -low)
+        seen = u_max[:, q.axis] + slack >= nearest[:, 1 - q.axis]
+        whole = u_min[:, q.axis] - slack >= farthest[:, 1 - q.axis]
+        for shared, chosen in ((False, whole), (True, seen & ~whole)):
+            some = corner[chosen]
+            record = np.zeros(len(some), TILE)
+            record["corner"], record["way"], record["positive"] = some, start + some[:, q.axis], q.sign > 0
+            out.setdefault((q.axis == 1, shared), []).append(record)
+    return {key: np.concatenate(records) for key, records in out.items() if sum(map(len, records))}
 
 
 class EpipolarPlan:
@@ -233,19 +231,21 @@ class EpipolarPlan:
             pipeline = device.pipeline(shader, "scan", FIRST_ZONE=zone == 0, **constants)
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((pipeline, bind, len(bundles)))
-        strip = 16 if device.is_cpu else 1
+        strip = 8 if device.is_cpu else 4
+        way = ways(self.grid, LANES)
+        way_buffer = device.buffer(np.concatenate(way).astype(np.float32).tobytes())
+        first = np.cumsum([0, *(len(w) for w in way[:-1])]).tolist()
         spare = before if before is not None else source
         uniform = device.buffer(frame.tobytes(), uniform=True)
+        flags = {"ADD": before is not None, "BASE": base is not None}
         self.gathers = []
-        for entry, some in tiles(size, light, frame, fine.zones, strip).items():
-            if len(some):
-                flags = {"STRIP": strip, "ADD": before is not None, "BASE": base is not None, "ZONES": fine.zones}
-                pipeline = device.pipeline(GATHER, entry, **flags)
-                bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, device.buffer(some.tobytes()), spare, source)
-                self.gathers.append((pipeline, bind, len(some)))
+        for (down, shared), some in tiles(self.grid, first, strip).items():
+            pipeline = device.pipeline(GATHER, "gather", STRIP=strip, DOWN=down, SHARED=shared, **flags)
+            records = device.buffer(some.tobytes())
+            bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, records, spare, source, way_buffer)
+            self.gathers.append((pipeline, bind, len(some)))
         if all(-NEAR < light[a] < size[a] + NEAR for a in (0, 1)):
-            pipeline = device.pipeline(GATHER, "near", ADD=before is not None, BASE=base is not None)
-            self.gathers.append((pipeline, bind, 2 * NEAR))
+            self.gathers.append((device.pipeline(GATHER, "near", **flags), bind, 2 * NEAR))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""

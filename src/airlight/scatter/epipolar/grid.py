@@ -2,7 +2,7 @@
 
 Four quadrants (right, left, down, up) by the major axis of the direction from the light. In each, lines of equal
 slope steps; on each line, nodes at the same distances u along the major axis. A node ends a step; a step takes two
-samples. What the shaders need of a position is affine in the line's index, so that it is exact in f32 even where the
+samples, one in the tail. What the shaders need of a position is affine in the line's index, so that it is exact in f32 even where the
 light lies a million image widths away.
 """
 
@@ -12,9 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
-
-TAIL_NEAR = 24.0  # px
+from airlight.scatter.epipolar.moments import Array, Mixture
 
 
 @dataclass(frozen=True)
@@ -39,12 +37,9 @@ QUALITY = {
 
 @dataclass
 class Steps:
-    """Steps along a bundle of lines. u: (n + 1) nodes; middle, s1, s2: (n) where the samples change and lie."""
+    """Steps along a bundle of lines, from node to node. u: (n + 1)."""
 
     u: Array
-    middle: Array
-    s1: Array
-    s2: Array
     lit_start: bool  # the sample at u[0] stands for all that is nearer
 
 
@@ -60,7 +55,6 @@ class Quadrant:
     steps: Steps = field(init=False)
     tail: Steps | None = field(init=False, default=None)
     splits: list[int] = field(init=False)  # node index where each zone starts, then the last node
-    rates: Array = field(init=False)  # (3, 2): node index = min over rows of k0 + rate u
     row0: int = 0  # texture row of the first stored node
     stored: int = 0  # index of the first stored node
 
@@ -102,12 +96,11 @@ class Grid:
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
-        row = 0
+        self.rows = 0
         for q in self.quadrants:
             self._march(q)
-            q.row0 = row
-            row += len(q.steps.u) - q.stored + len(q.splits) - 2
-        self.rows = row + 1  # and one for nodes that nobody reads
+            q.row0 = self.rows
+            self.rows += len(q.steps.u) - q.stored + len(q.splits) - 2
         self.columns = max(q.lines for q in self.quadrants)
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
@@ -130,10 +123,10 @@ class Grid:
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
-    def _steps(self, q: Quadrant, sign: int, end: float, near: float = 1.0) -> Steps:
+    def _steps(self, q: Quadrant, sign: int, end: float, share: float = 1.0) -> Steps:
         """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way).
 
-        near: factor of the steps around the light; pixels far out see the tail cross the edge of a sun within a pixel.
+        share: of the length of the steps.
         """
         major, minor = self.light[q.axis], self.light[1 - q.axis]
         extent, other = self.size[q.axis], self.size[1 - q.axis]
@@ -170,7 +163,7 @@ class Grid:
                 following = beside(u, max(end, u + 1.0))
             else:
                 step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
-                step *= near if u < TAIL_NEAR else 1.0
+                step *= share
                 cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
                 place = sign * (major + sign * u) / cell
                 edge = (math.floor(place + 1e-6) + 1 - place) * cell
@@ -179,26 +172,19 @@ class Grid:
             nodes.append(u)
         if len(nodes) == 1:
             nodes.append(u + 1.0)
-        return self._samples(nodes, dark)
-
-    @staticmethod
-    def _samples(nodes: list[float], dark_start: bool) -> Steps:
-        u = np.array(nodes)
-        a, b = u[:-1], u[1:]
-        return Steps(u, 0.5 * (a + b), a + 0.25 * (b - a), a + 0.75 * (b - a), not dark_start)
+        return Steps(np.array(nodes), not dark)
 
     def _march(self, q: Quadrant) -> None:
         q.steps = self._steps(q, q.sign, q.u_max)
         u = q.steps.u
         if self.mix.tail_ratio > 0:
-            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1], 0.5)
+            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1], 0.5)  # one sample a step
         q.stored = max(0, int(np.searchsorted(u, q.u_min, side="right")) - 1)
         splits = [0]
         for zone in range(1, self.fine.zones):
             k = int(np.searchsorted(u, q.u_max / 2 ** (self.fine.zones - zone)))
             splits.append(min(max(k, splits[-1], q.stored), len(u) - 1))
         q.splits = [*splits, len(u) - 1]
-        q.rates = _rates(u[q.stored :], self.fine.largest)
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
@@ -207,20 +193,6 @@ class Grid:
         out[:, 1 - q.axis] = self.light[1 - q.axis] + sign * q.sign * q.m_lo * s
         out[:, 3 - q.axis] = sign * q.sign * q.dm * s
         return out
-
-
-def _rates(u: Array, largest: float) -> Array:
-    """The node index as a function of u: the least of three straight lines, since steps only grow."""
-    rates = np.full((3, 2), 1e9)
-    rates[:, 1] = 0
-    step = np.diff(u)
-    for row, size in enumerate((0.25 * largest, 0.5 * largest, largest)):
-        k = np.flatnonzero(np.abs(step - size) < 1e-6 * max(1.0, u[-1]))
-        if len(k):
-            rates[row] = (k[0] - u[k[0]] / size, 1 / size)
-    if np.all(rates[:, 1] == 0):
-        rates[0] = (-u[0] / step[0], 1 / step[0])
-    return rates
 
 
 def tail_schedule(q: Quadrant, ratio: float) -> tuple[Array, Array]:
@@ -233,6 +205,3 @@ def tail_schedule(q: Quadrant, ratio: float) -> tuple[Array, Array]:
     width = np.maximum(nodes[reached] - nodes[before], 1e-12)
     place = np.where(reached > 0, (wanted - nodes[before]) / width, 1.0)
     return count.astype(float), np.clip(place, 0, 1)
-
-
-__all__ = ["QUALITY", "Fineness", "Grid", "Quadrant", "mixture", "step_weights", "tail_schedule"]

@@ -124,9 +124,11 @@ def mixture(density: float, lam: float, tolerance: float = 6e-4) -> Mixture:
     return alone
 
 
-def step_weights(p: Array, a: Array, middle: Array, b: Array) -> tuple[Array, Array, Array]:
-    """g, k1, k2 of A_p(b) = g A_p(a) + k1 I1 + k2 I2, with I = I1 on [a, middle], I2 on [middle, b]. Shapes (len(p), len(a))."""
+def step_weights(p: Array, u: Array) -> tuple[Array, Array, Array]:
+    """g, k1, k2 of A_p(b) = g A_p(a) + k1 I1 + k2 I2 from each node a to the next b, with I = I1 on the nearer half of the step and
+    I2 on the other. Shapes (len(p), len(u) - 1)."""
+    a, b = u[:-1], u[1:]
     q = p[:, None] + 1
     ra = np.divide(a, b, out=np.ones_like(b), where=b > 0)[None, :] ** q
-    rm = np.divide(middle, b, out=np.ones_like(b), where=b > 0)[None, :] ** q
+    rm = np.divide(0.5 * (a + b), b, out=np.ones_like(b), where=b > 0)[None, :] ** q
     return ra, (rm - ra) / q, (1 - rm) / q

@@ -14,17 +14,17 @@ struct Bundle {               // one workgroup's lines
     step: u32,                // first row of the step table
     steps: u32,
     tail: u32,                // first row of the tail's steps
-    row: u32,                 // texture row of the zone's first node
-    first: u32,               // node index from which nodes are stored
+    row: u32,                 // texture row of the zone's first node, wrapped below 0 where the first nodes are not stored
     state_in: u32,            // where the nearer zone left its state, and how many lines it had
     lines_in: u32,
     state_out: u32,
     keep: u32,                // 1: a farther zone goes on from here
     start: vec4f,             // image position of line 0 and its change from line to line
-    seed: vec4f,              // 1/(p + 1), or 0 where nothing lies nearer
+    seed: vec4f,              // 1/(p + 1), or 0 where nothing lies nearer; w: the first node's place between the tail's nodes
     tail_seed: vec4f,
-    more: vec4f,              // fifth tail seed; sum of c seed; sum of c' seed'; place of node 0 between the tail's nodes
-    gain: vec4f,              // of the light
+    c: vec4f,                 // of the powers; w: fifth of the tail's
+    tail_c: vec4f,
+    gain: vec4f,              // of the light; w: fifth tail seed
 }
 
 @group(0) @binding(0) var source: texture_2d<f32>;
@@ -38,13 +38,11 @@ fn texel(place: vec4f, line: u32, stride: u32) -> vec3f {
     return textureSampleLevel(source, bilinear, place.xy + f32(line * stride) * place.zw, 0.0).rgb;
 }
 
-/// Row of the step table: 8 texels, 32 rows side by side.
+/// Row of the step table: 8 texels, 32 rows side by side. Of a step: places of its two samples, then for each power
+/// g, k1, k2, and in the first of them the tail's nodes to take, with the place between the last two as fraction.
+/// Of a step of the tail: place of its sample, nothing, then g and k.
 fn entry(row: u32, k: u32) -> vec4f {
     return textureLoad(table, vec2u((row & 31u) * 8u + k, row >> 5u), 0);
-}
-
-fn weights(row: u32, power: u32) -> vec4f {
-    return entry(row, 3u + power);
 }
 
 fn load_state(at: u32, lines: u32, k: u32) -> vec3f {
@@ -72,11 +70,16 @@ fn store(line: u32, row: u32, gain: vec3f, sum: vec3f) {
     textureStore(sums, vec2u(line, row), vec4f(gain * max(sum, vec3f(0.0)), 1.0));
 }
 
+fn blend(low: Rgb, high: Rgb, place: f32) -> Rgb {
+    return (1.0 - place) * low + place * high;
+}
+
 @compute @workgroup_size(WIDTH)
 fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let bundle = bundles[group.x];
     let line = bundle.line + lane;
-    let gain = bundle.gain.rgb;
+    let c = array<f32, 3>(bundle.c.x, bundle.c.y, bundle.c.z);
+    let tail_c = array<f32, 5>(bundle.tail_c.x, bundle.tail_c.y, bundle.tail_c.z, bundle.tail_c.w, bundle.c.w);
     var a: array<Rgb, 3>;     // moments of the pixel's side
     var b: array<Rgb, 5>;     // moments of the tail
     var behind: Rgb;          // tail's sum at the last two of its nodes
@@ -84,60 +87,44 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var sum: Rgb;
     if (FIRST_ZONE) {
         let seed = array<f32, 3>(bundle.seed.x, bundle.seed.y, bundle.seed.z);
-        let tail_seed = array<f32, 5>(bundle.tail_seed.x, bundle.tail_seed.y, bundle.tail_seed.z, bundle.tail_seed.w, bundle.more.x);
+        let tail_seed = array<f32, 5>(bundle.tail_seed.x, bundle.tail_seed.y, bundle.tail_seed.z, bundle.tail_seed.w, bundle.gain.w);
         let here = light_at(bundle.start, line, bundle.stride);
-        for (var k = 0u; k < POWERS; k++) { a[k] = here * seed[k]; }
-        for (var k = 0u; k < TAIL; k++) { b[k] = here * tail_seed[k]; }
-        behind = here * bundle.more.z;
-        ahead = behind;
-        sum = here * (bundle.more.y + bundle.more.z);
+        //! each k of 3: if (k < POWERS) { a[k] = here * seed[k]; sum += c[k] * a[k]; }
+        //! each k of 5: if (k < TAIL) { b[k] = here * tail_seed[k]; ahead += tail_c[k] * b[k]; }
+        behind = ahead;
     } else {
-        for (var k = 0u; k < POWERS; k++) {
-            a[k] = inherit(bundle, line, k);
-            sum += weights(bundle.step, k).w * a[k];
-        }
-        for (var k = 0u; k < TAIL; k++) { b[k] = inherit(bundle, line, POWERS + k); }
+        //! each k of 3: if (k < POWERS) { a[k] = inherit(bundle, line, k); sum += c[k] * a[k]; }
+        //! each k of 5: if (k < TAIL) { b[k] = inherit(bundle, line, POWERS + k); }
         if (TAIL > 0u) {
             behind = inherit(bundle, line, POWERS + TAIL);
             ahead = inherit(bundle, line, POWERS + TAIL + 1u);
-            sum += (1.0 - bundle.more.w) * behind + bundle.more.w * ahead;
         }
     }
-    if (bundle.first == 0u || !FIRST_ZONE) {
-        store_all(line, bundle.row, gain, sum);
-    }
+    if (TAIL > 0u) { sum += blend(behind, ahead, bundle.seed.w); }
+    store_all(line, bundle.row, bundle.gain.rgb, sum);
     var tail = bundle.tail;
     for (var n = 0u; n < bundle.steps; n++) {
         let row = bundle.step + n;
-        let extra = entry(row, 2u); // tail steps, place between the tail's nodes, texture row
+        var w = entry(row, 2u);
         if (TAIL > 0u) {
-            for (var left = u32(extra.x); left > 0u; left--) {
-                let i1 = light_at(entry(tail, 0u), line, bundle.stride);
-                let i2 = light_at(entry(tail, 1u), line, bundle.stride);
+            for (var left = u32(w.w); left > 0u; left--) {
+                let i = light_at(entry(tail, 0u), line, bundle.stride);
                 behind = ahead;
                 ahead = Rgb();
-                for (var k = 0u; k < TAIL; k++) {
-                    let w = weights(tail, k);
-                    b[k] = w.x * b[k] + w.y * i1 + w.z * i2;
-                    ahead += w.w * b[k];
-                }
+                //! each k of 5: if (k < TAIL) { let v = entry(tail, 2u + k); b[k] = v.x * b[k] + v.y * i; ahead += tail_c[k] * b[k]; }
                 tail++;
             }
         }
         let i1 = light_at(entry(row, 0u), line, bundle.stride);
         let i2 = light_at(entry(row, 1u), line, bundle.stride);
-        sum = (1.0 - extra.y) * behind + extra.y * ahead;
-        if (TAIL == 0u) { sum = Rgb(); }
-        for (var k = 0u; k < POWERS; k++) {
-            let w = weights(row, k);
-            a[k] = w.x * a[k] + w.y * i1 + w.z * i2;
-            sum += w.w * a[k];
-        }
-        store_all(line, u32(extra.z), gain, sum);
+        sum = Rgb();
+        if (TAIL > 0u) { sum = blend(behind, ahead, fract(w.w)); }
+        //! each k of 3: if (k < POWERS) { if (k > 0u) { w = entry(row, 2u + k); } a[k] = w.x * a[k] + w.y * i1 + w.z * i2; sum += c[k] * a[k]; }
+        store_all(line, bundle.row + n + 1u, bundle.gain.rgb, sum);
     }
     if (bundle.keep == 1u) {
-        for (var k = 0u; k < POWERS; k++) { keep_all(bundle, line, k, a[k]); }
-        for (var k = 0u; k < TAIL; k++) { keep_all(bundle, line, POWERS + k, b[k]); }
+        //! each k of 3: if (k < POWERS) { keep_all(bundle, line, k, a[k]); }
+        //! each k of 5: if (k < TAIL) { keep_all(bundle, line, POWERS + k, b[k]); }
         if (TAIL > 0u) {
             keep_all(bundle, line, POWERS + TAIL, behind);
             keep_all(bundle, line, POWERS + TAIL + 1u, ahead);

@@ -1,6 +1,5 @@
 // Four lines an invocation: few, wide workgroups, for adapters that run on a CPU's vector units.
 alias Rgb = mat4x3f;
-const LINES = 4u;
 const WIDTH = 8u;
 
 fn light_at(place: vec4f, line: u32, stride: u32) -> Rgb {
@@ -12,11 +11,11 @@ fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {
 }
 
 fn store_all(line: u32, row: u32, gain: vec3f, sum: Rgb) {
-    for (var j = 0u; j < LINES; j++) { store(line + j * WIDTH, row, gain, sum[j]); }
+    //! each j of 4: store(line + j * WIDTH, row, gain, sum[j]);
 }
 
 fn keep_all(bundle: Bundle, line: u32, k: u32, value: Rgb) {
-    for (var j = 0u; j < LINES; j++) { keep(bundle, line + j * WIDTH, k, value[j]); }
+    //! each j of 4: keep(bundle, line + j * WIDTH, k, value[j]);
 }
 
 //! include "scatter/epipolar/scan.wgsl"
