@@ -72,24 +72,44 @@ class Device:
     def name(self) -> str:
         return str(self.info.get("device", "unknown"))
 
+    def _module(self, path: str) -> tuple[Any, Any, Any]:
+        if path not in self._modules:
+            code = load(path)
+            module = self.device.create_shader_module(code=code, label=path)
+            group = self.device.create_bind_group_layout(entries=bindings(code))
+            self._modules[path] = module, group, self.device.create_pipeline_layout(bind_group_layouts=[group])
+        return self._modules[path]
+
     def pipeline(self, path: str, entry: str, **constants: float) -> Any:
         """The compute pipeline of an entry point of a .wgsl file of the package, with its override constants."""
         key = (path, entry, tuple(sorted(constants.items())))
         if key not in self._pipelines:
-            if path not in self._modules:
-                code = load(path)
-                module = self.device.create_shader_module(code=code, label=path)
-                group = self.device.create_bind_group_layout(entries=bindings(code))
-                self._modules[path] = module, group, self.device.create_pipeline_layout(bind_group_layouts=[group])
-            module, _, layout = self._modules[path]
+            module, _, layout = self._module(path)
             compute = {"module": module, "entry_point": entry, "constants": {k: float(v) for k, v in constants.items()}}
             self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
         return self._pipelines[key]
 
+    def raster(self, path: str, corners: str, pixels: str, **constants: float) -> Any:
+        """The render pipeline of a vertex and a fragment entry point, of triangles onto one rgba16float image, which it replaces."""
+        key = (path, corners, pixels, tuple(sorted(constants.items())))
+        if key not in self._pipelines:
+            module, _, layout = self._module(path)
+            said = {k: float(v) for k, v in constants.items()}
+            self._pipelines[key] = self.device.create_render_pipeline(
+                layout=layout,
+                vertex={"module": module, "entry_point": corners},
+                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": "rgba16float"}]},
+                primitive={"topology": "triangle-list"},
+                label=f"{path}:{pixels}",
+            )
+        return self._pipelines[key]
+
     def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
-        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders."""
+        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on."""
         usage = self.wgpu.TextureUsage
-        flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC | (usage.STORAGE_BINDING if target else 0)
+        flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC
+        if target:
+            flags |= usage.STORAGE_BINDING | usage.RENDER_ATTACHMENT
         return self.device.create_texture(size=(width, height, 1), format=format, usage=flags)
 
     def buffer(self, data: Any = None, size: int = 0, uniform: bool = False) -> Any:

@@ -32,9 +32,10 @@ def bindings(code: str) -> list[dict[str, Any]]:
 
     Textures with a name of LOADED are never filtered: they may be rgba32float on any adapter.
     """
+    stages = "COMPUTE" if "@compute" in code else "VERTEX|FRAGMENT"
     entries = []
     for number, space, access, name, kind, argument in _BINDING.findall(code):
-        entry: dict[str, Any] = {"binding": int(number), "visibility": "COMPUTE"}
+        entry: dict[str, Any] = {"binding": int(number), "visibility": stages}
         if space == "uniform":
             entry["buffer"] = {"type": "uniform"}
         elif space == "storage":

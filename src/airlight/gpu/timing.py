@@ -8,7 +8,7 @@ from airlight.gpu.device import Device
 
 
 class Timer:
-    """Times compute passes by their labels. Hand `writes(label)` to begin_compute_pass; read `milliseconds()` after the submit."""
+    """Times passes by their labels, see `timing`; read `milliseconds()` after the submit."""
 
     def __init__(self, device: Device, capacity: int = 64) -> None:
         self.device = device
@@ -37,6 +37,11 @@ class Timer:
         raw = self.device.queue.read_buffer(self._result, 0, 16 * len(self.labels)).cast("Q")
         labels, self.labels = self.labels, []
         return [(label, (raw[2 * i + 1] - raw[2 * i]) * 1e-6) for i, label in enumerate(labels)]
+
+
+def timing(timer: Timer | None, label: str) -> dict[str, Any]:
+    """Arguments of begin_compute_pass or begin_render_pass that time the pass, if there is a timer."""
+    return {"timestamp_writes": timer.writes(label)} if timer else {}
 
 
 def run_ms(device: Device, record: Callable[[Any], None]) -> float:

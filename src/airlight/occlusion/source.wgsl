@@ -1,4 +1,5 @@
 // The source of the sum, S = I m: what emits (m = 1) and what does not, from luminance, alpha or depth (13.5), times a mask.
+//! include "gpu/half.wgsl"
 override MODE: u32 = 0u;      // 0 none, 1 luminance, 2 alpha, 3 depth
 override FRACTION: bool = false; // write m itself, for D(phi)
 
@@ -44,6 +45,6 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
             if (knee.masked == 1u) { m *= textureLoad(aside, p, 0).r; }
             color = select(min(color * (m * knee.scale), vec3f(65504.0)), vec3f(m), FRACTION);
         }
-        textureStore(source, q, vec4f(color, 1.0));
+        textureStore(source, q, vec4f(nearest_half(color), 1.0));
     }
 }

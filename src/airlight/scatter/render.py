@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device
-from airlight.gpu.timing import Timer
+from airlight.gpu.timing import Timer, timing
 from airlight.lights import Light
 from airlight.parameters import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
@@ -66,7 +66,7 @@ def _source(
     source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
     pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction)
     bind = device.bind(SOURCE, device.buffer(knee.tobytes(), uniform=True), picture, aside, source)
-    run = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes("source")} if timer else {}))
+    run = encoder.begin_compute_pass(**timing(timer, "source"))
     run.set_pipeline(pipeline)
     run.set_bind_group(0, bind)
     run.dispatch_workgroups(-(-source.size[0] // 64), -(-source.size[1] // 8))

@@ -6,30 +6,26 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
-from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, tail_schedule
-from airlight.scatter.epipolar.moments import Array, Mixture, mixture, step_weights
+from airlight.gpu.timing import timing
+from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, runs
+from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
+from airlight.scatter.epipolar.wayback import WayBack
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
-GATHER = "scatter/epipolar/gather.wgsl"
-LANES, NEAR, NEAR_TAPS = 64, 12, 64  # gather.wgsl
-TILE = np.dtype([("corner", "u4", 2), ("way", "u4"), ("positive", "u4")])
+ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
 BUNDLE = np.dtype(
-    [(n, "u4") for n in ("line", "lines", "stride", "step", "steps", "tail", "row", "state_in", "lines_in", "state_out", "keep", "pad")]
-    + [(n, "f4", 4) for n in ("start", "seed", "tail_seed", "c", "tail_c", "gain")]
-)
-FRAME = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
-    + [("ray", "f4", 4), ("gain", "f4", 4)]
+    [(n, "u4") for n in ("line", "lines", "stride", "run", "steps", "row", "state_in", "lines_in", "state_out", "keep")]
+    + [("end", "f4"), ("", "u4")]
+    + [(n, "f4", 4) for n in ("c", "beyond_c", "gain")]
 )
 
 
 @dataclass
 class Tables:
-    """What the shaders read, as arrays."""
+    """What the scan reads, as arrays."""
 
-    table: np.ndarray  # (rows, 8, 4) f32
+    table: np.ndarray  # (texels, 4) f32
     zones: list[np.ndarray]  # BUNDLE records, a dispatch each
-    frame: np.ndarray  # FRAME
     states: int  # floats
 
 
@@ -39,26 +35,36 @@ def _places(grid: Grid, q: Quadrant, s: Array, sign: int, apron: int) -> Array:
     return (grid.uv(q, s, sign) + np.array([apron, apron, 0, 0])) / size
 
 
-def _rows(grid: Grid, q: Quadrant, apron: int) -> Array:
-    """(n, 8, 4) rows of the step table, see `entry` in scan.wgsl, but for the tail's share."""
-    mix, u = grid.mix, q.steps.u
-    out = np.zeros((len(u) - 1, 8, 4))
-    width = np.diff(u)
-    out[:, 0] = _places(grid, q, u[:-1] + 0.25 * width, q.sign, apron)
-    out[:, 1] = _places(grid, q, u[:-1] + 0.75 * width, q.sign, apron)
-    out[:, 2 : 2 + len(mix.p), :3] = np.stack([w.T for w in step_weights(mix.p, u)], axis=-1)
+def _steps(mix: Mixture, u: Array, start: float) -> Array:
+    """(steps, powers, 4): the factors of each step and power, see scan.wgsl. start: from where light counts."""
+    own, far = len(mix.p), len(mix.beyond_p)
+    out = np.zeros((len(u) - 1, own + far, 4))
+    out[:, :own, :3] = np.stack(step_weights(mix.p, u), axis=-1).swapaxes(0, 1)
+    if mix.before.any():
+        out[:, :own, 3] = -(mix.before[:, None] * end_weights(mix.p, mix.ratio * u, start)).T
+    if far:
+        out[:, own:, 0] = step_weights(mix.beyond_p, u)[0].T
+        out[:, own:, 3] = end_weights(mix.beyond_p, mix.ratio * u, 0.0).T
     return out
 
 
-def _tail_rows(grid: Grid, q: Quadrant, apron: int) -> Array:
-    """(n, 8, 4) rows of the tail's steps."""
-    assert q.tail is not None
-    mix, u = grid.mix, q.tail.u
-    out = np.zeros((len(u) - 1, 8, 4))
-    out[:, 0] = _places(grid, q, 0.5 * (u[:-1] + u[1:]), -q.sign if mix.opposite else q.sign, apron)
-    g, k1, k2 = step_weights(mix.tail_p, u)
-    out[:, 2 : 2 + len(mix.tail_p), :2] = np.stack([g.T, (k1 + k2).T], axis=-1)
+def _first_step(mix: Mixture, lit: bool) -> Array:
+    """(1, powers, 4): what gives the first node its moments, all light nearer being as at the node, or none."""
+    out = np.zeros((1, len(mix.p) + len(mix.beyond_p), 4))
+    if lit:
+        out[0, : len(mix.p), 2] = 1 / (mix.p + 1)
+        out[0, : len(mix.p), 3] = -mix.before / (mix.p + 1)
+        out[0, len(mix.p) :, 3] = 1 / (mix.beyond_p + 1)
     return out
+
+
+def _run(grid: Grid, q: Quadrant, apron: int, a: float, b: float, steps: Array) -> Array:
+    """(texels, 4): a run of steps of equal length from a to b: its head, then the factors."""
+    mix, width = grid.mix, (b - a) / len(steps)
+    places = _places(grid, q, np.array([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
+    far = _places(grid, q, np.array([mix.ratio * (a + 0.5 * width)]), -q.sign if mix.opposite else q.sign, apron)[0]
+    head = np.array([places[0], places[1] - places[0], far, (len(steps), steps[..., 3].any(), 0, 0)])
+    return np.concatenate([head, steps.reshape(-1, 4)])
 
 
 def _needed(grid: Grid, q: Quadrant, first: int, end: int, stride: int, lines: int) -> int:
@@ -77,33 +83,20 @@ def _needed(grid: Grid, q: Quadrant, first: int, end: int, stride: int, lines: i
             reach = np.inf
         if first * stride * q.dm + q.m_lo <= 0 <= q.m_lo + q.dm * stride * (min(end, lines) - 1):
             reach = np.inf
-    return int(np.searchsorted(q.steps.u, reach)) + 1
+    return int(np.searchsorted(q.u, reach)) + 1
 
 
 def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float, float]) -> Tables:
-    """The step table, the bundles of each zone, and the frame, of a grid."""
+    """The table of steps, and the bundles of each zone, of a grid."""
     mix, fine = grid.mix, grid.fine
-    has_tail = mix.tail_ratio > 0
     blocks: list[Array] = []
     zones: list[list[Any]] = [[] for _ in range(fine.zones)]
-    frame = np.zeros((), FRAME)
-    rows = states = 0
-    components = 3 * (len(mix.p) + (len(mix.tail_p) + 2 if has_tail else 0))
+    texels = states = 0
+    components = 3 * (len(mix.p) + len(mix.beyond_p))
+    same = np.zeros((1, len(mix.p) + len(mix.beyond_p), 4))
+    same[..., 0] = 1  # a step of no length, which stores the node that two zones share
     for q in grid.quadrants:
-        lead = _rows(grid, q, apron)
-        advanced, place = np.zeros(len(q.steps.u)), np.zeros(len(q.steps.u))
-        if has_tail:
-            count, place = tail_schedule(q, mix.tail_ratio)
-            count[1] += count[0]  # what lies before the first node is caught up with at the first step
-            lead[:, 2, 3] = count[1:] + np.minimum(place[1:], 1 - 1e-4)
-            advanced = np.cumsum(count) - count[0] * (np.arange(len(count)) > 0)
-            advanced[0] = 0
-        first_row, rows = rows, rows + len(lead)
-        blocks.append(lead)
-        tail_row = rows
-        if has_tail:
-            blocks.append(_tail_rows(grid, q, apron))
-            rows += len(blocks[-1])
+        steps = _steps(mix, q.u, 0.0 if q.lit else q.u[0])
         inherited = (0, 0)
         for zone in range(fine.zones):
             stride = 2 ** (fine.zones - 1 - zone)
@@ -111,75 +104,27 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             begin, end = q.splits[zone], q.splits[zone + 1]
             record = np.zeros((), BUNDLE)
             record["lines"], record["stride"] = lines, stride
-            record["gain"][:3] = gain
-            record["step"] = first_row + begin
-            record["tail"] = tail_row + int(advanced[begin])
+            record["run"] = texels
             record["row"] = (q.row0 + begin - q.stored + zone) % (1 << 32)
+            record["end"] = -mix.ratio if mix.opposite else mix.ratio
             record["c"][: len(mix.c)] = mix.c
-            if has_tail:
-                record["tail_c"][: min(4, len(mix.tail_c))] = mix.tail_c[:4]
-                record["c"][3] = mix.tail_c[4] if len(mix.tail_c) > 4 else 0
-            record["seed"][3] = place[begin]
+            record["beyond_c"][: min(4, len(mix.beyond_c))] = mix.beyond_c[:4]
+            record["gain"] = *gain, mix.beyond_c[4] if len(mix.beyond_c) > 4 else 0
             record["state_in"], record["lines_in"] = inherited
             if zone + 1 < fine.zones:
                 inherited = (states, lines)
                 record["state_out"], record["keep"] = states, 1
                 states += components * lines
-            if zone == 0:
-                record["start"] = _places(grid, q, q.steps.u[:1], q.sign, apron)[0]
-                if q.steps.lit_start:
-                    record["seed"][: len(mix.p)] = 1 / (mix.p + 1)
-                if has_tail and q.tail is not None and q.tail.lit_start:
-                    seeds = 1 / (mix.tail_p + 1)
-                    record["tail_seed"][: min(4, len(seeds))] = seeds[:4]
-                    record["gain"][3] = seeds[4] if len(seeds) > 4 else 0
+            marched = [_run(grid, q, apron, q.u[begin], q.u[begin], same if zone else _first_step(mix, q.lit))]
+            marched += [_run(grid, q, apron, q.u[a], q.u[b], steps[a:b]) for a, b in runs(q.u, begin, end)]
+            blocks += marched
+            texels += sum(map(len, marched))
             for line in range(0, lines, per_workgroup):
                 needed = min(end, _needed(grid, q, line, line + per_workgroup, stride, lines)) - begin
-                if needed <= 0 and zone > 0:
-                    continue
-                record["line"], record["steps"] = line, max(needed, 0)
-                zones[zone].append(record.copy())
-    return Tables(np.concatenate(blocks).astype(np.float32), [np.array(z, BUNDLE) for z in zones], frame, max(states, 4))
-
-
-def ways(grid: Grid, tile: int) -> list[Array]:
-    """For each quadrant, (n, 4): for each pixel on its major axis (a whole number of tiles) the row of the sums, and the two factors
-    of line = y n + z at the minor coordinate n."""
-    out = []
-    for q in grid.quadrants:
-        major, minor = grid.light[q.axis], grid.light[1 - q.axis]
-        t = np.arange(-(-grid.size[q.axis] // tile) * tile) + 0.5
-        u = np.maximum(q.sign * (t - major), 0)
-        nodes = q.steps.u[q.stored :]
-        node = np.interp(u, nodes, q.stored + np.arange(len(nodes), dtype=float))
-        zone = np.searchsorted(q.splits[1:-1], node)
-        factor = 0.5 ** (len(q.splits) - 2 - zone)
-        across = u * q.dm  # from line to line
-        per = np.divide(factor, across, out=np.zeros_like(u), where=across > 1e-12)
-        out.append(np.stack([q.row0 + node - q.stored + zone, per, -(minor + q.m_lo * u) * per, 0 * u], axis=1))
-    return out
-
-
-def tiles(grid: Grid, first: list[int], strip: int) -> dict[tuple[bool, bool], np.ndarray]:
-    """TILE records by (major axis is y, tile is shared by quadrants). first: where each quadrant's ways start."""
-    side = LANES, strip
-    out: dict[tuple[bool, bool], list[np.ndarray]] = {}
-    for q, start in zip(grid.quadrants, first, strict=True):
-        corner = np.stack(np.meshgrid(*(np.arange(0, grid.size[a], side[a]) for a in (0, 1))), axis=-1).reshape(-1, 2)
-        low = corner + 0.5 - np.array(grid.light)  # first and last pixel centre from the light
-        high = np.minimum(corner + side, grid.size) - 0.5 - np.array(grid.light)
-        nearest = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(np.abs(low), np.abs(high)))
-        farthest = np.maximum(np.abs(low), np.abs(high))
-        slack = 1e-3 + 1e-6 * farthest.max()  # of f32 in the shader
-        u_min, u_max = (low, high) if q.sign > 0 else (-high, -low)
-        seen = u_max[:, q.axis] + slack >= nearest[:, 1 - q.axis]
-        whole = u_min[:, q.axis] - slack >= farthest[:, 1 - q.axis]
-        for shared, chosen in ((False, whole), (True, seen & ~whole)):
-            some = corner[chosen]
-            record = np.zeros(len(some), TILE)
-            record["corner"], record["way"], record["positive"] = some, start + some[:, q.axis], q.sign > 0
-            out.setdefault((q.axis == 1, shared), []).append(record)
-    return {key: np.concatenate(records) for key, records in out.items() if sum(map(len, records))}
+                if needed > 0 or zone == 0:
+                    record["line"], record["steps"] = line, max(needed, 0) + 1
+                    zones[zone].append(record.copy())
+    return Tables(np.concatenate(blocks).astype(np.float32), [np.array(z, BUNDLE) for z in zones], max(states, 4))
 
 
 class EpipolarPlan:
@@ -203,27 +148,19 @@ class EpipolarPlan:
         base: Any = None,
     ) -> None:
         fine = QUALITY[quality] if isinstance(quality, str) else quality
-        self.device, self.size = device, size
+        self.device = device
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
         self.grid = Grid(size, light, self.mix, lam, density, fine, border, device.max_side)
         shader, lines = SCANS["four" if device.is_cpu else "one"]
         data = tables(self.grid, apron, lines, gain)
-        frame = data.frame
-        frame["size"], frame["light"] = size, light
-        frame["diagonal"] = light[0] - light[1], light[0] + light[1]
-        frame["scale"] = 1 / self.grid.columns, 1 / self.grid.rows
-        step = 0.5 * lam / NEAR_TAPS
-        frame["ray"][:3] = density, lam, (np.sinh(step) / step if step > 0 else 1.0) / NEAR_TAPS
-        frame["gain"][:3] = gain
-        frame["base"] = *(base or (0, 0, 0)), apron
         self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float")
-        rows = -(-len(data.table) // 32)  # 32 rows of 8 texels side by side: long marches would pass a texture's height
-        table = device.texture(32 * 8, rows, "rgba32float", target=False)
-        padded = np.zeros((rows * 32, 8, 4), np.float32)
+        rows = -(-len(data.table) // ROW)
+        table = device.texture(ROW, rows, "rgba32float", target=False)
+        padded = np.zeros((rows * ROW, 4), np.float32)
         padded[: len(data.table)] = data.table
-        device.write(table, padded, 32 * 8 * 16)
+        device.write(table, padded, ROW * 16)
         self.state = device.buffer(size=4 * data.states)
-        constants = {"POWERS": len(self.mix.p), "TAIL": len(self.mix.tail_p)}
+        constants = {"POWERS": len(self.mix.p), "BEYOND": len(self.mix.beyond_p), "FAR_END": self.mix.ratio > 0}
         self.scans = []
         for zone, bundles in enumerate(data.zones):
             if len(bundles) == 0:
@@ -231,33 +168,14 @@ class EpipolarPlan:
             pipeline = device.pipeline(shader, "scan", FIRST_ZONE=zone == 0, **constants)
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((pipeline, bind, len(bundles)))
-        strip = 8 if device.is_cpu else 4
-        way = ways(self.grid, LANES)
-        way_buffer = device.buffer(np.concatenate(way).astype(np.float32).tobytes())
-        first = np.cumsum([0, *(len(w) for w in way[:-1])]).tolist()
-        spare = before if before is not None else source
-        uniform = device.buffer(frame.tobytes(), uniform=True)
-        flags = {"ADD": before is not None, "BASE": base is not None}
-        self.gathers = []
-        for (down, shared), some in tiles(self.grid, first, strip).items():
-            pipeline = device.pipeline(GATHER, "gather", STRIP=strip, DOWN=down, SHARED=shared, **flags)
-            records = device.buffer(some.tobytes())
-            bind = device.bind(GATHER, uniform, self.sums, device.sampler(), layer, records, spare, source, way_buffer)
-            self.gathers.append((pipeline, bind, len(some)))
-        if all(-NEAR < light[a] < size[a] + NEAR for a in (0, 1)):
-            self.gathers.append((device.pipeline(GATHER, "near", **flags), bind, 2 * NEAR))
+        self.back = WayBack(device, self.grid, self.sums, source, layer, density=density, lam=lam, apron=apron, before=before, gain=gain, base=base)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""
-        scan = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes("epipolar scan")} if timer else {}))
+        scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan"))
         for pipeline, bind, count in self.scans:
             scan.set_pipeline(pipeline)
             scan.set_bind_group(0, bind)
             scan.dispatch_workgroups(count)
         scan.end()
-        back = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes("epipolar gather")} if timer else {}))
-        for pipeline, bind, count in self.gathers:
-            back.set_pipeline(pipeline)
-            back.set_bind_group(0, bind)
-            back.dispatch_workgroups(count)
-        back.end()
+        self.back.record(encoder, timer)

@@ -2,8 +2,8 @@
 
 Four quadrants (right, left, down, up) by the major axis of the direction from the light. In each, lines of equal
 slope steps; on each line, nodes at the same distances u along the major axis. A node ends a step; a step takes two
-samples, one in the tail. What the shaders need of a position is affine in the line's index, so that it is exact in f32 even where the
-light lies a million image widths away.
+samples, and one at the far end of the pixels' rays, |1 - D| times as far from the light. What the shaders need of a position is
+affine in the line's index, so that it is exact in f32 even where the light lies a million image widths away.
 """
 
 import dataclasses
@@ -17,30 +17,23 @@ from airlight.scatter.epipolar.moments import Array, Mixture
 
 @dataclass(frozen=True)
 class Fineness:
-    """How fine the grid is. spacing: of the lines at the far edge, px; radii: where steps grow from a quarter of the largest to a
-    half, and to the largest."""
+    """How fine the grid is. radii: where steps grow from a quarter of the largest to a half, and to the largest."""
 
-    spacing: float
+    spacing: float  # of the lines at the far edge, px, for rays all the way to the light without decay
     radii: tuple[float, float]
     slack: tuple[float, float]  # the radii in units of the weight's length D / lambda
     largest: float  # step, px
+    beside: float  # the same where the light lies outside the image
     zones: int  # each nearer zone has half the lines
     tolerance: float  # of the weight's fit
+    outside: float  # factor of the spacing where the light lies outside the image
 
 
 QUALITY = {
-    "draft": Fineness(3.0, (24, 64), (3, 10), 4, 2, 1.5e-2),
-    "normal": Fineness(2.0, (48, 128), (5, 20), 4, 2, 2e-3),
-    "final": Fineness(1.0, (48, 128), (3, 10), 2, 1, 6e-4),
+    "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
+    "normal": Fineness(2.9, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 2.0),
 }
-
-
-@dataclass
-class Steps:
-    """Steps along a bundle of lines, from node to node. u: (n + 1)."""
-
-    u: Array
-    lit_start: bool  # the sample at u[0] stands for all that is nearer
 
 
 @dataclass
@@ -52,8 +45,8 @@ class Quadrant:
     lines: int
     u_min: float
     u_max: float
-    steps: Steps = field(init=False)
-    tail: Steps | None = field(init=False, default=None)
+    u: Array = field(init=False)  # nodes
+    lit: bool = field(init=False)  # the sample at u[0] stands for all that is nearer; else nothing nearer counts
     splits: list[int] = field(init=False)  # node index where each zone starts, then the last node
     row0: int = 0  # texture row of the first stored node
     stored: int = 0  # index of the first stored node
@@ -85,14 +78,16 @@ class Grid:
         length = max(lam, 1.5) / density
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
-        if lam > 4:  # the window is short and so sees finer detail
-            fine = dataclasses.replace(fine, spacing=0.8 * fine.spacing)
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
+        # a short ray, or one that decays soon, sees finer detail
+        mean = density * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
+        fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.28)
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
         if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
             fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
         if not inside:  # and all nodes are far
-            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0))
+            wider = fine.spacing * fine.outside
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=fine.beside, spacing=wider)
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -100,7 +95,7 @@ class Grid:
         for q in self.quadrants:
             self._march(q)
             q.row0 = self.rows
-            self.rows += len(q.steps.u) - q.stored + len(q.splits) - 2
+            self.rows += len(q.u) - q.stored + len(q.splits) - 2
         self.columns = max(q.lines for q in self.quadrants)
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
@@ -113,7 +108,7 @@ class Grid:
         u_max = max(u_max, 1e-3)
         low, high = 0.5 - self.light[1 - axis], other - 0.5 - self.light[1 - axis]
         m_lo, m_hi = _span(low, high, u_min, u_max)
-        if m_lo > m_hi + 1e-12:
+        if m_lo - m_hi > 0.1 / u_max:  # but for those hardly beside it: the way back's diagonals are not quite these
             return None
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
@@ -123,22 +118,23 @@ class Grid:
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
-    def _steps(self, q: Quadrant, sign: int, end: float, share: float = 1.0) -> Steps:
-        """Steps from the light to `end` along +sign of the major axis (the tail beyond the light runs the other way).
-
-        share: of the length of the steps.
-        """
+    def _nodes(self, q: Quadrant) -> tuple[Array, bool]:
+        """Nodes from the light to the image's end, and whether the first sample stands for what is nearer."""
         major, minor = self.light[q.axis], self.light[1 - q.axis]
         extent, other = self.size[q.axis], self.size[1 - q.axis]
-        slopes = sorted(sign * q.sign * m for m in (q.m_lo, q.m_lo + q.dm * (q.lines - 1)))
+        slopes = q.m_lo, q.m_lo + q.dm * (q.lines - 1)
         steepest = max(abs(m) for m in slopes)
         reach = max(abs(0.5 - minor), abs(other - 0.5 - minor)) + 4
-        enter = -major if sign > 0 else major - extent  # the image lies in enter < u < leave
-        leave = extent - major if sign > 0 else major
-        black = self.border == "black"
+        enter = -major if q.sign > 0 else major - extent  # the image lies in enter < u < leave
+        leave = extent - major if q.sign > 0 else major
+        black, ratio = self.border == "black", self.mix.ratio
+
+        def along(u: float) -> float:
+            """From u, beside the image: the step in which clamped samples move along the border by 4 px."""
+            return 4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12)
 
         def beside(u: float, until: float) -> float:
-            """From u, beside the image: how far a step may go. Clamped samples move along the border by at most 4 px."""
+            """From u, beside the image: how far a step may go."""
             low, high = minor + slopes[0] * u, minor + slopes[1] * u
             if black:
                 return until
@@ -146,45 +142,49 @@ class Grid:
                 return until if slopes[1] <= 0 else min(until, (0.5 - minor) / slopes[1])
             if low > other - 0.5 + 1e-3:
                 return until if slopes[0] >= 0 else min(until, (other - 0.5 - minor) / slopes[0])
-            apart = min(4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12), self.density * u / 16)
-            return min(until, u + max(4.0, apart))
+            return min(until, u + max(4.0, min(along(u), self.density * u / 16)))
+
+        def inside(u: float) -> float:
+            """From u, in the image: the step, such that the ray's far end, where it is in the image, moves by at most 2 px."""
+            step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
+            beyond = ratio > 1e-9 and self.mix.opposite and ratio * u >= -enter
+            most = (along(ratio * u) if beyond else 2.0) / max(ratio, 1e-9)
+            while step > most:
+                step /= 2
+            return step
 
         first, last = (enter - 1, leave + 1) if black else (enter, leave)
         u = beside(0.0, first) if first > 0 and (black or not 0.5 <= minor <= other - 0.5) else 0.0
         dark = black and (first > 0 or last < 0)
-        if sign == q.sign and self.density < 1:  # nothing nearer is in any pixel's window
+        if self.density < 1:  # nothing nearer is in any pixel's window
             unseen = (1 - self.density) * max(q.u_min - 1, 0)
             dark, u = dark or unseen > u, max(u, unseen)
         nodes = [u]
-        while u < end:
+        while u < q.u_max:
             if u < first - 1e-9:
                 following = beside(u, first)
             elif u >= last - 1e-9:
-                following = beside(u, max(end, u + 1.0))
+                following = beside(u, max(q.u_max, u + 1.0))
             else:
-                step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
-                step *= share
+                step = inside(u)
                 cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
-                place = sign * (major + sign * u) / cell
+                place = q.sign * (major + q.sign * u) / cell
                 edge = (math.floor(place + 1e-6) + 1 - place) * cell
                 following = u + (edge + step - cell if edge < cell - 1e-6 else step)
             u = following if following > u + 1e-9 * max(1.0, u) else u + 1.0
             nodes.append(u)
         if len(nodes) == 1:
             nodes.append(u + 1.0)
-        return Steps(np.array(nodes), not dark)
+        return np.array(nodes), not dark
 
     def _march(self, q: Quadrant) -> None:
-        q.steps = self._steps(q, q.sign, q.u_max)
-        u = q.steps.u
-        if self.mix.tail_ratio > 0:
-            q.tail = self._steps(q, -q.sign if self.mix.opposite else q.sign, self.mix.tail_ratio * u[-1], 0.5)  # one sample a step
-        q.stored = max(0, int(np.searchsorted(u, q.u_min, side="right")) - 1)
+        q.u, q.lit = self._nodes(q)
+        q.stored = min(max(0, int(np.searchsorted(q.u, q.u_min, side="right")) - 1), len(q.u) - 2)
         splits = [0]
         for zone in range(1, self.fine.zones):
-            k = int(np.searchsorted(u, q.u_max / 2 ** (self.fine.zones - zone)))
-            splits.append(min(max(k, splits[-1], q.stored), len(u) - 1))
-        q.splits = [*splits, len(u) - 1]
+            k = int(np.searchsorted(q.u, q.u_max / 2 ** (self.fine.zones - zone)))
+            splits.append(min(max(k, splits[-1], q.stored), len(q.u) - 1))
+        q.splits = [*splits, len(q.u) - 1]
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
@@ -195,13 +195,9 @@ class Grid:
         return out
 
 
-def tail_schedule(q: Quadrant, ratio: float) -> tuple[Array, Array]:
-    """For each node: tail steps to take before it, and the place of ratio*u between the last two tail nodes, in [0, 1]."""
-    assert q.tail is not None
-    nodes, wanted = q.tail.u, ratio * q.steps.u
-    reached = np.clip(np.searchsorted(nodes, wanted - 1e-9 * np.maximum(1, wanted)), 0, len(nodes) - 1)
-    count = np.diff(np.concatenate([[0], reached]))
-    before = np.maximum(reached - 1, 0)
-    width = np.maximum(nodes[reached] - nodes[before], 1e-12)
-    place = np.where(reached > 0, (wanted - nodes[before]) / width, 1.0)
-    return count.astype(float), np.clip(place, 0, 1)
+def runs(u: Array, begin: int, end: int) -> list[tuple[int, int]]:
+    """The steps [begin, end) between the nodes u as runs (first, after the last) of equal length."""
+    width = np.diff(u[begin : end + 1])
+    breaks = np.flatnonzero(np.abs(np.diff(width)) > 1e-6 * width[1:] + 1e-15 * u[end]) + 1 + begin
+    cuts = [begin, *breaks.tolist(), end]
+    return [(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if b > a]

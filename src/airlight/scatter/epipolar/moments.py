@@ -17,31 +17,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-MAX_TAIL = 5  # powers that the shader keeps for the tail; 3 for the near side
+MAX_BEYOND = 5  # powers that the shader keeps for what lies beyond the light; 3 for the near side
 NEGLIGIBLE = 1e-5  # weight of the far end of the ray below which it is left out
 
 
 @dataclass(frozen=True)
 class Mixture:
-    """S(r) = sum_j c_j A_pj(r) + sum_j tail_c_j B_tail_pj(tail_ratio r).
+    """S(r) = sum_j c_j [A_pj(r) - before_j A_pj(ratio r)] + sum_j beyond_c_j B_beyond_pj(ratio r).
 
-    A: moments on the pixel's own side of the light. B: moments of the tail: the part nearer than r(1 - D), which is
-    taken away (D < 1, same side), or the part beyond the light, which is added (D > 1, opposite side).
+    A: moments on the pixel's own side of the light, of which for D < 1 the part nearer than r (1 - D) is taken away.
+    B: moments on the opposite side, D > 1.
     """
 
     p: Array
     c: Array
-    tail_p: Array
-    tail_c: Array
-    tail_ratio: float  # |1 - D|; 0: no tail
-    opposite: bool
+    before: Array  # (len(p)); zeros where nothing is taken away
+    beyond_p: Array
+    beyond_c: Array
+    ratio: float  # |1 - D|: of the distance of the ray's far end over the pixel's; 0 where the far end does not count
+
+    @property
+    def opposite(self) -> bool:
+        return len(self.beyond_p) > 0
 
 
 def _fit(target: Callable[[Array], Array], low: float, start: Array, steps: int = 60) -> tuple[Array, Array, float]:
     """Fit sum_j c_j x^p_j to target on [low, 1], p >= 0; Levenberg steps on p alone, c by least squares. -> p, c, relative rms."""
     angle = np.pi * (np.arange(192) + 0.5) / 192
     x = low + (1 - low) * (0.5 - 0.5 * np.cos(angle))
-    measure = np.sqrt(np.sin(angle) / x)  # uniform in log x: the brightest samples lie near the light
+    # even in log x, and a little stricter where the weight is small: the brightest samples lie near the light
+    measure = np.sqrt(np.sin(angle) / x) * np.maximum(target(x), 1e-4) ** -0.25
     wanted, logx = target(x) * measure, np.log(x)
 
     def solve(root: Array) -> tuple[Array, Array, Array]:
@@ -92,7 +97,7 @@ def _shortest(target: Callable[[Array], Array], low: float, start: Callable[[int
 def _polynomial(b: float, tolerance: float) -> tuple[Array, Array]:
     """Whole powers for e^(-b y) on [0, 1]: it falls with y, and must be right at y = 0, where the light is."""
     y = 0.5 - 0.5 * np.cos(np.pi * np.arange(129) / 128)
-    for count in range(1, MAX_TAIL + 1):
+    for count in range(1, MAX_BEYOND + 1):
         powers = y[:, None] ** np.arange(count)
         c = np.linalg.lstsq(powers, np.exp(-b * y), rcond=None)[0]
         if np.abs(powers @ c - np.exp(-b * y)).max() <= tolerance:
@@ -111,17 +116,17 @@ def mixture(density: float, lam: float, tolerance: float = 6e-4) -> Mixture:
         p, c = np.zeros(1), np.ones(1)
     else:
         p, c = _shortest(lambda x: np.exp(-a * (1 - x)), max(1 - density, 1e-3), lambda k: _charlier(a, k), tolerance)
-    alone = Mixture(p, c / density, np.zeros(0), np.zeros(0), 0.0, False)
+    none = np.zeros(0)
     if density < 1 and np.exp(-lam) >= NEGLIGIBLE:
-        return Mixture(p, c / density, p, -c / density * (1 - density) ** (p + 1), 1 - density, False)
+        return Mixture(p, c / density, (1 - density) ** (p + 1), none, none, 1 - density)
     if density > 1 and np.exp(-a) >= NEGLIGIBLE:
         beyond = np.exp(-a) * (density - 1) / density  # weight where the ray passes the light
         b = a * (density - 1)
         if lam == 0:
-            return Mixture(p, c / density, np.zeros(1), np.full(1, beyond), density - 1, True)
-        tail_p, tail_c = _polynomial(b, tolerance / max(beyond, tolerance))
-        return Mixture(p, c / density, tail_p, tail_c * beyond, density - 1, True)
-    return alone
+            return Mixture(p, c / density, 0 * p, np.zeros(1), np.full(1, beyond), density - 1)
+        beyond_p, beyond_c = _polynomial(b, tolerance / max(beyond, tolerance))
+        return Mixture(p, c / density, 0 * p, beyond_p, beyond_c * beyond, density - 1)
+    return Mixture(p, c / density, 0 * p, none, none, 0.0)
 
 
 def step_weights(p: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -129,6 +134,16 @@ def step_weights(p: Array, u: Array) -> tuple[Array, Array, Array]:
     I2 on the other. Shapes (len(p), len(u) - 1)."""
     a, b = u[:-1], u[1:]
     q = p[:, None] + 1
-    ra = np.divide(a, b, out=np.ones_like(b), where=b > 0)[None, :] ** q
-    rm = np.divide(0.5 * (a + b), b, out=np.ones_like(b), where=b > 0)[None, :] ** q
+    ra, rm = (_over(x, b)[None, :] ** q for x in (a, 0.5 * (a + b)))
     return ra, (rm - ra) / q, (1 - rm) / q
+
+
+def end_weights(p: Array, u: Array, start: float) -> Array:
+    """k of A_p(b) = g A_p(a) + k I, with nothing nearer than start. Shape (len(p), len(u) - 1)."""
+    a, b = u[:-1], u[1:]
+    q = p[:, None] + 1
+    return (1 - np.minimum(_over(np.maximum(a, start), b), 1.0)[None, :] ** q) / q
+
+
+def _over(a: Array, b: Array) -> Array:
+    return np.divide(a, b, out=np.ones_like(b), where=b > 0)

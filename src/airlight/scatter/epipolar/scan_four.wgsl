@@ -3,7 +3,7 @@ alias Rgb = mat4x3f;
 const WIDTH = 8u;
 
 fn light_at(place: vec4f, line: u32, stride: u32) -> Rgb {
-    return Rgb(texel(place, line, stride), texel(place, line + WIDTH, stride), texel(place, line + 2u * WIDTH, stride), texel(place, line + 3u * WIDTH, stride));
+    return Rgb(sample(place, line, stride), sample(place, line + WIDTH, stride), sample(place, line + 2u * WIDTH, stride), sample(place, line + 3u * WIDTH, stride));
 }
 
 fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {

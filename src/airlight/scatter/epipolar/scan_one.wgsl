@@ -3,7 +3,7 @@ alias Rgb = vec3f;
 const WIDTH = 32u;
 
 fn light_at(place: vec4f, line: u32, stride: u32) -> Rgb {
-    return texel(place, line, stride);
+    return sample(place, line, stride);
 }
 
 fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
+from airlight.gpu.timing import timing
 
 RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
@@ -32,7 +33,7 @@ def _noise_texture(device: Device) -> Any:
 
 
 def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int, rows: int, label: str, timer: Any) -> None:
-    run = encoder.begin_compute_pass(**({"timestamp_writes": timer.writes(label)} if timer else {}))
+    run = encoder.begin_compute_pass(**timing(timer, label))
     run.set_pipeline(pipeline)
     run.set_bind_group(0, bind)
     run.dispatch_workgroups(-(-width // 64), rows)

@@ -1,4 +1,5 @@
 // The direct sum: Eq. 4 of GPU Gems 3, chapter 13, or its Listing 13-1.
+//! include "gpu/half.wgsl"
 override JITTER: u32 = 0u;    // 0 fixed, 1 midpoint, 2 interleaved gradient, 3 blue noise
 override LISTING: bool = false;
 override BASE: bool = false;  // the pixel itself, unweighted
@@ -61,5 +62,5 @@ fn direct(@builtin(global_invocation_id) id: vec3u) {
     if (ADD) {
         out += textureLoad(before, p, 0).rgb;
     }
-    textureStore(layer, p, vec4f(out, 1.0));
+    textureStore(layer, p, vec4f(nearest_half(out), 1.0));
 }

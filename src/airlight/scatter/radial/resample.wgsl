@@ -1,4 +1,5 @@
 // Down to half or quarter resolution by a box, and up again by the bilinear filter (13.3.1).
+//! include "gpu/half.wgsl"
 override FACTOR: u32 = 2u;
 
 @group(0) @binding(0) var source: texture_2d<f32>;
@@ -16,11 +17,11 @@ fn down(@builtin(global_invocation_id) id: vec3u) {
             sum += textureSampleLevel(source, bilinear, at, 0.0).rgb;
         }
     }
-    textureStore(result, id.xy, vec4f(sum / f32(FACTOR * FACTOR), 1.0));
+    textureStore(result, id.xy, vec4f(nearest_half(sum / f32(FACTOR * FACTOR)), 1.0));
 }
 
 @compute @workgroup_size(64)
 fn up(@builtin(global_invocation_id) id: vec3u) {
     let at = (vec2f(id.xy) + 0.5) / vec2f(textureDimensions(result));
-    textureStore(result, id.xy, textureSampleLevel(source, bilinear, at, 0.0));
+    textureStore(result, id.xy, vec4f(nearest_half(textureSampleLevel(source, bilinear, at, 0.0).rgb), 1.0));
 }

@@ -1,0 +1,151 @@
+"""The way back from epipolar lines to pixels: triangles for adapters that run on a CPU, a pixel an invocation for GPUs."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device
+from airlight.gpu.timing import timing
+from airlight.scatter.epipolar.grid import Grid, Quadrant, runs
+from airlight.scatter.epipolar.moments import Array
+
+RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
+NEAR, NEAR_TAPS = 20, 64  # gather.wgsl
+FRAME = np.dtype(
+    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
+    + [("ray", "f4", 4), ("gain", "f4", 4), ("first", "u4", 4)]
+)
+CORNER = np.dtype([("place", "f4", 2), ("line", "f4", 2), ("row", "f4"), ("", "u4")])
+
+
+def ways(grid: Grid) -> tuple[Array, list[int]]:
+    """(n, 4): for each quadrant and pixel on its major axis the row of the sums, and the two factors of line = y n + z at the minor
+    coordinate n; and where the quadrants right, left, down, up begin."""
+    out, first = [np.zeros((0, 4))], [0, 0, 0, 0]
+    for q in grid.quadrants:
+        first[2 * q.axis + (q.sign < 0)] = sum(map(len, out))
+        major, minor = grid.light[q.axis], grid.light[1 - q.axis]
+        u = np.maximum(q.sign * (np.arange(grid.size[q.axis]) + 0.5 - major), 0)
+        nodes = q.u[q.stored :]
+        node = np.interp(u, nodes, q.stored + np.arange(len(nodes), dtype=float))
+        zone = np.searchsorted(q.splits[1:-1], node)
+        factor = 0.5 ** (len(q.splits) - 2 - zone)
+        across = u * q.dm  # from line to line
+        per = np.divide(factor, across, out=np.zeros_like(u), where=across > 1e-12)
+        out.append(np.stack([q.row0 + node - q.stored + zone, per, -(minor + q.m_lo * u) * per, 0 * u], axis=1))
+    return np.concatenate(out), first
+
+
+def _cut(polygon: Array, axis: int, limit: float, keep: int) -> Array:
+    """The part of a convex polygon (n, 2) where keep * (x[axis] - limit) >= 0 (Sutherland and Hodgman)."""
+    out = []
+    for here, there in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        a, b = keep * (here[axis] - limit), keep * (there[axis] - limit)
+        if a >= 0:
+            out.append(here)
+        if (a < 0) != (b < 0):
+            cut = here + (there - here) * (a / (a - b))
+            cut[axis] = limit
+            out.append(cut)
+    return np.array(out).reshape(-1, 2)
+
+
+def _spans(q: Quadrant) -> list[tuple[int, int, int]]:
+    """(zone, first node, last node) wherever nodes lie evenly."""
+    stored = [max(split, q.stored) for split in q.splits]
+    return [(zone, a, b) for zone in range(len(stored) - 1) for a, b in runs(q.u, stored[zone], stored[zone + 1])]
+
+
+def corners(grid: Grid) -> Array:
+    """CORNER records, three a triangle, which cover every pixel centre once.
+
+    Corners lie on a grid of 1/32 px, exact for the rasteriser, and the diagonals between the quadrants, moved by less than that, pass
+    no pixel centre: a centre is covered once although some corners lie on other triangles' edges.
+    """
+    light = np.array([round(grid.light[0] * 16) / 16, round(grid.light[1] * 16 - 0.5) / 16 + 1 / 32])
+    out = [np.zeros(0, CORNER)]
+    for q in grid.quadrants:
+        spans = _spans(q)
+        edge = grid.size[q.axis] if q.sign > 0 else 0
+        marks = [light[q.axis], *(round(16 * (grid.light[q.axis] + q.sign * q.u[b])) / 16 for _, _, b in spans[:-1]), edge]
+        for (zone, a, b), start, stop in zip(spans, marks[:-1], marks[1:], strict=True):
+            low, high = sorted((start, stop))
+            far = max(abs(low - light[q.axis]), abs(high - light[q.axis]))
+            polygon = np.zeros((3, 2))  # the quadrant to beyond the far mark, cut down to the span
+            polygon[:, q.axis] = light[q.axis] + q.sign * far * np.array([0, 1, 1])
+            polygon[:, 1 - q.axis] = light[1 - q.axis] + far * np.array([0, -1, 1])
+            for axis, limit, keep in ((q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (0, grid.size[0], -1), (1, 0, 1), (1, grid.size[1], -1)):
+                polygon = _cut(polygon, axis, limit, keep) if len(polygon) else polygon
+            if len(polygon) < 3:
+                continue
+            u = q.sign * (polygon[:, q.axis] - grid.light[q.axis])
+            v = polygon[:, 1 - q.axis] - grid.light[1 - q.axis]
+            record = np.zeros(len(polygon), CORNER)
+            record["place"] = polygon
+            factor = 0.5 ** (len(q.splits) - 2 - zone)
+            across = u / q.u[-1]
+            line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
+            record["line"] = np.stack([(line + 0.5 * across) / grid.columns, across], axis=1)
+            node = a + (b - a) * (u - q.u[a]) / (q.u[b] - q.u[a])
+            record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
+            fan = np.array([(0, i, i + 1) for i in range(1, len(polygon) - 1)]).ravel()
+            out.append(record[fan])
+    return np.concatenate(out)
+
+
+class WayBack:
+    """The pass that writes a light's layer from its sums; it allocates nothing when recorded."""
+
+    def __init__(
+        self,
+        device: Device,
+        grid: Grid,
+        sums: Any,
+        source: Any,
+        layer: Any,
+        *,
+        density: float,
+        lam: float,
+        apron: int,
+        before: Any,
+        gain: tuple[float, float, float],
+        base: Any,
+    ) -> None:
+        self.raster, self.layer, self.size = device.is_cpu, layer.create_view(), grid.size
+        frame = np.zeros((), FRAME)
+        frame["size"], frame["light"] = grid.size, grid.light
+        frame["diagonal"] = grid.light[0] - grid.light[1], grid.light[0] + grid.light[1]
+        frame["scale"] = 1 / grid.columns, 1 / grid.rows
+        step = 0.5 * lam / NEAR_TAPS
+        frame["ray"][:3] = density, lam, (np.sinh(step) / step if step > 0 else 1.0) / NEAR_TAPS
+        frame["gain"][:3] = gain
+        frame["base"] = *(base or (0, 0, 0)), apron
+        has_near = all(-NEAR < grid.light[a] < grid.size[a] + NEAR for a in (0, 1))
+        flags = {"ADD": before is not None, "BASE": base is not None}
+        spare = before if before is not None else source
+        if self.raster:
+            records = corners(grid)
+            self.draws = [(device.raster(RASTER, "corner", "gather", **flags), (len(records), 1))]
+            if has_near:
+                self.draws.append((device.raster(RASTER, "around", "near", **flags), (6, 1)))
+            path, rest = RASTER, [device.buffer(records.tobytes())]
+        else:
+            table, frame["first"] = ways(grid)
+            self.draws = [(device.pipeline(COMPUTE, "gather", **flags), (-(-grid.size[0] // 64), grid.size[1]))]
+            if has_near:
+                self.draws.append((device.pipeline(COMPUTE, "near", **flags), (2 * NEAR, 1)))
+            path, rest = COMPUTE, [device.buffer(table.astype(np.float32).tobytes()), layer]
+        uniform = device.buffer(frame.tobytes(), uniform=True)
+        self.bind = device.bind(path, uniform, sums, device.sampler(), spare, source, *rest)
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        if self.raster:
+            target = {"view": self.layer, "load_op": "load", "store_op": "store"}
+            run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "epipolar gather"))
+        else:
+            run = encoder.begin_compute_pass(**timing(timer, "epipolar gather"))
+        run.set_bind_group(0, self.bind)
+        for pipeline, count in self.draws:
+            run.set_pipeline(pipeline)
+            (run.draw if self.raster else run.dispatch_workgroups)(*count)
+        run.end()
