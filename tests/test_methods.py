@@ -14,10 +14,10 @@ from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image
 from airlight.gpu import device as gpu_device
 from airlight.lights import Light
+from airlight.noise import blue_noise
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage
 from airlight.scatter.epipolar.moments import mixture
-from airlight.scatter.radial.radial import blue_noise
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
 SIZE = (1920, 1080)
@@ -129,7 +129,7 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, tuple[float, float], dict[str, o
 def test_radial_is_the_equation(case: tuple, jitter: str) -> None:
     image, place, keywords = case
     p = airlight.Parameters(method="radial", occlusion="none", jitter=jitter, **keywords)
-    tile = (blue_noise() + 0.5) / 65536
+    tile = blue_noise()
     offsets = tile[: image.shape[0], : image.shape[1]] if jitter == "blue" else None
     truth = reference.layer(image, [Light(place)], p, offsets=offsets)
     out = airlight.light_shafts(image, place, method="radial", occlusion="none", jitter=jitter, **keywords)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.composite.blend import Rule, resolve
 from airlight.composite.blend import blend as blend_layer
-from airlight.composite.blend import resolve
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
 from airlight.gpu.device import Device, cure, open_device
@@ -16,7 +16,7 @@ from airlight.lights import Light, as_lights
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as reference
-from airlight.scatter.render import render_layer
+from airlight.scatter.render import render_codes, render_layer
 
 FloatArray = npt.NDArray[np.float32]
 
@@ -56,31 +56,38 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     return Parameters(**named), mask
 
 
-def _compute(
-    rgb: FloatArray,
-    alpha: Any,
-    lights: list[Light],
-    p: Parameters,
-    mask: Any,
-    depth: Any,
-    device: Any,
-    fraction: bool = False,
-    profile: Any = None,
-    codes: Any = None,
-) -> FloatArray:
-    """The layer by the GPU, or by the reference where there is none. codes: (H, W, 4) uint8 sRGB, instead of rgb, alpha."""
-    if p.occlusion == "depth" and depth is None:
+def _check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
+    if p.occlusion == "depth" and not has_depth:
         raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
-    if p.occlusion == "alpha" and alpha is None:
+    if p.occlusion == "alpha" and not has_alpha:
         raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
-    chosen = _device(device)
-    if chosen is None:
-        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=fraction)
-    if codes is None:
-        codes = np.empty((*rgb.shape[:2], 4), np.float32)
-        codes[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
-        codes[..., 3] = 1.0 if alpha is None else alpha
-    return render_layer(chosen, codes, lights, p, mask=mask, depth=depth, fraction=fraction, profile=profile)
+
+
+def _layer(
+    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Device | None, **options: Any
+) -> FloatArray:
+    """The layer by the GPU, or by the reference where there is none. options: fraction, profile as `render_layer`."""
+    _check(p, alpha is not None, depth is not None)
+    if device is None:
+        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=options.get("fraction", False))
+    pixels = np.empty((*rgb.shape[:2], 4), np.float32)
+    pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
+    pixels[..., 3] = 1.0 if alpha is None else alpha
+    return render_layer(device, pixels, lights, p, mask=mask, depth=depth, **options)
+
+
+def _codes(
+    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Device, **options: Any
+) -> Any:
+    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU."""
+    has_alpha = image.shape[2] == 4
+    _check(p, has_alpha or alpha is not None, depth is not None)
+    codes = image
+    if not has_alpha or alpha is not None:
+        codes = np.empty((*image.shape[:2], 4), np.uint8)
+        codes[..., :3] = image[..., :3]
+        codes[..., 3] = 255 if alpha is None else np.rint(255 * np.clip(alpha, 0, 1))
+    return np.ascontiguousarray(render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)[..., :3])
 
 
 def light_shafts(
@@ -95,10 +102,14 @@ def light_shafts(
     (H, W) array, used as the mask. Raises AirlightError for bad input.
     Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
     """
+    return _shafts(image, light, alpha, depth, mask, parameters, _device(device))
+
+
+def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Device | None) -> FloatArray:
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
-    return _compute(
+    return _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
         as_lights(light),
@@ -109,13 +120,33 @@ def light_shafts(
     )
 
 
-def add_light_shafts(image: Any, light: Any, *, blend: Any = "auto", mix: float = 1.0, veil: float | None = None, **keywords: Any) -> Any:
-    """The image with its light shafts, in the image's shape and dtype. Keywords as light_shafts; blend, mix, veil as Composite."""
-    options = Composite(blend=blend, mix=mix, veil=veil)
+def add_light_shafts(
+    image: Any,
+    light: Any,
+    *,
+    blend: Any = "auto",
+    mix: float = 1.0,
+    veil: float | None = None,
+    alpha: Any = None,
+    depth: Any = None,
+    mask: Any = None,
+    device: Device | str | None = None,
+    **parameters: Any,
+) -> Any:
+    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil as Composite."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
-    layer = light_shafts(array, light, **keywords)
-    out, added = blend_layer(to_linear(array)[0], layer, resolve(options, is_float))
+    rule = resolve(Composite(blend=blend, mix=mix, veil=veil), is_float)
+    chosen = _device(device)
+    if chosen is not None and array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size:
+        p, given = _parameters(array, dict(parameters))
+        shape = array.shape[:2]
+        emits = _plane("mask", mask if given is None else given, shape)
+        opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
+        codes = _codes(array, opaque, as_lights(light), p, rule, emits, far, chosen)
+        return codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2)
+    layer = _shafts(array, light, alpha, depth, mask, parameters, chosen)
+    out, added = blend_layer(to_linear(array)[0], layer, rule)
     changed = (added != 0).any(axis=-1)
     if not is_float:
         return encode(out, array.dtype, changed, array)
@@ -141,14 +172,14 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
-    lit = _compute(
+    lit = _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
         [Light(position=lights[0].position)],
         plain,
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
-        device,
+        _device(device),
         fraction=True,
     )
     return np.clip(1 - lit[..., 0], 0, 1)
@@ -156,12 +187,13 @@ def occlusion_fraction(
 
 @dataclass
 class Rendered:
-    """pixels, layer as it was added: (H, W, 3) float32 linear; changed: (H, W) bool, where the layer is not zero."""
+    """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
+    linear; changed, (H, W) bool, where the layer is not zero."""
 
-    pixels: FloatArray
-    layer: FloatArray
-    changed: npt.NDArray[np.bool_]
-    encoded: Any = None
+    pixels: FloatArray | None = None
+    layer: FloatArray | None = None
+    changed: npt.NDArray[np.bool_] | None = None
+    encoded: npt.NDArray[np.uint8] | None = None
 
 
 def render_picture(
@@ -175,28 +207,23 @@ def render_picture(
     device: Device | str | None = None,
     profile: Any = None,
     float_output: bool = False,
+    codes_only: bool = False,
 ) -> Rendered:
-    """What `airlight image` does with a picture from a file. profile: a list to which (label, ms) of each pass is appended."""
-    options = composite or Composite()
+    """What `airlight image` does with a picture from a file.
+
+    profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
+    """
+    rule = resolve(composite or Composite(), float_output)
     shape = (picture.height, picture.width)
-    codes = None
+    planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
+    chosen = _device(device)
+    options = {} if chosen is None else {"profile": profile}
+    plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+    if chosen is not None and codes_only and plain:
+        return Rendered(encoded=_codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options))
     rgb = picture.linear()
-    if picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3:
-        codes = np.empty((*shape, 4), np.uint8)  # decoded by the texture unit
-        codes[..., :3] = picture.codes[..., :3]
-        codes[..., 3] = picture.codes[..., 3] if picture.codes.shape[2] == 4 else 255
-    layer = _compute(
-        rgb,
-        picture.alpha,
-        lights,
-        parameters,
-        _plane("mask", mask, shape),
-        _plane("depth", depth, shape),
-        device,
-        profile=profile,
-        codes=codes,
-    )
-    pixels, added = blend_layer(rgb, layer, resolve(options, float_output))
+    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, **options)
+    pixels, added = blend_layer(rgb, layer, rule)
     return Rendered(pixels, added, (added != 0).any(axis=-1))
 
 

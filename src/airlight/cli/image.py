@@ -1,8 +1,10 @@
 """`airlight image`: light shafts on a picture."""
 
+import contextlib
 import dataclasses
 import functools
 import os
+import threading
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -121,13 +123,11 @@ def image(
     from airlight import api, files
 
     _check_outputs([output, layer, occlusion_fraction], [source, mask, depth, preset], overwrite)
-    gpu = None
-    if device is not None:
-        from airlight.gpu.device import open_device
-
-        gpu = open_device(device)
     spent = _Spent()
+    start = threading.Thread(target=_open_device, args=(device,), daemon=True)
+    start.start()  # while the picture is read
     picture = files.read_image(source, on_damage)
+    start.join()
     emits = None if mask is None else files.read_mask(mask, on_damage)
     if emits is not None and mask_invert:
         emits = 1 - emits
@@ -146,14 +146,15 @@ def image(
         composite,
         mask=emits,
         depth=far,
-        device=gpu,
+        device=device,
         profile=passes if profile else None,
         float_output=_is_float(output),
+        codes_only=layer is None and picture.bits == 8 and not _is_float(output),
     )
     fraction = None
     if occlusion_fraction is not None:
         keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
-        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=gpu, **keys)
+        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=device, **keys)
     spent.lap("render")
 
     beside = done.layer if output.lower().endswith(".exr") else None
@@ -170,6 +171,14 @@ def image(
     spent.lap("write")
     if profile:
         _show_profile(spent, passes)
+
+
+def _open_device(name: str | None) -> None:
+    """Whatever is wrong is told when the device is used."""
+    from airlight.gpu.device import open_device
+
+    with contextlib.suppress(Exception):
+        open_device(name)
 
 
 def _is_float(path: str) -> bool:
@@ -194,7 +203,7 @@ def _lights(written: Sequence[LightText], picture: "Picture", origin: str) -> "l
     if any(w.position == "auto" for w in written):
         from airlight.detect import find_light
 
-        found = find_light(picture.linear())
+        found = find_light(picture.linear(coarse=True))
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
         x, y = found.position

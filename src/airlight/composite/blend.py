@@ -37,10 +37,14 @@ def lift_veil(layer: FloatArray, peak: float, veil: float) -> FloatArray:
     return layer * (t / (t + np.float32(veil**4)))[..., None]
 
 
-def peak_of(layer: FloatArray) -> float:
-    """The 99.9th percentile of the layer's luminance, from at most some 100,000 of its pixels."""
-    step = max(1, int(np.sqrt(layer.shape[0] * layer.shape[1] / 1e5)))
-    return float(np.percentile(layer[::step, ::step] @ REC709, 99.9))
+def peak_step(width: int, height: int) -> int:
+    """Every how many-th row and column count for the peak, so that some 100,000 pixels do."""
+    return max(1, int(np.sqrt(width * height / 1e5)))
+
+
+def peak_of(luminances: FloatArray) -> float:
+    """The 99.9th percentile."""
+    return float(np.percentile(luminances, 99.9))
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
@@ -49,7 +53,8 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray,
     add: a + b. screen: a + max(1 - a, 0) b / (1 + b), which never passes white and never darkens.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
-    peak = peak_of(layer) if rule.veil else 0.0
+    step = peak_step(*layer.shape[1::-1])
+    peak = peak_of(layer[::step, ::step] @ REC709) if rule.veil else 0.0
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], lift_veil(layer[first:last], peak, rule.veil)

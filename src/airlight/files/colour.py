@@ -11,6 +11,7 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.repair import repair
+from airlight.noise import dither as dither_tile
 
 ROWS = 64  # rows of a chunk; divides the dither tile
 # XYZ (D65) to linear Rec. 709.
@@ -51,18 +52,6 @@ def _table(dtype: str, linear: bool) -> np.ndarray:
     most = np.iinfo(dtype).max
     values = np.arange(most + 1) / most
     return (values if linear else srgb_decode(values)).astype(np.float32)
-
-
-@cache
-def _dither() -> np.ndarray:
-    """Blue noise (256, 256, 3) in (0, 1), the same for ever; the mean is exactly one half."""
-    import OpenImageIO as oiio
-
-    tile: Any = oiio.ImageBufAlgo.noise("blue", 0.0, 1.0, True, 0, roi=oiio.ROI(0, 256, 0, 256, 0, 1, 0, 1)).get_pixels(oiio.FLOAT)
-    rank = np.argsort(np.argsort(tile.ravel(), kind="stable"), kind="stable").reshape(256, 256)
-    noise = ((rank + 0.5) / 65536).astype(np.float32)
-    # The channels take the tile from far apart places, so that the grain has no colour of its own.
-    return np.stack([noise, np.roll(noise, (97, 151), (0, 1)), np.roll(noise, (181, 61), (0, 1))], axis=2)
 
 
 class Profile:
@@ -135,7 +124,7 @@ def encode_codes(
     result = np.empty((height, width, 3), dtype)
     noise: Any = np.float32(0.5)
     if dither or (dither is None and dtype == np.uint8):
-        noise = np.tile(_dither(), (1, -(-width // 256), 1))[:, :width]
+        noise = np.tile(dither_tile(), (1, -(-width // 256), 1))[:, :width]
 
     def work(first: int, last: int) -> None:
         value = np.array(pixels[first:last], np.float32, order="C")

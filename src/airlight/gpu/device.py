@@ -1,5 +1,6 @@
 """The adapter, its limits, and a cache of what is compiled on it. Nothing here knows about scattering."""
 
+import contextlib
 import os
 import sys
 import tempfile
@@ -7,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from airlight.errors import AirlightError, MachineError
+from airlight.gpu.quick_types import quicken
 from airlight.gpu.shader import bindings, load
 
 CURE = {
@@ -22,11 +24,16 @@ def cure() -> str:
     return CURE.get(sys.platform, CURE["linux"])
 
 
+@lru_cache(maxsize=1)
 def _wgpu() -> Any:
     if "XDG_RUNTIME_DIR" not in os.environ and sys.platform.startswith("linux"):
         os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()  # the driver prints a complaint without it
     import wgpu
 
+    with contextlib.suppress(ImportError):  # elsewhere in another version: only slower
+        from wgpu.backends.wgpu_native._ffi import ffi
+
+        quicken(ffi)
     return wgpu
 
 

@@ -1,6 +1,8 @@
 // The source of the sum, S = I m: what emits (m = 1) and what does not, from luminance, alpha or depth (13.5), times a mask.
 //! include "gpu/half.wgsl"
+//! include "gpu/srgb.wgsl"
 override MODE: u32 = 0u;      // 0 none, 1 luminance, 2 alpha, 3 depth
+override CODES: bool = false; // the picture holds sRGB codes
 override FRACTION: bool = false; // write m itself, for D(phi)
 
 struct Knee {
@@ -12,7 +14,7 @@ struct Knee {
 }
 
 @group(0) @binding(0) var<uniform> knee: Knee;
-@group(0) @binding(1) var picture: texture_2d<f32>; // linear RGB, alpha
+@group(0) @binding(1) var picture: texture_2d<f32>; // RGB, alpha
 @group(0) @binding(2) var aside: texture_2d<f32>;   // r: mask, g: depth
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 
@@ -38,6 +40,7 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
         if (all(p >= vec2i(0)) && all(p < vec2i(size))) {
             let pixel = textureLoad(picture, p, 0);
             color = clamp(pixel.rgb, vec3f(0.0), vec3f(65504.0));
+            if (CODES) { color = srgb_decode(color); }
             var m = 1.0;
             if (MODE == 1u) { m = rise(luminance(color)); }
             if (MODE == 2u) { m = 1.0 - clamp(pixel.a, 0.0, 1.0); color = vec3f(1.0); }

@@ -1,10 +1,14 @@
 """From a picture in memory to the layer of its lights: upload, source, method, download."""
 
+import contextlib
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
+from airlight.composite.blend import Rule
+from airlight.composite.codes import composite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, timing
@@ -29,10 +33,10 @@ def check_size(device: Device, width: int, height: int) -> None:
 
 
 def _upload(device: Device, picture: Array) -> Any:
-    """(H, W, 4) uint8 sRGB codes, or (H, W, 4) float32 linear, as a texture that loads as linear."""
+    """(H, W, 4) uint8 sRGB codes, or (H, W, 4) float32 linear, as a texture."""
     height, width = picture.shape[:2]
     eight = picture.dtype == np.uint8
-    texture = device.texture(width, height, "rgba8unorm-srgb" if eight else "rgba32float", target=False)
+    texture = device.texture(width, height, "rgba8unorm" if eight else "rgba32float", target=False)
     device.write(texture, np.ascontiguousarray(picture), width * (4 if eight else 16))
     return texture
 
@@ -64,7 +68,7 @@ def _source(
         aside = device.texture(width, height, "rgba32float", target=False)
         device.write(aside, both, width * 16)
     source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
-    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction)
+    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=picture.format == "rgba8unorm")
     bind = device.bind(SOURCE, device.buffer(knee.tobytes(), uniform=True), picture, aside, source)
     run = encoder.begin_compute_pass(**timing(timer, "source"))
     run.set_pipeline(pipeline)
@@ -149,41 +153,77 @@ def plan(
     return plans, before
 
 
-def render_layer(
-    device: Device,
-    picture: Array,
-    lights: list[Light],
-    p: Parameters,
-    *,
-    mask: Array | None = None,
-    depth: Array | None = None,
-    fraction: bool = False,
-    profile: list[tuple[str, float]] | None = None,
-) -> Array:
-    """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite."""
-    height, width = picture.shape[:2]
-    check_size(device, width, height)
-    timer = Timer(device) if profile is not None else None
-    scale = 1.0
-    if picture.dtype != np.uint8 and not fraction:
-        peak = float(picture[..., :3].max())
-        if peak > 0 and not 1e-2 <= peak <= 1e3:
-            scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
-    try:
+class _Job:
+    """One picture on the device: its texture, and the layer of its lights, submitted on construction."""
+
+    def __init__(
+        self,
+        device: Device,
+        picture: Array,
+        lights: list[Light],
+        p: Parameters,
+        *,
+        mask: Array | None = None,
+        depth: Array | None = None,
+        fraction: bool = False,
+        profile: list[tuple[str, float]] | None = None,
+    ) -> None:
+        height, width = picture.shape[:2]
+        check_size(device, width, height)
+        self.device, self.profile = device, profile
+        self.timer = Timer(device) if profile is not None else None
+        self.scale = 1.0
+        if picture.dtype != np.uint8 and not fraction:
+            peak = float(picture[..., :3].max())
+            if peak > 0 and not 1e-2 <= peak <= 1e3:
+                self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         encoder = device.encoder()
-        source = _source(device, encoder, _upload(device, picture), p, mask, depth, fraction, scale, timer)
-        plans, layer = plan(device, (width, height), lights, p, source)
+        self.picture = _upload(device, picture)
+        source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer)
+        plans, self.layer = plan(device, (width, height), lights, p, source)
         for step in plans:
-            step.record(encoder, timer)
-        if timer:
-            timer.resolve(encoder)
-        device.submit(encoder)
-        half = np.frombuffer(device.read(layer, 8), np.float16).reshape(height, width, 4)
+            step.record(encoder, self.timer)
+        self._submit(encoder)
+
+    def _submit(self, encoder: Any) -> None:
+        if self.timer:
+            self.timer.resolve(encoder)
+        self.device.submit(encoder)
+        self.note()
+
+    def note(self) -> None:
+        """Take down the times of the passes since the last call."""
+        if self.timer and self.profile is not None:
+            self.profile += self.timer.milliseconds()
+
+
+@contextlib.contextmanager
+def _within_memory(device: Device, picture: Array) -> Iterator[None]:
+    try:
+        yield
     except Exception as error:
-        if "memory" in str(error).lower():
-            raise MachineError(f"{device.name} has not enough memory for an image of {width} x {height} pixels: scale it down") from None
-        raise
-    if timer and profile is not None:
-        profile += timer.milliseconds()
+        if "memory" not in str(error).lower():
+            raise
+        size = f"{picture.shape[1]} x {picture.shape[0]}"
+        raise MachineError(f"{device.name} has not enough memory for an image of {size} pixels: scale it down") from None
+
+
+def render_layer(device: Device, picture: Array, lights: list[Light], p: Parameters, **options: Any) -> Array:
+    """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
+
+    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added.
+    """
+    with _within_memory(device, picture):
+        job = _Job(device, picture, lights, p, **options)
+        half = np.frombuffer(device.read(job.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
     out = half[..., :3].astype(np.float32)
-    return out if scale == 1.0 else out / np.float32(scale)
+    return out if job.scale == 1.0 else out / np.float32(job.scale)
+
+
+def render_codes(device: Device, picture: Array, lights: list[Light], p: Parameters, rule: Rule, **options: Any) -> Array:
+    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture. Options as render_layer."""
+    with _within_memory(device, picture):
+        job = _Job(device, picture, lights, p, **options)
+        result = composite(device, job.picture, job.layer, rule, job.timer)
+        job.note()
+        return np.frombuffer(device.read(result, 4), np.uint8).reshape(picture.shape)

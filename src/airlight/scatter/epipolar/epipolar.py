@@ -15,7 +15,7 @@ SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipo
 ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
 BUNDLE = np.dtype(
     [(n, "u4") for n in ("line", "lines", "stride", "run", "steps", "row", "state_in", "lines_in", "state_out", "keep")]
-    + [("end", "f4"), ("", "u4")]
+    + [("end", "f4"), ("column", "u4")]
     + [(n, "f4", 4) for n in ("c", "beyond_c", "gain")]
 )
 
@@ -104,7 +104,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             begin, end = q.splits[zone], q.splits[zone + 1]
             record = np.zeros((), BUNDLE)
             record["lines"], record["stride"] = lines, stride
-            record["run"] = texels
+            record["run"], record["column"] = texels, q.column0
             record["row"] = (q.row0 + begin - q.stored + zone) % (1 << 32)
             record["end"] = -mix.ratio if mix.opposite else mix.ratio
             record["c"][: len(mix.c)] = mix.c
@@ -161,20 +161,19 @@ class EpipolarPlan:
         device.write(table, padded, ROW * 16)
         self.state = device.buffer(size=4 * data.states)
         constants = {"POWERS": len(self.mix.p), "BEYOND": len(self.mix.beyond_p), "FAR_END": self.mix.ratio > 0}
+        self.pipeline = device.pipeline(shader, "scan", **constants)
         self.scans = []
-        for zone, bundles in enumerate(data.zones):
-            if len(bundles) == 0:
-                continue
-            pipeline = device.pipeline(shader, "scan", FIRST_ZONE=zone == 0, **constants)
+        for bundles in filter(len, data.zones):
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
-            self.scans.append((pipeline, bind, len(bundles)))
-        self.back = WayBack(device, self.grid, self.sums, source, layer, density=density, lam=lam, apron=apron, before=before, gain=gain, base=base)
+            self.scans.append((bind, len(bundles)))
+        rest = {"density": density, "lam": lam, "apron": apron, "before": before, "gain": gain, "base": base}
+        self.back = WayBack(device, self.grid, self.sums, source, layer, **rest)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""
         scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan"))
-        for pipeline, bind, count in self.scans:
-            scan.set_pipeline(pipeline)
+        scan.set_pipeline(self.pipeline)
+        for bind, count in self.scans:
             scan.set_bind_group(0, bind)
             scan.dispatch_workgroups(count)
         scan.end()

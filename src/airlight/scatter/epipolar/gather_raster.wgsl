@@ -6,6 +6,8 @@ struct Corner {
     place: vec2f,             // in pixels
     line: vec2f,              // in the sums' texture: x / y
     row: f32,
+    first: f32,               // of the quadrant's lines
+    last: f32,
 }
 
 @group(0) @binding(5) var<storage, read> corners: array<Corner>;
@@ -14,6 +16,7 @@ struct Ways {
     @builtin(position) place: vec4f,
     @location(0) @interpolate(linear) line: vec2f,
     @location(1) @interpolate(linear) row: f32,
+    @location(2) @interpolate(flat) ends: vec2f,
 }
 
 fn at(place: vec2f) -> vec4f {
@@ -24,12 +27,13 @@ fn at(place: vec2f) -> vec4f {
 @vertex
 fn corner(@builtin(vertex_index) i: u32) -> Ways {
     let c = corners[i];
-    return Ways(at(c.place), c.line, c.row);
+    return Ways(at(c.place), c.line, c.row, vec2f(c.first, c.last));
 }
 
 @fragment
 fn gather(v: Ways) -> @location(0) vec4f {
-    return finished(vec2u(v.place.xy), sum_at(vec2f(v.line.x / max(v.line.y, 1e-9), v.row)));
+    let line = clamp(v.line.x / max(v.line.y, 1e-9), v.ends.x, v.ends.y);
+    return finished(vec2u(v.place.xy), sum_at(vec2f(line, v.row)));
 }
 
 @vertex

@@ -7,6 +7,7 @@ affine in the line's index, so that it is exact in f32 even where the light lies
 """
 
 import dataclasses
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -48,7 +49,8 @@ class Quadrant:
     u: Array = field(init=False)  # nodes
     lit: bool = field(init=False)  # the sample at u[0] stands for all that is nearer; else nothing nearer counts
     splits: list[int] = field(init=False)  # node index where each zone starts, then the last node
-    row0: int = 0  # texture row of the first stored node
+    row0: int = 0  # row of the sums' texture of the first stored node
+    column0: int = 0  # column of line 0
     stored: int = 0  # index of the first stored node
 
 
@@ -91,12 +93,22 @@ class Grid:
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
-        self.rows = 0
         for q in self.quadrants:
             self._march(q)
-            q.row0 = self.rows
-            self.rows += len(q.u) - q.stored + len(q.splits) - 2
-        self.columns = max(q.lines for q in self.quadrants)
+        self._lay_out(max_side)
+
+    def _lay_out(self, max_side: int) -> None:
+        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less."""
+        heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
+        widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
+        below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
+        choices = [size for size in (below, beside) if max(size) <= max_side] or [below]
+        self.columns, self.rows = min(choices, key=lambda size: size[0] * size[1])
+        for i, q in enumerate(self.quadrants):
+            if (self.columns, self.rows) == beside:
+                q.column0 = sum(widths[:i])
+            else:
+                q.row0 = sum(heights[:i])
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
         """The lines that the image's pixel centres see in one direction, None if they see none."""
@@ -200,4 +212,4 @@ def runs(u: Array, begin: int, end: int) -> list[tuple[int, int]]:
     width = np.diff(u[begin : end + 1])
     breaks = np.flatnonzero(np.abs(np.diff(width)) > 1e-6 * width[1:] + 1e-15 * u[end]) + 1 + begin
     cuts = [begin, *breaks.tolist(), end]
-    return [(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if b > a]
+    return [(a, b) for a, b in itertools.pairwise(cuts) if b > a]

@@ -8,7 +8,6 @@
 override POWERS: u32 = 1u;    // on the pixel's side, 1..3
 override BEYOND: u32 = 0u;    // beyond the light, 0..5
 override FAR_END: bool = false; // whether the far end counts
-override FIRST_ZONE: bool = true;
 
 struct Bundle {               // one workgroup's lines
     line: u32,                // first line, counted in the zone's stride
@@ -18,10 +17,11 @@ struct Bundle {               // one workgroup's lines
     steps: u32,
     row: u32,                 // texture row of the zone's first node, wrapped below 0 where the first nodes are not stored
     state_in: u32,            // where the nearer zone left its state, and how many lines it had
-    lines_in: u32,
+    lines_in: u32,            // 0: there is none
     state_out: u32,
     keep: u32,                // 1: a farther zone goes on from here
     end: f32,                 // 1 - D: the way of the far end over that of the sample
+    column: u32,              // texture column of line 0
     c: vec4f,                 // of the powers
     beyond_c: vec4f,
     gain: vec4f,              // of the light; w: fifth of beyond_c
@@ -66,8 +66,8 @@ fn keep(bundle: Bundle, line: u32, k: u32, value: vec3f) {
     }
 }
 
-fn store(line: u32, row: u32, gain: vec3f, sum: vec3f) {
-    textureStore(sums, vec2u(line, row), vec4f(nearest_half(gain * max(sum, vec3f(0.0))), 1.0));
+fn store(column: u32, row: u32, gain: vec3f, sum: vec3f) {
+    textureStore(sums, vec2u(column, row), vec4f(nearest_half(gain * max(sum, vec3f(0.0))), 1.0));
 }
 
 @compute @workgroup_size(WIDTH)
@@ -78,7 +78,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let d = array<f32, 5>(bundle.beyond_c.x, bundle.beyond_c.y, bundle.beyond_c.z, bundle.beyond_c.w, bundle.gain.w);
     var a: array<Rgb, 3>;     // moments of the pixel's side
     var b: array<Rgb, 5>;     // moments beyond the light
-    if (!FIRST_ZONE) {
+    if (bundle.lines_in > 0u) {
         //! each k of 3: if (k < POWERS) { a[k] = inherit(bundle, line, k); }
         //! each k of 5: if (k < BEYOND) { b[k] = inherit(bundle, line, POWERS + k); }
     }
@@ -106,7 +106,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             //! each k of 3: if (k < POWERS) { let w = texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
             //! each k of 5: if (k < BEYOND) { let w = texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
             at += POWERS + BEYOND;
-            store_all(line, row, bundle.gain.rgb, sum);
+            store_all(bundle.column + line, row, bundle.gain.rgb, sum);
             row++;
         }
     }

@@ -10,8 +10,8 @@ fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {
     return Rgb(inherited(bundle, line, k), inherited(bundle, line + WIDTH, k), inherited(bundle, line + 2u * WIDTH, k), inherited(bundle, line + 3u * WIDTH, k));
 }
 
-fn store_all(line: u32, row: u32, gain: vec3f, sum: Rgb) {
-    //! each j of 4: store(line + j * WIDTH, row, gain, sum[j]);
+fn store_all(column: u32, row: u32, gain: vec3f, sum: Rgb) {
+    //! each j of 4: store(column + j * WIDTH, row, gain, sum[j]);
 }
 
 fn keep_all(bundle: Bundle, line: u32, k: u32, value: Rgb) {

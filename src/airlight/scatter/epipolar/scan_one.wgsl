@@ -10,8 +10,8 @@ fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {
     return inherited(bundle, line, k);
 }
 
-fn store_all(line: u32, row: u32, gain: vec3f, sum: Rgb) {
-    store(line, row, gain, sum);
+fn store_all(column: u32, row: u32, gain: vec3f, sum: Rgb) {
+    store(column, row, gain, sum);
 }
 
 fn keep_all(bundle: Bundle, line: u32, k: u32, value: Rgb) {

@@ -15,7 +15,7 @@ FRAME = np.dtype(
     [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
     + [("ray", "f4", 4), ("gain", "f4", 4), ("first", "u4", 4)]
 )
-CORNER = np.dtype([("place", "f4", 2), ("line", "f4", 2), ("row", "f4"), ("", "u4")])
+CORNER = np.dtype([("place", "f4", 2), ("line", "f4", 2), ("row", "f4"), ("first", "f4"), ("last", "f4"), ("", "u4")])
 
 
 def ways(grid: Grid) -> tuple[Array, list[int]]:
@@ -32,7 +32,8 @@ def ways(grid: Grid) -> tuple[Array, list[int]]:
         factor = 0.5 ** (len(q.splits) - 2 - zone)
         across = u * q.dm  # from line to line
         per = np.divide(factor, across, out=np.zeros_like(u), where=across > 1e-12)
-        out.append(np.stack([q.row0 + node - q.stored + zone, per, -(minor + q.m_lo * u) * per, 0 * u], axis=1))
+        start = q.column0 - (minor + q.m_lo * u) * per
+        out.append(np.stack([q.row0 + node - q.stored + zone, per, start, 0 * u], axis=1))
     return np.concatenate(out), first
 
 
@@ -74,7 +75,8 @@ def corners(grid: Grid) -> Array:
             polygon = np.zeros((3, 2))  # the quadrant to beyond the far mark, cut down to the span
             polygon[:, q.axis] = light[q.axis] + q.sign * far * np.array([0, 1, 1])
             polygon[:, 1 - q.axis] = light[1 - q.axis] + far * np.array([0, -1, 1])
-            for axis, limit, keep in ((q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (0, grid.size[0], -1), (1, 0, 1), (1, grid.size[1], -1)):
+            cuts = [(q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (1, 0, 1), (0, grid.size[0], -1), (1, grid.size[1], -1)]
+            for axis, limit, keep in cuts:
                 polygon = _cut(polygon, axis, limit, keep) if len(polygon) else polygon
             if len(polygon) < 3:
                 continue
@@ -85,7 +87,9 @@ def corners(grid: Grid) -> Array:
             factor = 0.5 ** (len(q.splits) - 2 - zone)
             across = u / q.u[-1]
             line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
-            record["line"] = np.stack([(line + 0.5 * across) / grid.columns, across], axis=1)
+            record["line"] = np.stack([(line + (q.column0 + 0.5) * across) / grid.columns, across], axis=1)
+            record["first"] = (q.column0 + 0.5) / grid.columns
+            record["last"] = (q.column0 + (q.lines - 1) * factor + 0.5) / grid.columns
             node = a + (b - a) * (u - q.u[a]) / (q.u[b] - q.u[a])
             record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
             fan = np.array([(0, i, i + 1) for i in range(1, len(polygon) - 1)]).ravel()

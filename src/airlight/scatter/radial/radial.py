@@ -1,13 +1,12 @@
 """The direct sum of chapter 13, planned and recorded. Its cost grows with samples; `epipolar` is its limit."""
 
-from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
+from airlight.noise import blue_noise
 
 RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
@@ -18,16 +17,10 @@ RAYS = np.dtype(
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
 
 
-@lru_cache(maxsize=1)
-def blue_noise() -> np.ndarray:
-    """The (256, 256) tile of offsets in (0, 1), each value as often as any other."""
-    return np.frombuffer(files("airlight").joinpath("data/bluenoise256.u16").read_bytes(), "<u2").reshape(256, 256)
-
-
 def _noise_texture(device: Device) -> Any:
     texture = device.texture(256, 256, "rgba32float", target=False)
     rgba = np.zeros((256, 256, 4), np.float32)
-    rgba[..., 0] = (blue_noise() + 0.5) / 65536
+    rgba[..., 0] = blue_noise()
     device.write(texture, rgba, 256 * 16)
     return texture
 
