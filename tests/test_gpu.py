@@ -1,0 +1,118 @@
+"""The device's own parts: the quick look-up of C types, and both forms of what differs between CPU adapters and GPUs."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from airlight.composite.blend import Rule, blend
+from airlight.files.colour import encode_codes, srgb_decode
+from airlight.gpu.device import Device, choose, open_device
+from airlight.gpu.quick_types import quicken
+from airlight.lights import Light
+from airlight.parameters import Parameters
+from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.render import _Job, render_codes, render_layer
+
+RNG = np.random.default_rng(5)
+
+
+def test_types_are_looked_up_as_cffi_parses_them() -> None:
+    """Names which of cffi's private parts went away: `FFI._parser` with parse_type_and_quals, _declarations, _get_type_pointer."""
+    import cffi
+
+    plain, quick = cffi.FFI(), cffi.FFI()
+    for ffi in (plain, quick):
+        ffi.cdef("typedef struct Foo { int a; struct Foo const *next; } Foo; typedef Foo *Bar; typedef enum Kind { ONE, TWO } Kind;")
+    before = quick._parser.parse_type_and_quals
+    quicken(quick)
+    assert quick._parser.parse_type_and_quals != before
+    parsed = []
+    slow = quick._parser._parse
+    quick._parser._parse = lambda text: parsed.append(text) or slow(text)
+    names = ("Foo", "Foo *", "Foo[]", "Bar", "Bar *", "Kind", "Kind []", "char []", "uint8_t *", "uintptr_t", "void *", "int(*)(Foo *)")
+    for name in names:
+        assert repr(plain.typeof(name)) == repr(quick.typeof(name)), name
+    assert len(parsed) == 2  # only the last two need a parser
+    assert quick.new("Foo *").a == 0 and quick.sizeof("Foo") == plain.sizeof("Foo")
+
+
+def test_wgpu_s_types_are_quickened() -> None:
+    open_device()
+    from wgpu.backends.wgpu_native._ffi import ffi
+
+    assert ffi._parser.parse_type_and_quals.__module__ == "airlight.gpu.quick_types"
+
+
+@pytest.fixture(scope="module")
+def pretended() -> Device:
+    """The software adapter, driven as if it were a GPU."""
+    device = Device(choose())
+    device.is_cpu = not device.is_cpu
+    return device
+
+
+places = st.one_of(
+    st.tuples(st.floats(0, 1), st.floats(0, 1)),
+    st.tuples(st.integers(0, 149), st.integers(0, 89)).map(lambda p: ((p[0] + 0.5) / 150, (p[1] + 0.5) / 90)),
+    st.tuples(st.sampled_from([0.0, 0.5, 1.0]), st.sampled_from([0.0, 0.5, 1.0])),
+    st.tuples(st.floats(-2, 3), st.floats(-2, 3)),
+    st.tuples(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5)),
+)
+
+
+@settings(max_examples=60)
+@given(places, st.sampled_from([0.3, 0.95, 1.0, 1.6]), st.sampled_from(["draft", "normal", "final"]))
+def test_every_pixel_is_written_once_and_alike(pretended: Device, place: tuple[float, float], density: float, quality: str) -> None:
+    """The triangles of the way back cover each pixel; they and the pixel-by-pixel form agree. Likewise both forms of the scan."""
+    width, height = 150, 90
+    image = np.repeat(RNG.random((height // 3, width // 3, 4)), 3, axis=0).repeat(3, axis=1).astype(np.float16)
+    out = []
+    for device in (open_device(), pretended):
+        source, layer = (device.texture(width, height, "rgba16float") for _ in range(2))
+        device.write(source, image, width * 8)
+        device.write(layer, np.full_like(image, 99.0), width * 8)
+        at = (place[0] * width, place[1] * height)
+        plan = EpipolarPlan(
+            device, (width, height), at, density=density, lam=1.2, border="clamp", quality=quality, source=source, layer=layer
+        )
+        encoder = device.encoder()
+        plan.record(encoder)
+        device.submit(encoder)
+        out.append(np.frombuffer(device.read(layer, 8), np.float16).reshape(height, width, 4)[..., :3].astype(np.float32))
+    assert out[0].max() < 2 and out[1].max() < 2
+    # a pixel on a diagonal may take its sum from either side of it
+    assert np.abs(out[0] - out[1]).max() < 0.06 and np.abs(out[0] - out[1]).mean() < 1e-3
+
+
+@pytest.mark.parametrize("rule", [Rule("screen", 1.0, 0.2), Rule("add", 0.7, 0.0), Rule("screen", 0.4, 0.0), Rule("add", 0.0, 0.3)])
+def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
+    codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
+    codes[:20, :60, :3] = 0
+    device, light, p = open_device(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
+    done = render_codes(device, codes, light, p, rule)
+    layer = render_layer(device, codes, light, p)
+    image = srgb_decode(codes[..., :3] / 255).astype(np.float32)
+    pixels, added = blend(image, layer, rule)
+    changed = (added != 0).any(axis=-1)
+    expected = np.where(changed[..., None], encode_codes(pixels, np.uint8), codes[..., :3])
+    off = np.abs(done[..., :3].astype(int) - expected)
+    assert off.max() <= 1 and (off > 0).mean() < 2e-3
+    assert np.array_equal(done[~changed], codes[~changed]) and np.array_equal(done[..., 3], codes[..., 3])
+
+
+def test_codes_and_floats_make_one_source() -> None:
+    """The shader's sRGB curve against the table that floats are made by."""
+    codes = np.broadcast_to(np.arange(256, dtype=np.uint8)[None, :, None], (4, 256, 4)).copy()
+    device, p = open_device(), Parameters(occlusion="none", method="radial", samples=1, exposure=1.0)
+    layer = render_layer(device, codes, [Light((0.5, 0.5))], p)
+    np.testing.assert_allclose(layer[1, :, 0], srgb_decode(np.arange(256) / 255), rtol=6e-4, atol=1e-7)
+
+
+def test_a_job_compiles_nothing_twice() -> None:
+    device = open_device()
+    codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
+    _Job(device, codes, [Light((0.4, 0.3))], Parameters())
+    compiled = len(device._pipelines)
+    _Job(device, codes, [Light((0.45, 0.35))], Parameters())
+    assert len(device._pipelines) == compiled
