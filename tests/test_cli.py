@@ -102,7 +102,8 @@ def test_image_passes_on_what_was_asked(api, photo, tmp_path, capsys):
     assert main([str(a) for a in args]) == 0
     assert [light.position for light in api.lights] == [(-0.5, 0.4), (0.5, 0.5)]
     assert api.lights[1].rgb == (2, 1, 0)
-    assert api.parameters == Parameters(decay=0.9, method="radial")
+    assert api.parameters.threshold < 0.85  # of a dim picture
+    assert msgspec.structs.replace(api.parameters, threshold=None, smoothness=None) == Parameters(decay=0.9, method="radial")
     assert api.more["mask"].shape == (4, 8) and api.more["mask"].flat[0] == 1
     assert out.exists() and layer.exists()
     assert "a pass" in capsys.readouterr().err

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.composite.blend import Rule, resolve
+from airlight.composite.blend import Rule, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
 from airlight.gpu.device import Device, cure, open_device
 from airlight.lights import Light, as_lights
+from airlight.occlusion.automatic import settled
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as reference
@@ -63,6 +64,15 @@ def _check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
         raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
 
 
+def _settled(p: Parameters, image: Any, lights: list[Light]) -> Parameters:
+    """The parameters for an array: `settled` on some 100,000 of its pixels where it holds integers."""
+    array = np.asarray(image)
+    if array.dtype.kind == "f":
+        return p
+    step = sample_step(array.shape[1], array.shape[0])
+    return settled(p, to_linear(array[step // 2 :: step, step // 2 :: step])[0], lights)
+
+
 def _layer(
     rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Device | None, **options: Any
 ) -> FloatArray:
@@ -109,11 +119,12 @@ def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameter
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
+    lights = as_lights(light)
     return _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
-        as_lights(light),
-        p,
+        lights,
+        _settled(p, image, lights),
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
         device,
@@ -125,7 +136,7 @@ def add_light_shafts(
     light: Any,
     *,
     blend: Any = "auto",
-    mix: float = 1.0,
+    mix: float | None = None,
     veil: float | None = None,
     alpha: Any = None,
     depth: Any = None,
@@ -143,7 +154,8 @@ def add_light_shafts(
         shape = array.shape[:2]
         emits = _plane("mask", mask if given is None else given, shape)
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
-        codes = _codes(array, opaque, as_lights(light), p, rule, emits, far, chosen)
+        lights = as_lights(light)
+        codes = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2)
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen)
     out, added = blend_layer(to_linear(array)[0], layer, rule)
@@ -172,6 +184,7 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
+    plain = _settled(plain, image, lights)
     lit = _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
@@ -209,7 +222,7 @@ def render_picture(
     float_output: bool = False,
     codes_only: bool = False,
 ) -> Rendered:
-    """What `airlight image` does with a picture from a file.
+    """What `airlight image` does with a picture from a file, its parameters `settled`.
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """

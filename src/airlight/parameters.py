@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from airlight.errors import AirlightError
 
+THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.3  # where none are given
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -55,7 +56,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     ] = 0.97
     decay: Annotated[float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", ge=1e-6, le=1)] = 0.98
     weight: Annotated[float, _meta("factor of every sample", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.0
-    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.3
+    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.5
     normalization: Annotated[
         Literal["mean", "listing"],
         _meta("mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted", "method", _GG3),
@@ -78,19 +79,21 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
         _meta("what emits: pixels above a luminance, transparent ones, far ones, or all", "occlusion", _GG3 + ", sec. 13.5"),
     ] = "luminance"
     threshold: Annotated[
-        float,
+        Annotated[float, Meta(ge=0, le=65504)] | None,
         _meta(
-            "linear luminance (or depth) at which a pixel counts half as emitting",
+            f"linear luminance (or depth) at which a pixel counts half as emitting; unset: {THRESHOLD}, in 8 and 16 bit of the light's own"
+            " luminance",
             "occlusion",
             "Blender, Resolve",
             "linear",
-            ge=0,
-            le=65504,
         ),
-    ] = 0.85
+    ] = None
     smoothness: Annotated[
-        float, _meta("half width of the soft knee around the threshold", "occlusion", "Blender Sun Beams", "linear", ge=0, le=65504)
-    ] = 0.2
+        Annotated[float, Meta(ge=0, le=65504)] | None,
+        _meta(
+            f"half width of the soft knee around the threshold; unset: {SMOOTHNESS}, likewise", "occlusion", "Blender Sun Beams", "linear"
+        ),
+    ] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -98,6 +101,13 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             raise AirlightError(f"scale = {self.scale!r}: use 1, 0.5 or 0.25")
         if self.scale != 1.0 and self.method == "epipolar":
             raise AirlightError("scale goes with method radial: epipolar is faster than half resolution already; use quality draft")
+
+    @property
+    def knee(self) -> tuple[float, float]:
+        """(low, high): where a pixel begins to emit, and where it does so fully; linear luminance, or depth."""
+        threshold = THRESHOLD if self.threshold is None else self.threshold
+        smoothness = SMOOTHNESS if self.smoothness is None else self.smoothness
+        return threshold - smoothness, threshold + smoothness
 
     @property
     def lam(self) -> float:
@@ -112,18 +122,20 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
         Literal["auto", "add", "screen"],
         _meta("auto: add for float files, screen for 8 and 16 bit; screen never clips", "composite", "compositing practice"),
     ] = "auto"
-    mix: Annotated[float, _meta("share of the layer that is put on the picture", "composite", "Resolve", ge=0, le=1)] = 1.0
-    veil: (
-        Annotated[
-            float,
-            _meta(
-                "luminance, as a share of the layer's peak, below which the layer is haze and is taken away; "
-                "unset: 0.2 for 8 and 16 bit, 0 for float files",
-                "composite",
-                "Airlight",
-                ge=0,
-                le=1,
-            ),
-        ]
-        | None
-    ) = None
+    mix: Annotated[
+        Annotated[float, Meta(ge=0, le=1)] | None,
+        _meta(
+            "share of the layer that is put on the picture; unset: 1, in 8 and 16 bit less where the shafts would cover much of it",
+            "composite",
+            "Resolve",
+        ),
+    ] = None
+    veil: Annotated[
+        Annotated[float, Meta(ge=0, le=1)] | None,
+        _meta(
+            "luminance, as a share of the layer's peak, below which the layer is haze and is taken away; "
+            f"unset: {VEIL} for 8 and 16 bit, 0 for float files",
+            "composite",
+            "Airlight",
+        ),
+    ] = None

@@ -121,6 +121,7 @@ def image(
     composite = others[0] if others else None
 
     from airlight import api, files
+    from airlight.occlusion.automatic import settled
 
     _check_outputs([output, layer, occlusion_fraction], [source, mask, depth, preset], overwrite)
     spent = _Spent()
@@ -135,7 +136,10 @@ def image(
     if far is not None and depth_near == "white":
         far = (far.max() if far.max() > 1 else 1) - far
     spent.lap("read")
-    lights = _lights(written, picture, origin)
+    coarse = picture.linear(coarse=True) if picture.codes.dtype.kind == "u" or any(w.position == "auto" for w in written) else None
+    lights = _lights(written, picture, origin, coarse)
+    if coarse is not None and picture.codes.dtype.kind == "u":
+        parameters = settled(parameters, coarse, lights)
     spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
 
     passes: list[tuple[str, float]] = []
@@ -198,12 +202,12 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def _lights(written: Sequence[LightText], picture: "Picture", origin: str) -> "list[Light]":
+def _lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
     found = None
-    if any(w.position == "auto" for w in written):
+    if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light
 
-        found = find_light(picture.linear(coarse=True))
+        found = find_light(coarse)
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
         x, y = found.position

@@ -4,37 +4,37 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule, peak_of, peak_step
+from airlight.composite.blend import Rule, measured, sample_step
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
 from airlight.noise import dither
 
-COMPOSITE, PEAK = "composite/composite.wgsl", "composite/peak.wgsl"
+COMPOSITE, LUMINANCES = "composite/composite.wgsl", "composite/luminances.wgsl"
 RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("", "u4")])
 
 
-def _peak(device: Device, layer: Any) -> float:
-    """`blend.peak_of` of a layer on the GPU."""
+def _luminances(device: Device, layer: Any) -> np.ndarray:
+    """Those of every n-th pixel of a layer, n as in `blend.sample_step`."""
     width, height, _ = layer.size
-    step = peak_step(width, height)
+    step = sample_step(width, height)
     columns, rows = -(-width // step), -(-height // step)
     found = device.buffer(size=4 * columns * rows)
     encoder = device.encoder()
     run = encoder.begin_compute_pass()
-    run.set_pipeline(device.pipeline(PEAK, "pick", STEP=step))
-    run.set_bind_group(0, device.bind(PEAK, layer, found))
+    run.set_pipeline(device.pipeline(LUMINANCES, "pick", STEP=step))
+    run.set_bind_group(0, device.bind(LUMINANCES, layer, found))
     run.dispatch_workgroups(-(-columns // 64), rows)
     run.end()
     device.submit(encoder)
-    return peak_of(np.frombuffer(device.queue.read_buffer(found), np.float32))
+    return np.frombuffer(device.queue.read_buffer(found), np.float32)
 
 
 def composite(device: Device, codes: Any, layer: Any, rule: Rule, timer: Any = None) -> Any:
     """The composited picture, an rgba8unorm texture, from codes (rgba8unorm) and layer (rgba16float); submits its work."""
     width, height, _ = codes.size
-    peak = _peak(device, layer) if rule.veil else 0.0
+    peak, mix = measured(rule, _luminances(device, layer))
     values = np.zeros((), RULE)
-    values["peak"], values["veil"], values["mix"] = peak, rule.veil**4, rule.mix
+    values["peak"], values["veil"], values["mix"] = peak, rule.veil**4, mix
     tile = np.ones((256, 256, 4), np.float32)
     tile[..., :3] = dither()
     noise = device.texture(256, 256, "rgba32float", target=False)

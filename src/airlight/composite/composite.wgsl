@@ -4,6 +4,8 @@
 override SCREEN: bool = true;
 override VEIL: bool = true;
 
+const WHITE = 0.9911;         // code 254
+
 struct Rule {
     peak: f32,                // luminance of the brightest shafts
     veil: f32,                // veil^4
@@ -28,7 +30,7 @@ fn composited(p: vec2u) -> vec4f {
     if (VEIL) { added = lift_veil(added); }
     added *= rule.mix;
     let a = srgb_decode(before.rgb);
-    if (SCREEN) { added = max(1.0 - a, vec3f(0.0)) * (added / (1.0 + added)); }
+    if (SCREEN) { added = max(WHITE - a, vec3f(0.0)) * (added / (1.0 + added)); }
     if (all(added == vec3f(0.0))) {
         return before;
     }

@@ -190,7 +190,7 @@ def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Par
     luminance: smoothstep(threshold -+ smoothness) of the Rec. 709 luminance of image (H, W, 3), linear; alpha: 1 - alpha;
     depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is missing.
     """
-    low, high = parameters.threshold - parameters.smoothness, parameters.threshold + parameters.smoothness
+    low, high = parameters.knee
     if parameters.occlusion == "luminance":
         return smoothstep(low, high, finite(image) @ np.asarray(REC709))
     if parameters.occlusion == "alpha":

@@ -56,7 +56,7 @@ def _source(
     width, height, _ = picture.size
     apron = 1 if p.border == "black" else 0
     knee = np.zeros((), KNEE)
-    knee["low"], knee["high"] = p.threshold - p.smoothness, p.threshold + p.smoothness
+    knee["low"], knee["high"] = p.knee
     knee["scale"], knee["apron"], knee["masked"] = scale, apron, mask is not None
     aside = picture
     if mask is not None or depth is not None:

@@ -1,4 +1,4 @@
-// Luminances of every STEP-th pixel of the layer, from which the host takes a percentile (peak_of in blend.py).
+// Luminances of every STEP-th pixel of the layer, which the host measures (`measured` in blend.py).
 override STEP: u32 = 1u;
 
 @group(0) @binding(0) var layer: texture_2d<f32>;

@@ -1,0 +1,34 @@
+"""The threshold of a picture that has none given: 8 and 16 bits hold no more than the photograph's exposure gave."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from airlight.lights import Light
+from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters
+
+NEAR = 0.02  # of the width: the light's own place
+LEAST = 0.05  # of white: darker pictures are taken to hold no light
+
+
+def settled(p: Parameters, image: Any, lights: Sequence[Light]) -> Parameters:
+    """The parameters with threshold and smoothness for a picture whose light is darker than white.
+
+    image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th
+    percentile around each light; the default knee is in units of it. Parameters that say their threshold stay as they are.
+    """
+    if p.occlusion != "luminance" or p.threshold is not None:
+        return p
+    y = image @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    height, width = y.shape
+    levels = [np.percentile(y, 99.9)]
+    rows, columns = np.ogrid[:height, :width]
+    for light in lights:
+        near = np.hypot(columns + 0.5 - light.position[0] * width, rows + 0.5 - light.position[1] * height) <= max(NEAR * width, 1)
+        if near.any():
+            levels.append(np.percentile(y[near], 90))
+    white = float(np.clip(max(levels), LEAST, 1.0))
+    smoothness = p.smoothness if p.smoothness is not None else SMOOTHNESS * white
+    return msgspec.structs.replace(p, threshold=THRESHOLD * white, smoothness=smoothness)
