@@ -100,14 +100,15 @@ class Bench:
         return float(np.sqrt(off @ share * share.sum()) / (truth.mean(axis=1) @ share))
 
 
-def _times(device: Device, records: list[Any], runs: int) -> list[list[float]]:
-    """Interleaved, so that a drifting machine slows all alike."""
+def _times(device: Device, records: list[Any], runs: int, slow: int = 0) -> list[list[float]]:
+    """Interleaved, so that a drifting machine slows all alike; the last `slow` of them in every third run only."""
     for record in records:
         run_ms(device, record)
     times: list[list[float]] = [[] for _ in records]
-    for _ in range(runs):
-        for record, own in zip(records, times, strict=True):
-            own.append(run_ms(device, record))
+    for turn in range(runs):
+        for i, record in enumerate(records):
+            if i < len(records) - slow or turn % 3 == 1:
+                times[i].append(run_ms(device, record))
     return times
 
 
@@ -159,11 +160,10 @@ def methods(device: Device, say: Any, size: tuple[int, int] = (1920, 1080), runs
             variants.append((_parameters("radial", density, lam), {}))
             variants.append((_parameters("radial", density, lam, samples=100, scale=0.5), {"scale": 0.5}))
             plans = [bench.method([Light(position)], p) for p, _ in variants]
-            fast = _times(device, [copy, *plans[:3]], runs)
-            times = fast[1:] + _times(device, plans[3:], 3)
-            records.append(record_of(case, "copy", size, fast[0], lam=lam))
+            times = _times(device, [copy, *plans], runs, slow=2)
+            records.append(record_of(case, "copy", size, times[0], lam=lam))
             base = records[-1]["ms"]
-            for (p, more), record, own in zip(variants, plans, times, strict=True):
+            for (p, more), record, own in zip(variants, plans, times[1:], strict=True):
                 run_ms(device, record)
                 error = bench.error(bench.result(), truth, position)
                 one = record_of(case, p.method, size, own, p.samples, density, lam, error=error, **more)

@@ -32,7 +32,7 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
-    "normal": Fineness(2.9, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
+    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 2.0),
 }
 
@@ -83,7 +83,7 @@ class Grid:
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         # a short ray, or one that decays soon, sees finer detail
         mean = density * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
-        fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.28)
+        fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
         if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
             fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
