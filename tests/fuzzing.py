@@ -134,10 +134,9 @@ def preset_seeds() -> dict[str, bytes]:
 
 
 NUMBERS = (0, 1, 2, 3, 0x7F, 0x80, 0xFF, 0x100, 0x7FFF, 0x8000, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFF0, 0xFFFFFFFF)
-WORDS = (
-    b"nan", b"inf", b"-inf", b"-1", b"0", b"1e999", b"1e-320", b"9" * 30, b"true", b'"x"', b"[]", b"{}", b"[[[[]]]]", b"'\\u0000'", b"1979-05-27",
-    b"\xff\xfe", b"[table]\n", b'"mean"', b"0x7fffffffffffffff", b"9" * 5000, b"[" * 3000, b"a.b.c = 1\n", b'"""', b"2", b"0.5",
-)  # fmt: skip
+# Values and pieces that a preset may hold by mistake.
+WORDS = [b'"mean"', b'"""', b"9" * 30, b"9" * 5000, b"[" * 3000, b"[table]\n", b"a.b.c = 1\n", b"'\\u0000'", b"\xff\xfe"]
+WORDS += b'nan inf -inf -1 0 0.5 2 1e999 1e-320 0x7fffffffffffffff true "x" [] {} [[[[]]]] 1979-05-27'.split()
 
 
 def mutate(random: random.Random, data: bytes, other: bytes, header: int = 96) -> bytes:
@@ -245,7 +244,8 @@ def _faults(code: int, error: str, folder: Path, source: str, out: str) -> str:
         pixels = None if inp is None else inp.read_image("float")
         if pixels is None or inp.geterror():
             return "the output cannot be read"
-        if not np.isfinite(pixels).all():
+        made = [i for i, name in enumerate(inp.spec().channelnames) if name[-1] in "RGBAY" and name.rpartition(".")[0] in ("", "airlight")]
+        if not np.isfinite(pixels[..., made]).all():  # an EXR's other channels are kept as they are
             return "the output holds NaN or infinities"
     return ""
 
@@ -280,7 +280,7 @@ class Worker:
         self.process: subprocess.Popen[bytes] | None = None
 
     def _start(self) -> subprocess.Popen[bytes]:
-        if self.process is None or self.process.poll() is not None:
+        if self.process is None:
             command = [sys.executable, __file__, str(self.plain)]
             self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
         return self.process
@@ -292,11 +292,12 @@ class Worker:
         (folder / name).write_bytes(data)
         source = str(self.plain) if "FILE" in more else str(folder / name)
         args = ["image", source, "-o", str(folder / out), *(str(folder / name) if a == "FILE" else a for a in more)]
+        started = self.process is not None
         process = self._start()
         assert process.stdin and process.stdout
         job = {"folder": str(folder), "source": name, "out": out, "args": args}
         process.stdin.write(json.dumps(job).encode() + b"\n")
-        answer, end = b"", time.monotonic() + HANG + (20 if process.returncode is None else 0)
+        answer, end = b"", time.monotonic() + HANG + (0 if started else 40)
         while not answer.endswith(b"\n") and time.monotonic() < end:
             if select.select([process.stdout], [], [], 0.5)[0]:
                 part = process.stdout.read(65536)
@@ -307,16 +308,20 @@ class Worker:
         if not answer.endswith(b"\n"):
             hangs = process.poll() is None and time.monotonic() >= end
             process.kill()
-            return None, "hangs" if hangs else f"the process ended with {process.wait()}", 0
+            status = process.wait()
+            self.stop()
+            return None, "hangs" if hangs else f"the process ended with {status}", 0
         said = json.loads(answer)
         heavy = f"needs {said['peak'] >> 10} MiB" if said["peak"] > MEMORY else ""
         return said["code"], said["fault"] or heavy, said["peak"]
 
     def stop(self) -> None:
         if self.process is not None:
-            assert self.process.stdin
+            assert self.process.stdin and self.process.stdout
             self.process.stdin.close()
             self.process.wait(30)
+            self.process.stdout.close()
+            self.process = None
 
 
 def campaign(number: int, seed: int, folder: Path, workers: int) -> tuple[dict[int | None, int], list[str], int]:

@@ -106,12 +106,14 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
 
 def _pick(names: list[str], alpha_channel: int, usable: list[bool]) -> list[int]:
     """The indices of the picture's channels: R G B (A), or Y (A), else those of the first layer, else the first channel."""
+    if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
+        alpha_channel = -1
     layers = {name.rpartition(".")[0]: None for name in names}
     for layer in sorted(layers, key=lambda layer: layer != ""):
         place = {name.rpartition(".")[2].upper(): i for i, name in enumerate(names) if name.rpartition(".")[0] == layer and usable[i]}
         for colour in (("R", "G", "B"), ("Y",)):
             if all(c in place for c in colour):
-                alpha = place.get("A", alpha_channel if layer == "" and alpha_channel >= 0 and usable[alpha_channel] else -1)
+                alpha = place.get("A", alpha_channel if layer == "" else -1)
                 return [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
     return [next(i for i, fine in enumerate(usable) if fine)]
 

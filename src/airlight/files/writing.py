@@ -77,7 +77,8 @@ def write_image(
         colour, keeps_icc = _real_colour(pixels, like, format, depth, changed, name), False
     else:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
-    if like is not None and like.colour_codes.shape[2] == 1 and is_neutral(colour if pixels is None or real else pixels):
+    grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
+    if grey and is_neutral(colour if pixels is None or real else pixels):
         colour = colour[..., :1]
     channels = [colour]
     transparency = _alpha(like, alpha, colour.dtype, real)
@@ -113,13 +114,11 @@ def _real_colour(
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     most = HALF_MOST if depth == 16 else float(np.finfo(np.float32).max)
     colour = np.nan_to_num(np.array(pixels, np.float32), nan=0.0, posinf=most, neginf=-most)
-    if depth == 16:
-        np.clip(colour, -most, most, out=colour)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
         colour *= like.alpha[..., None]
     elif like is not None and like.codes.dtype.kind == "f" and changed is not None:
         np.copyto(colour, like.colour_codes, where=~changed[..., None])
-    return colour
+    return np.clip(colour, -most, most, out=colour) if depth == 16 else colour
 
 
 def _integer_colour(
@@ -154,7 +153,7 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
         if like is None or like.alpha is None:
             return None
         if like.codes.dtype == dtype:
-            return like.codes[..., -1]
+            return np.clip(like.codes[..., -1], -HALF_MOST, HALF_MOST) if real else like.codes[..., -1]
         alpha = like.alpha
     alpha = alpha_of(np.nan_to_num(np.asarray(alpha, np.float32)))
     return alpha if real else np.rint(alpha * np.iinfo(dtype).max).astype(dtype)
@@ -169,7 +168,7 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     names = (["R", "G", "B"] if colours == 3 else ["Y"]) + (["A"] if alpha else [])
     if like is not None:
         for item in like.spec.extra_attribs:
-            with contextlib.suppress(UnicodeDecodeError):  # text in an unknown encoding cannot be handed on
+            with contextlib.suppress(UnicodeDecodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
                 if not item.name.startswith(_STORAGE):
                     spec.attribute(item.name, item.type, item.value)
     if format == "openexr":

@@ -174,7 +174,7 @@ class _Job:
         self.timer = Timer(device) if profile is not None else None
         self.scale = 1.0
         if picture.dtype != np.uint8 and not fraction:
-            peak = float(picture[..., :3].max())
+            peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         encoder = device.encoder()
