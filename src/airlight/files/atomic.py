@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
+from airlight import temporaries
 from airlight.errors import AirlightError, MachineError
 
 # Extension: OpenImageIO's format name and the bits that it can hold.
@@ -83,6 +84,7 @@ def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator
         try:
             # A short name: the target's may have the full 255 bytes already.
             temporary = os.path.join(folder, f".airlight-{os.urandom(6).hex()}")
+            temporaries.announce(temporary)
             with open(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
                 yield file
                 file.flush()
