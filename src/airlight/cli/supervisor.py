@@ -65,6 +65,7 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
         temporaries.announce = announce
         if os.getppid() == parent:
             code = work()
+            announce("")  # it has ended by itself
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
     except SystemExit as error:
@@ -96,7 +97,7 @@ def _watch(child: int, reader: int, noise: int, say: Callable[[str], None]) -> i
         names += part
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     signal.setitimer(signal.ITIMER_REAL, 0)
-    if code >= 0:
+    if code >= 0 and (stopped or names.endswith(b"\0\0") or names == b"\0"):
         return code
     for name in names.split(b"\0")[:-1]:
         with contextlib.suppress(OSError):
@@ -110,6 +111,6 @@ def _watch(child: int, reader: int, noise: int, say: Callable[[str], None]) -> i
     last = os.pread(noise, 8192, max(0, os.fstat(noise).st_size - 8192)).decode(errors="replace")
     _, begin, rest = last.partition("panicked at")  # as Rust, and so wgpu, begins
     last = " ".join((begin + rest.partition("stack backtrace")[0]).split())[:200]
-    what = signal.Signals(-code).name + (f": {last}" if last else "")
+    what = (signal.Signals(-code).name if code < 0 else f"exit {code}") + (f": {last}" if last else "")
     say(f"the graphics driver or another library failed ({what}); nothing half-written is left; try another --device or a smaller picture")
     return 1

@@ -100,7 +100,7 @@ def write_image(
             tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
     codes = np.ascontiguousarray(np.concatenate(channels, axis=2) if len(channels) > 1 else colour)
     spec = _spec(codes, colour.shape[2], transparency is not None, layer is not None, like, format, depth, keeps_icc)
-    with scratch() as memory:
+    with scratch(name, codes.nbytes + (1 << 20)) as memory:
         _encode(memory, format, spec, codes, name)
         _verify(memory, codes, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
