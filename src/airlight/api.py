@@ -11,23 +11,25 @@ from airlight.composite.blend import Rule, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
-from airlight.gpu.device import Device, cure, open_device
+from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
 from airlight.occlusion.automatic import settled
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as reference
-from airlight.scatter.render import render_codes, render_layer
+from airlight.scatter.render import Renderer, render_codes, render_layer
+from airlight.shown import shown
 
 FloatArray = npt.NDArray[np.float32]
+Where = Renderer | Device | str | None  # None: the fastest adapter
 
 
-def _device(device: Device | str | None) -> Device | None:
-    """The device to use; None, with a warning that says how to get one, where there is no adapter."""
-    if isinstance(device, Device):
+def _renderer(device: Any) -> Renderer | None:
+    """What to compute on; None, with a warning that says how to get one, where there is no adapter."""
+    if isinstance(device, Renderer):
         return device
     try:
-        return open_device(device)
+        return Renderer(device, keep=0)
     except MachineError as error:
         warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
         return None
@@ -74,7 +76,7 @@ def _settled(p: Parameters, image: Any, lights: list[Light]) -> Parameters:
 
 
 def _layer(
-    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Device | None, **options: Any
+    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Renderer | None, **options: Any
 ) -> FloatArray:
     """The layer by the GPU, or by the reference where there is none. options: fraction, profile as `render_layer`."""
     _check(p, alpha is not None, depth is not None)
@@ -87,7 +89,7 @@ def _layer(
 
 
 def _codes(
-    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Device, **options: Any
+    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Renderer, **options: Any
 ) -> Any:
     """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU."""
     has_alpha = image.shape[2] == 4
@@ -101,7 +103,7 @@ def _codes(
 
 
 def light_shafts(
-    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
     """The light shafts alone: (H, W, 3) float32, linear, what is to be added to the image.
 
@@ -112,10 +114,10 @@ def light_shafts(
     (H, W) array, used as the mask. Raises AirlightError for bad input.
     Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
     """
-    return _shafts(image, light, alpha, depth, mask, parameters, _device(device))
+    return shown(_shafts(image, light, alpha, depth, mask, parameters, _renderer(device)))
 
 
-def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Device | None) -> FloatArray:
+def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Renderer | None) -> FloatArray:
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
@@ -141,14 +143,14 @@ def add_light_shafts(
     alpha: Any = None,
     depth: Any = None,
     mask: Any = None,
-    device: Device | str | None = None,
+    device: Where = None,
     **parameters: Any,
 ) -> Any:
     """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil as Composite."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
     rule = resolve(Composite(blend=blend, mix=mix, veil=veil), is_float)
-    chosen = _device(device)
+    chosen = _renderer(device)
     if chosen is not None and array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size:
         p, given = _parameters(array, dict(parameters))
         shape = array.shape[:2]
@@ -156,23 +158,23 @@ def add_light_shafts(
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
         lights = as_lights(light)
         codes = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
-        return codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2)
+        return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen)
     out, added = blend_layer(to_linear(array)[0], layer, rule)
     changed = (added != 0).any(axis=-1)
     if not is_float:
-        return encode(out, array.dtype, changed, array)
+        return shown(encode(out, array.dtype, changed, array))
     result = array.copy()
     if array.ndim == 2 or array.shape[2] == 1:
         weights = np.array(reference.REC709, np.float32)
         result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
     else:
         result[..., :3] = np.where(changed[..., None], out, array[..., :3])
-    return result
+    return shown(result)
 
 
 def occlusion_fraction(
-    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
     """D(phi) of Eq. 2, (H, W) float32 in 0..1: the fraction of a pixel's samples that meet occluders. Arguments as light_shafts."""
     p, given = _parameters(image, dict(parameters))
@@ -192,10 +194,10 @@ def occlusion_fraction(
         plain,
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
-        _device(device),
+        _renderer(device),
         fraction=True,
     )
-    return np.clip(1 - lit[..., 0], 0, 1)
+    return shown(np.clip(1 - lit[..., 0], 0, 1))
 
 
 @dataclass
@@ -217,7 +219,7 @@ def render_picture(
     *,
     mask: Any = None,
     depth: Any = None,
-    device: Device | str | None = None,
+    device: Where = None,
     profile: Any = None,
     float_output: bool = False,
     codes_only: bool = False,
@@ -229,7 +231,7 @@ def render_picture(
     rule = resolve(composite or Composite(), float_output)
     shape = (picture.height, picture.width)
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
-    chosen = _device(device)
+    chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
     plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
     if chosen is not None and codes_only and plain:
