@@ -33,7 +33,7 @@ class Fineness:
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
     "normal": Fineness(2.8, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
-    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 2.0),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 1.5),
 }
 
 
