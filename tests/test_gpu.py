@@ -90,7 +90,7 @@ def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
     codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
     codes[:20, :60, :3] = 0
     renderer, light, p = Renderer(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
-    done = render_codes(renderer, codes, light, p, rule)
+    done, _ = render_codes(renderer, codes, light, p, rule)
     layer = render_layer(renderer, codes, light, p)
     image = srgb_decode(codes[..., :3] / 255).astype(np.float32)
     pixels, added = blend(image, layer, rule)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.composite.blend import Rule, resolve, sample_step
+from airlight.composite.blend import Rule, measured_on, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
@@ -90,8 +90,9 @@ def _layer(
 
 def _codes(
     image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Renderer, **options: Any
-) -> Any:
-    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU."""
+) -> tuple[Any, Rule]:
+    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
+    rule as measured."""
     has_alpha = image.shape[2] == 4
     _check(p, has_alpha or alpha is not None, depth is not None)
     codes = image
@@ -99,7 +100,8 @@ def _codes(
         codes = np.empty((*image.shape[:2], 4), np.uint8)
         codes[..., :3] = image[..., :3]
         codes[..., 3] = 255 if alpha is None else np.rint(255 * np.clip(alpha, 0, 1))
-    return np.ascontiguousarray(render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)[..., :3])
+    out, rule = render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)
+    return np.ascontiguousarray(out[..., :3]), rule
 
 
 def light_shafts(
@@ -157,7 +159,7 @@ def add_light_shafts(
         emits = _plane("mask", mask if given is None else given, shape)
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
         lights = as_lights(light)
-        codes = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
+        codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen)
     out, added = blend_layer(to_linear(array)[0], layer, rule)
@@ -209,13 +211,14 @@ class Rendered:
     layer: FloatArray | None = None
     changed: npt.NDArray[np.bool_] | None = None
     encoded: npt.NDArray[np.uint8] | None = None
+    rule: Rule | None = None  # as it was measured: for the next frame
 
 
 def render_picture(
     picture: Picture,
     lights: list[Light],
     parameters: Parameters,
-    composite: Composite | None = None,
+    composite: Composite | Rule | None = None,
     *,
     mask: Any = None,
     depth: Any = None,
@@ -228,18 +231,20 @@ def render_picture(
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """
-    rule = resolve(composite or Composite(), float_output)
+    rule = composite if isinstance(composite, Rule) else resolve(composite or Composite(), float_output)
     shape = (picture.height, picture.width)
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
     chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
     plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
     if chosen is not None and codes_only and plain:
-        return Rendered(encoded=_codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options))
+        encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
+        return Rendered(encoded=encoded, rule=rule)
     rgb = picture.linear()
     layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, **options)
+    rule = measured_on(layer, rule)
     pixels, added = blend_layer(rgb, layer, rule)
-    return Rendered(pixels, added, (added != 0).any(axis=-1))
+    return Rendered(pixels, added, (added != 0).any(axis=-1), rule=rule)
 
 
 def adapter_cure() -> str:

@@ -13,6 +13,7 @@ import click
 import rich_click
 
 from airlight import presets
+from airlight.cli import batch
 from airlight.cli.light import LightText, LightType, place
 from airlight.cli.options import gather, given, parameter_options
 from airlight.errors import AirlightError
@@ -50,8 +51,9 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
-@click.argument("source", metavar="IN", type=click.Path())
-@_file("--output", "-o", FILES, "The picture to write; the extension says the format.", required=True)
+@click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
+@_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.", required=True)
+@_option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
 @_option(
     "--light",
     "written",
@@ -75,15 +77,17 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
-@_flag("--skip-existing", "-n", FILES, "Do nothing if the output exists.")
+@_flag("--skip-existing", "-n", FILES, "Leave out what exists.")
+@_flag("--resume", None, FILES, "Do only what is missing or damaged.")
 @_choice("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
 @_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @_flag("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def image(
     ctx: click.Context,
-    source: str,
+    sources: Sequence[str],
     output: str,
+    frames: str | None,
     written: Sequence[LightText],
     origin: str,
     preset: str | None,
@@ -95,17 +99,15 @@ def image(
     occlusion_fraction: str | None,
     overwrite: bool,
     skip_existing: bool,
+    resume: bool,
     on_damage: str,
     device: str | None,
     profile: bool,
     **_: Any,
-) -> None:
-    """Add light shafts to the picture IN."""
-    if overwrite and skip_existing:
-        raise AirlightError("-y/--overwrite and -n/--skip-existing exclude each other; give one")
-    if skip_existing and os.path.lexists(output):
-        click.echo(f"{output} exists: skipped", err=True)
-        return
+) -> int:
+    """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""
+    if overwrite + skip_existing + resume > 1:
+        raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
     if mask_invert and mask is None:
         raise AirlightError("--mask-invert inverts the image of --mask; give both")
     if occlusion_fraction is not None and len(written) > 1:
@@ -118,63 +120,197 @@ def image(
     if given(ctx, "depth_near") and depth is None:
         raise AirlightError("--depth-near describes the image of --depth; give both")
     parameters, *others = presets.build(values).values()
-    composite = others[0] if others else None
 
-    from airlight import api, files
-    from airlight.occlusion.automatic import settled
-
-    _check_outputs([output, layer, occlusion_fraction], [source, mask, depth, preset], overwrite)
-    spent = _Spent()
-    start = threading.Thread(target=_open_device, args=(device,), daemon=True)
-    start.start()  # while the picture is read
-    picture = files.read_image(source, on_damage)
-    start.join()
-    emits = None if mask is None else files.read_mask(mask, on_damage)
-    if emits is not None and mask_invert:
-        emits = 1 - emits
-    far = None if depth is None else files.read_mask(depth, on_damage, depth=True)
-    if far is not None and depth_near == "white":
-        far = (far.max() if far.max() > 1 else 1) - far
-    spent.lap("read")
-    coarse = picture.linear(coarse=True) if picture.codes.dtype.kind == "u" or any(w.position == "auto" for w in written) else None
-    lights = _lights(written, picture, origin, coarse)
-    if coarse is not None and picture.codes.dtype.kind == "u":
-        parameters = settled(parameters, coarse, lights)
-    spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
-
-    passes: list[tuple[str, float]] = []
-    done = api.render_picture(
-        picture,
-        lights,
-        parameters,
-        composite,
-        mask=emits,
-        depth=far,
+    todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, frames)
+    many = len(todo) > 1 or sequence
+    todo = _left(todo, skip_existing, resume)
+    for task in todo:
+        _check_outputs(task.outputs, [task.source, task.mask, task.depth, preset], many or overwrite or resume)
+    if many:
+        _refuse_existing(todo, overwrite or resume)
+    if not todo:
+        return 0
+    work = _Work(
+        written=written,
+        origin=origin,
+        parameters=parameters,
+        composite=others[0] if others else None,
+        mask_invert=mask_invert,
+        depth_near=depth_near,
+        on_damage=on_damage,
+        overwrite=overwrite or resume,
         device=device,
-        profile=passes if profile else None,
-        float_output=_is_float(output),
-        codes_only=layer is None and picture.bits == 8 and not _is_float(output),
+        keep=sequence,
+        passes=[] if profile else None,
     )
-    fraction = None
-    if occlusion_fraction is not None:
-        keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
-        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=device, **keys)
-    spent.lap("render")
-
-    beside = done.layer if output.lower().endswith(".exr") else None
-    files.write_image(
-        output, done.pixels, picture, changed=done.changed, alpha=picture.alpha, layer=beside, overwrite=overwrite, encoded=done.encoded
-    )
-    if layer is not None:
-        bare = dataclasses.replace(
-            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
-        )
-        files.write_image(layer, done.layer, bare, overwrite=overwrite)
-    if occlusion_fraction is not None and fraction is not None:
-        _write_data(occlusion_fraction, fraction, overwrite)
-    spent.lap("write")
+    if many:
+        failed = batch.run(todo, work.read, work.render, work.write)
+        click.echo(f"{len(todo) - len(failed)} of {len(todo)} pictures written", err=True)
+    else:
+        failed = []
+        loaded = work.read(todo[0])
+        work.write(todo[0], loaded, work.render(todo[0], loaded))
     if profile:
-        _show_profile(spent, passes)
+        _show_profile(work.spent, work.passes or [])
+    return 2 if failed else 0
+
+
+def _left(todo: Sequence[batch.Task], skip_existing: bool, resume: bool) -> list[batch.Task]:
+    """The tasks without those whose outputs exist (skip_existing), or exist and can be read (resume)."""
+    if not skip_existing and not resume:
+        return list(todo)
+    from airlight import files
+
+    def fine(path: str) -> bool:
+        if skip_existing or not os.path.lexists(path):
+            return os.path.lexists(path)
+        try:
+            files.read_image(path, "error")
+        except AirlightError:
+            return False
+        return True
+
+    left = [task for task in todo if not all(fine(path) for path in task.outputs)]
+    if len(left) < len(todo):
+        what = f"{todo[0].output} exists" if len(todo) == 1 else f"{len(todo) - len(left)} of {len(todo)} exist"
+        click.echo(f"{what}: skipped", err=True)
+    return left
+
+
+def _refuse_existing(todo: Sequence[batch.Task], overwrite: bool) -> None:
+    there = [] if overwrite else [path for task in todo for path in task.outputs if os.path.lexists(path)]
+    if there:
+        raise AirlightError(
+            f"{there[0]}: exists already, as do {len(there) - 1} more; pass -y/--overwrite to replace them, -n to leave them out,"
+            " or --resume to do what is missing or damaged"
+        )
+
+
+@dataclasses.dataclass
+class _Loaded:
+    picture: "Picture"
+    emits: "np.ndarray | None"
+    far: "np.ndarray | None"
+
+
+@dataclasses.dataclass
+class _Work:
+    """What the options ask for of every picture: to be read, rendered, written, each perhaps by another thread.
+
+    keep: frames of one sequence, which take their light, threshold and mix from the first, lest they flicker.
+    """
+
+    written: Sequence[LightText]
+    origin: str
+    parameters: Any
+    composite: Any
+    mask_invert: bool
+    depth_near: str
+    on_damage: str
+    overwrite: bool
+    device: str | None
+    keep: bool
+    passes: list[tuple[str, float]] | None = None
+
+    def __post_init__(self) -> None:
+        self.spent = _Spent()
+        self._start = threading.Thread(target=_open_device, args=(self.device,), daemon=True)
+        self._start.start()  # while the first picture is read
+        self._where: Any = None
+        self._kept: Any = None  # (lights, parameters, rule) of the first frame
+
+    def read(self, task: batch.Task) -> _Loaded:
+        from airlight import files
+
+        begun = time.perf_counter()
+        picture = files.read_image(task.source, self.on_damage)
+        emits = None if task.mask is None else files.read_mask(task.mask, self.on_damage)
+        if emits is not None and self.mask_invert:
+            emits = 1 - emits
+        far = None if task.depth is None else files.read_mask(task.depth, self.on_damage, depth=True)
+        if far is not None and self.depth_near == "white":
+            far = (far.max() if far.max() > 1 else 1) - far
+        self.spent.add("read", begun)
+        return _Loaded(picture, emits, far)
+
+    def render(self, task: batch.Task, loaded: _Loaded) -> Any:
+        """(what `api.render_picture` gives, the occlusion fraction or None)."""
+        from airlight import api
+
+        self._start.join()
+        if self._where is None:
+            self._where = _renderer(self.device)
+        picture = loaded.picture
+        begun = time.perf_counter()
+        lights, parameters, rule = self._kept or self._settled(picture)
+        begun = self.spent.add("find the light", begun)
+        done = api.render_picture(
+            picture,
+            lights,
+            parameters,
+            rule or self.composite,
+            mask=loaded.emits,
+            depth=loaded.far,
+            device=self._where,
+            profile=self.passes,
+            float_output=_is_float(task.output),
+            codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output),
+        )
+        if self.keep:
+            self._kept = lights, parameters, done.rule
+        fraction = None
+        if task.fraction is not None:
+            keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
+            image, alpha = picture.linear(), picture.alpha
+            fraction = api.occlusion_fraction(
+                image, lights[0], alpha=alpha, depth=loaded.far, mask=loaded.emits, device=self._where, **keys
+            )
+        self.spent.add("render", begun)
+        return done, fraction
+
+    def _settled(self, picture: "Picture") -> Any:
+        from airlight.occlusion.automatic import settled
+
+        integer = picture.codes.dtype.kind == "u"
+        coarse = picture.linear(coarse=True) if integer or any(w.position == "auto" for w in self.written) else None
+        lights = _lights(self.written, picture, self.origin, coarse)
+        parameters = settled(self.parameters, coarse, lights) if integer and coarse is not None else self.parameters
+        return lights, parameters, None
+
+    def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
+        from airlight import files
+
+        begun = time.perf_counter()
+        (done, fraction), picture = rendered, loaded.picture
+        beside = done.layer if task.output.lower().endswith(".exr") else None
+        files.write_image(
+            task.output,
+            done.pixels,
+            picture,
+            changed=done.changed,
+            alpha=picture.alpha,
+            layer=beside,
+            overwrite=self.overwrite,
+            encoded=done.encoded,
+        )
+        if task.layer is not None:
+            bare = dataclasses.replace(
+                picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+            )
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite)
+        if task.fraction is not None and fraction is not None:
+            _write_data(task.fraction, fraction, self.overwrite)
+        self.spent.add("write", begun)
+
+
+def _renderer(device: str | None) -> Any:
+    """A renderer to keep; without an adapter what makes the API say so and go on without."""
+    from airlight import MachineError, Renderer
+
+    try:
+        return Renderer(device, keep=1)
+    except MachineError:
+        return device
 
 
 def _open_device(name: str | None) -> None:
@@ -226,22 +362,25 @@ def _write_data(path: str, values: "np.ndarray", overwrite: bool) -> None:
 
 
 class _Spent:
-    """Wall time by step."""
+    """Wall time by step, summed over the pictures."""
 
     def __init__(self) -> None:
-        self.steps: list[tuple[str, float]] = []
-        self._last = time.perf_counter()
+        self.steps: dict[str, float] = {}
 
-    def lap(self, name: str) -> None:
+    def add(self, name: str, begun: float) -> float:
+        """Count the time since `begun`; returns now."""
         now = time.perf_counter()
-        if name:
-            self.steps.append((name, (now - self._last) * 1e3))
-        self._last = now
+        self.steps[name] = self.steps.get(name, 0.0) + (now - begun) * 1e3
+        return now
 
 
 def _show_profile(spent: _Spent, passes: Sequence[tuple[str, float]]) -> None:
-    for name, ms in spent.steps:
-        click.echo(f"{name:24} {ms:9.2f} ms", err=True)
+    """Wall time of each step, and of each pass on the GPU, summed over the pictures."""
+    by_label: dict[str, float] = {}
+    for label, ms in passes:
+        by_label[label] = by_label.get(label, 0.0) + ms
+    for name in ("read", "find the light", "render", "write"):
+        click.echo(f"{name:24} {spent.steps.get(name, 0.0):9.2f} ms", err=True)
         if name == "render":
-            for label, part in passes:
-                click.echo(f"  {label:22} {part:9.2f} ms", err=True)
+            for label, ms in by_label.items():
+                click.echo(f"  {label:22} {ms:9.2f} ms", err=True)

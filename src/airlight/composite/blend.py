@@ -1,5 +1,6 @@
 """Putting the layer on the picture, in scene-linear light."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +17,12 @@ COVER = 0.045  # mean luminance of a layer from which the automatic mix takes le
 
 @dataclass(frozen=True)
 class Rule:
-    """A Composite with its `auto` resolved for an output. mix None: by the layer, see `measured`."""
+    """A Composite with its `auto` resolved for an output. mix and peak None: by the layer, see `measured`."""
 
     blend: str
     mix: float | None
     veil: float
+    peak: float | None = None  # of the layer's luminance
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
@@ -43,13 +45,22 @@ def sample_step(width: int, height: int) -> int:
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
-def measured(rule: Rule, luminances: FloatArray) -> tuple[float, float]:
-    """(peak, mix) for a layer of these luminances: their 99.9th percentile; and as much as keeps their mean within COVER, at most 1."""
-    peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
-    if rule.mix is not None:
-        return peak, rule.mix
-    mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
-    return peak, min(1.0, COVER / mean) if mean > 0 else 1.0
+def measured(rule: Rule, luminances: FloatArray) -> Rule:
+    """The rule for a layer of these luminances, with nothing left open: peak, their 99.9th percentile (0 where no veil is taken away);
+    mix, as much as keeps their mean within COVER, at most 1."""
+    peak, mix = rule.peak, rule.mix
+    if peak is None:
+        peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
+    if mix is None:
+        mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
+        mix = min(1.0, COVER / mean) if mean > 0 else 1.0
+    return dataclasses.replace(rule, peak=peak, mix=mix)
+
+
+def measured_on(layer: FloatArray, rule: Rule) -> Rule:
+    """`measured` for a layer (H, W, 3)."""
+    step = sample_step(*layer.shape[1::-1])
+    return measured(rule, layer[::step, ::step] @ REC709)
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
@@ -58,8 +69,8 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray,
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
-    step = sample_step(*layer.shape[1::-1])
-    peak, mix = measured(rule, layer[::step, ::step] @ REC709)
+    rule = measured_on(layer, rule)
+    peak, mix = rule.peak or 0.0, rule.mix
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]

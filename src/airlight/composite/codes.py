@@ -33,8 +33,8 @@ class CodesComposite:
         self.pipeline = device.pipeline(COMPOSITE, "composite", SCREEN=rule.blend == "screen", VEIL=rule.veil > 0)
         self.bind = device.bind(COMPOSITE, self.uniform, codes, layer, noise, self.result)
 
-    def measure(self, rule: Rule) -> None:
-        """Measure the layer as it is now, and settle what the rule leaves open."""
+    def measure(self, rule: Rule) -> Rule:
+        """Measure the layer as it is now, and settle what the rule leaves open: `blend.measured`."""
         encoder = self.device.encoder()
         run = encoder.begin_compute_pass()
         run.set_pipeline(self.pick)
@@ -42,10 +42,11 @@ class CodesComposite:
         run.dispatch_workgroups(-(-self.columns // 64), self.rows)
         run.end()
         self.device.submit(encoder)
+        rule = measured(rule, np.frombuffer(self.device.queue.read_buffer(self.found), np.float32))
         values = np.zeros((), RULE)
-        peak, values["mix"] = measured(rule, np.frombuffer(self.device.queue.read_buffer(self.found), np.float32))
-        values["peak"], values["veil"] = max(peak, 1e-30), rule.veil**4
+        values["peak"], values["veil"], values["mix"] = max(rule.peak or 0.0, 1e-30), rule.veil**4, rule.mix
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
+        return rule
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         run = encoder.begin_compute_pass(**timing(timer, "composite"))

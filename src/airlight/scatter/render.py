@@ -205,16 +205,16 @@ class ImagePlan:
         if timer and profile is not None:
             profile += timer.milliseconds()
 
-    def codes(self, rule: Rule, profile: list[tuple[str, float]] | None = None) -> Array:
-        """The picture's codes with the layer on them, (H, W, 4) uint8."""
+    def codes(self, rule: Rule, profile: list[tuple[str, float]] | None = None) -> tuple[Array, Rule]:
+        """The picture's codes with the layer on them, (H, W, 4) uint8, and the rule as it was measured."""
         key = rule.blend, rule.veil > 0
         if key not in self.composites:
             self.composites[key] = CodesComposite(self.device, self.picture, self.layer, rule)
         composite = self.composites[key]
-        composite.measure(rule)
+        rule = composite.measure(rule)
         self.submit(composite.record, profile=profile)
         width, height, _ = self.picture.size
-        return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4)
+        return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4), rule
 
 
 class Renderer:
@@ -299,7 +299,9 @@ def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p:
     return out if done.scale == 1.0 else out / np.float32(done.scale)
 
 
-def render_codes(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, rule: Rule, **options: Any) -> Array:
-    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture. Options as render_layer."""
+def render_codes(
+    renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, rule: Rule, **options: Any
+) -> tuple[Array, Rule]:
+    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the rule as measured. Options as render_layer."""
     with _within_memory(renderer.device, picture):
         return _planned(renderer, picture, lights, p, options).codes(rule, options.get("profile"))
