@@ -17,7 +17,14 @@ LIGHT = ["--light", "0.4,0.3"]
 
 @pytest.mark.parametrize(
     ("text", "numbers"),
-    [("7", [7]), ("1-4", [1, 2, 3, 4]), ("1-10x4,20", [1, 5, 9, 20]), ("3-1", [3, 2, 1]), ("-2-1", [-2, -1, 0, 1]), ("1-3,2-4", [1, 2, 3, 4])],
+    [
+        ("7", [7]),
+        ("1-4", [1, 2, 3, 4]),
+        ("1-10x4,20", [1, 5, 9, 20]),
+        ("3-1", [3, 2, 1]),
+        ("-2-1", [-2, -1, 0, 1]),
+        ("1-3,2-4", [1, 2, 3, 4]),
+    ],
 )
 def test_frames(text, numbers):
     assert frames(text) == numbers
@@ -119,13 +126,14 @@ def test_frames_keep_what_the_first_settled(shots, tmp_path):
 
 
 def test_what_cannot_be_named(shots, capsys):
+    (shots / "out").mkdir()
     for args, says in (
         (["shot.####.png", "-o", "one.png"], "folder or a pattern"),
         (["shot.0001.png", "-o", "out.####.png"], "no numbers"),
         (["none.####.png", "-o", "out.####.png"], "no such files"),
         (["shot.0001.png", "-o", "x.png", "--frames", "1-3"], "--frames"),
         (["shot.####.png", "-o", "out.####.png", "--frames", "1-"], "frames"),
-        (["shot.0001.png", "./shot.0001.png", "-o", "."], "would go there"),
+        (["shot.0001.png", "./shot.0001.png", "-o", "out"], "would go there"),
         (["shot.0001.png", "shot.0002.png", "-o", "."], "also an input"),
         (["shot.0001.png", "shot.0002.png", "-o", "nosuch/"], "does not exist"),
         (["shot.0001.png", "-o", "a.png", "-y", "--resume"], "exclude"),
@@ -138,7 +146,7 @@ def test_what_cannot_be_named(shots, capsys):
             os.chdir(here)
         err = capsys.readouterr().err
         assert says in err and err.count("\n") == 1, err
-    assert len(list(shots.iterdir())) == 5
+    assert len(list(shots.iterdir())) == 6
 
 
 def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch):
