@@ -74,6 +74,12 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
+@_option(
+    "--debug",
+    panel=FILES,
+    type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
+    help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
+)
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @_flag("--skip-existing", "-n", FILES, "Do nothing if the output exists.")
 @_choice("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
@@ -88,11 +94,10 @@ def image(
     origin: str,
     preset: str | None,
     mask: str | None,
-    mask_invert: bool,
     depth: str | None,
-    depth_near: str,
     layer: str | None,
     occlusion_fraction: str | None,
+    debug: str | None,
     overwrite: bool,
     skip_existing: bool,
     on_damage: str,
@@ -106,17 +111,11 @@ def image(
     if skip_existing and os.path.lexists(output):
         click.echo(f"{output} exists: skipped", err=True)
         return
-    if mask_invert and mask is None:
-        raise AirlightError("--mask-invert inverts the image of --mask; give both")
     if occlusion_fraction is not None and len(written) > 1:
         raise AirlightError("--occlusion-fraction belongs to one light; give one --light")
-    values = gather(ctx, preset)
-    if depth is not None:
-        values.setdefault("occlusion", "depth")  # what else would it be given for?
-    elif values.get("occlusion") == "depth":
-        raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
-    if given(ctx, "depth_near") and depth is None:
-        raise AirlightError("--depth-near describes the image of --depth; give both")
+    if debug is not None and (layer is not None or occlusion_fraction is not None):
+        raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
+    values = asked(ctx)
     parameters, *others = presets.build(values).values()
     composite = others[0] if others else None
 
@@ -129,18 +128,26 @@ def image(
     start.start()  # while the picture is read
     picture = files.read_image(source, on_damage)
     start.join()
-    emits = None if mask is None else files.read_mask(mask, on_damage)
-    if emits is not None and mask_invert:
-        emits = 1 - emits
-    far = None if depth is None else files.read_mask(depth, on_damage, depth=True)
-    if far is not None and depth_near == "white":
-        far = (far.max() if far.max() > 1 else 1) - far
+    emits, far = read_planes(ctx)
     spent.lap("read")
     coarse = picture.linear(coarse=True) if picture.codes.dtype.kind == "u" or any(w.position == "auto" for w in written) else None
-    lights = _lights(written, picture, origin, coarse)
+    lights = find_lights(written, picture, origin, coarse)
     if coarse is not None and picture.codes.dtype.kind == "u":
         parameters = settled(parameters, coarse, lights)
     spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
+
+    bare = dataclasses.replace(
+        picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+    )
+    if debug is not None:
+        from airlight.debug import view
+
+        seen = view(debug, picture, lights, parameters, emits, far, device, lambda text: click.echo(text, err=True))
+        if seen.ndim == 2:
+            _write_data(output, seen, overwrite)
+        else:
+            files.write_image(output, seen, bare, overwrite=overwrite)
+        return
 
     passes: list[tuple[str, float]] = []
     done = api.render_picture(
@@ -166,15 +173,41 @@ def image(
         output, done.pixels, picture, changed=done.changed, alpha=picture.alpha, layer=beside, overwrite=overwrite, encoded=done.encoded
     )
     if layer is not None:
-        bare = dataclasses.replace(
-            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
-        )
         files.write_image(layer, done.layer, bare, overwrite=overwrite)
     if occlusion_fraction is not None and fraction is not None:
         _write_data(occlusion_fraction, fraction, overwrite)
     spent.lap("write")
     if profile:
         _show_profile(spent, passes)
+
+
+def asked(ctx: click.Context) -> dict[str, Any]:
+    """The values that differ from the defaults, by preset and options; refuses options that need others."""
+    o = ctx.params
+    if o["mask_invert"] and o["mask"] is None:
+        raise AirlightError("--mask-invert inverts the image of --mask; give both")
+    values = gather(ctx, o["preset"])
+    if o["depth"] is not None:
+        values.setdefault("occlusion", "depth")  # what else would it be given for?
+    elif values.get("occlusion") == "depth":
+        raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
+    if given(ctx, "depth_near") and o["depth"] is None:
+        raise AirlightError("--depth-near describes the image of --depth; give both")
+    return values
+
+
+def read_planes(ctx: click.Context) -> "tuple[np.ndarray | None, np.ndarray | None]":
+    """The images of --mask (white emits) and --depth (larger is farther)."""
+    from airlight import files
+
+    o = ctx.params
+    emits = None if o["mask"] is None else files.read_mask(o["mask"], o["on_damage"])
+    if emits is not None and o["mask_invert"]:
+        emits = 1 - emits
+    far = None if o["depth"] is None else files.read_mask(o["depth"], o["on_damage"], depth=True)
+    if far is not None and o["depth_near"] == "white":
+        far = (far.max() if far.max() > 1 else 1) - far
+    return emits, far
 
 
 def _open_device(name: str | None) -> None:
@@ -202,7 +235,7 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def _lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
+def find_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
     found = None
     if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light

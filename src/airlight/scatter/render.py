@@ -179,8 +179,8 @@ class _Job:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         encoder = device.encoder()
         self.picture = _upload(device, picture)
-        source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer)
-        plans, self.layer = plan(device, (width, height), lights, p, source)
+        self.source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer)
+        plans, self.layer = plan(device, (width, height), lights, p, self.source)
         for step in plans:
             step.record(encoder, self.timer)
         self._submit(encoder)
@@ -218,6 +218,22 @@ def render_layer(device: Device, picture: Array, lights: list[Light], p: Paramet
         half = np.frombuffer(device.read(job.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
     out = half[..., :3].astype(np.float32)
     return out if job.scale == 1.0 else out / np.float32(job.scale)
+
+
+def emitted(device: Device, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
+    """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
+    with _within_memory(device, picture):
+        job = _Job(device, picture, [], p, **options)
+    return job.source, job.scale
+
+
+def render_source(device: Device, picture: Array, p: Parameters, **options: Any) -> Array:
+    """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
+    source, scale = emitted(device, picture, p, **options)
+    width, height, _ = source.size
+    apron = (width - picture.shape[1]) // 2
+    half = np.frombuffer(device.read(source, 8), np.float16).reshape(height, width, 4)
+    return half[apron : height - apron, apron : width - apron, :3].astype(np.float32) / np.float32(scale)
 
 
 def render_codes(device: Device, picture: Array, lights: list[Light], p: Parameters, rule: Rule, **options: Any) -> Array:
