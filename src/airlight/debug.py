@@ -20,8 +20,8 @@ from airlight.scatter.render import emitted, plan, render_source
 Array = npt.NDArray[Any]
 DIM = 0.25  # factor of the picture below lines
 LINE, NODE = (0.05, 0.25, 0.6), (1.0, 0.6, 0.1)
-STEPS = {1: (0.1, 0.35, 1.0), 2: (0.1, 0.8, 0.15), 4: (1.0, 0.55, 0.0)}  # colour of a node by the step that it ends, up to so many px
-LONGER = (1.0, 0.05, 0.1)
+STEPS = {1: (0.1, 0.35, 1.0), 2: (0.1, 0.8, 0.15), 4: (1.0, 0.55, 0.0)}  # colour of steps up to so many px: blue, green, orange
+LONGER = (1.0, 0.05, 0.1)  # red
 APART = 24  # px between drawn lines at the far edge, and between drawn nodes
 
 
@@ -38,7 +38,7 @@ def view(
     """One view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `settled`.
 
     source: I m, what is summed. mask: m. fraction: D(phi) of Eq. 2. lines: the epipolar lines and nodes over the picture, every
-    k-th. moments: all nodes of every k-th line, coloured by the length of the step. say gets what a picture cannot show.
+    k-th. moments: the steps of every k-th line, coloured by their length. say gets what a picture cannot show, powers among it.
     Raises AirlightError where there are no lines, MachineError where there is no adapter.
     """
     if name == "fraction":
@@ -69,12 +69,12 @@ def weight_error(mix: Mixture, density: float, lam: float) -> float:
 
 def _described(one: EpipolarPlan, number: int, lam: float) -> str:
     grid, mix = one.grid, one.mix
-    lines, nodes = (sum(sizes) for sizes in zip(*((q.lines, q.lines * len(q.u)) for q in grid.quadrants), strict=True))
+    lines = sum(q.lines for q in grid.quadrants)
     beyond = f" and {len(mix.beyond_p)} beyond the light" if mix.opposite else ""
-    every = ", ".join(f"{_every(q)} of {q.lines}" for q in grid.quadrants)
+    every = ", ".join(f"{_every(q)}th of {q.lines}" for q in grid.quadrants)
     return (
         f"light {number}: {len(mix.p)} powers{beyond} ({', '.join(f'{p:.3g}' for p in mix.p)}), largest error of the weight "
-        f"{weight_error(mix, grid.density, lam):.1e}; {lines} lines, {nodes} nodes at most; shown: every {every}"
+        f"{weight_error(mix, grid.density, lam):.1e}; {lines} lines; shown: every {every}"
     )
 
 
@@ -85,18 +85,18 @@ def _every(q: Quadrant) -> int:
 
 
 def draw(canvas: Array, grid: Grid, by_step: bool = False) -> None:
-    """Draw a grid onto (H, W, 3): every k-th line, and on it every node coloured by its step, or nodes some APART px apart."""
+    """Draw every k-th line of a grid onto (H, W, 3): coloured by the length of its steps, or with nodes some APART px apart."""
     for q in grid.quadrants:
-        lines = np.arange(0, q.lines, _every(q))
-        u = q.u[q.stored :]
-        _dots(canvas, grid, q, lines, np.arange(max(u[0], 0.0), u[-1], 0.5), LINE)
-        step = np.diff(q.u, prepend=q.u[0] - (q.u[1] - q.u[0]))[q.stored :]
+        lines, nodes = np.arange(0, q.lines, _every(q)), q.u[q.stored :]
+        along, step = np.arange(nodes[0], nodes[-1], 0.5), np.diff(nodes)
         if not by_step:
-            _dots(canvas, grid, q, lines, u[:: max(1, round(APART / max(float(step.max()), 1e-3)))], NODE, 1)
+            _dots(canvas, grid, q, lines, along, LINE)
+            _dots(canvas, grid, q, lines, nodes[:: max(1, round(APART / float(step.max())))], NODE, 1)
             continue
+        length = step[np.searchsorted(nodes, along, side="right") - 1]
         shorter = 0.0
         for longest, color in (*STEPS.items(), (np.inf, LONGER)):
-            _dots(canvas, grid, q, lines, u[(step > shorter) & (step <= longest)], color)
+            _dots(canvas, grid, q, lines, along[(length > shorter) & (length <= longest)], color)
             shorter = longest
 
 
