@@ -81,11 +81,15 @@ def compare(
         error, p99, worst, cost = words.figures(row)
         click.echo(f"{row.variant.name:{wide}}  error {error:>8}  99 % {p99:>8}  max {worst:>8}  {cost}")
 
-    result = measure.compare(picture, lights, variants, mask=emits, depth=far, device=device, runs=runs, say=say)
-    title = f"{os.path.basename(source)}, {result.size[0]} × {result.size[1]}: light shafts compared"
+    from rich.console import Console
+
+    with Console(stderr=True).status("measuring"):  # shows on a terminal only
+        result = measure.compare(picture, lights, variants, mask=emits, depth=far, device=device, runs=runs, say=say)
+    name = "".join(c if c.isprintable() else "?" for c in os.path.basename(source))
+    title = f"{name}, {result.size[0]} × {result.size[1]}: light shafts compared"
     if is_page:
         with files.replacing(output, overwrite) as file:
-            file.write(page.page(result, title, amplify).encode(errors="replace"))
+            file.write(page.page(result, title, amplify).encode())
     else:
         codes = sheet(result, title, amplify)
         files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)

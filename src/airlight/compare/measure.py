@@ -24,7 +24,7 @@ from airlight.scatter.render import emitted, plan
 Array = npt.NDArray[Any]
 POINTS = 4000  # random pixels at which the error is measured
 DISC = 0.02  # of the width: nearer to a light, where shafts are a small part of what is seen, nothing is measured
-FEW = 3e7  # taps of the reference up to which it is evaluated at all pixels, some 10 s
+FEW = 1e7  # taps of the reference up to which it is evaluated at all pixels, some 10 s
 
 
 @dataclass
