@@ -37,6 +37,7 @@ class Row:
     p99: float
     worst: float
     reference_error: float
+    best_error: float  # rmse of what the difference is against
     ms: float
     copies: float
     shown: Array  # (h, w, 3) the composited picture, linear
@@ -56,12 +57,13 @@ class Comparison:
 
 @dataclass
 class _Limit:
-    """A target: the reference at the points, its mean and own error, and the best layer (H, W, 3) there is."""
+    """A target: the reference at the points, its mean and own error; the best layer (H, W, 3) there is, and its rmse."""
 
     truth: Array
     mean: float
     error: float
     best: Array
+    best_error: float
 
 
 def errors(found: Array, truth: Array) -> tuple[float, float, float]:
@@ -161,7 +163,8 @@ def compare(
         some = slice(None, None, max(1, len(points) // 1000))
         rough = reference.layer(rgb, lights, p, taps=taps // 2, points=points[some], **given)
         best = whole.astype(np.float32) if everywhere else rendered(*recorded(p))
-        return _Limit(truth, mean, float(np.sqrt(np.mean((rough - truth[some]) ** 2))) / mean, best)
+        own = float(np.sqrt(np.mean((rough - truth[some]) ** 2))) / mean
+        return _Limit(truth, mean, own, best, errors(best.reshape(-1, 3)[at], truth)[0])
 
     records = [recorded(p) for p in parameters]
     copy = Passes(gpu, next(iter(sources.values()))[0], layer).copy()
@@ -180,6 +183,6 @@ def compare(
         off = np.abs(own - target.best).mean(axis=2) / np.float32(target.mean)
         shown = blend(rgb, own, resolve(v.composite, not integers))[0]
         wrong = errors(own.reshape(-1, 3)[at], target.truth)
-        rows.append(Row(v, p, *wrong, target.error, ms, ms / copy_ms, fit(shown, box), fit(off, box)))
+        rows.append(Row(v, p, *wrong, target.error, target.best_error, ms, ms / copy_ms, fit(shown, box), fit(off, box)))
         say(rows[-1])
     return Comparison(rows, f"{gpu.name} ({gpu.info.get('backend_type')})", copy_ms, (width, height), len(at), everywhere, fit(rgb, box))

@@ -11,7 +11,7 @@ from airlight.errors import MachineError
 from airlight.files.colour import encode_codes
 
 Codes = npt.NDArray[np.uint8]
-PANEL, GAP, SIZE, LINE = 400, 16, 17, 24  # px: a picture's longer side, between cells, height of the text, from line to line
+PANEL, GAP, SIZE, LINE = 320, 16, 17, 24  # px: a picture's longer side, between cells, height of the text, from line to line
 PAPER, INK, FAINT = 24, (0.94, 0.94, 0.94), (0.66, 0.66, 0.66)
 
 

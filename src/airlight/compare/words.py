@@ -15,9 +15,9 @@ def percent(share: float) -> str:
 
 
 def limit(p: Parameters) -> str:
-    """What p converges to: D = 0.97, λ = 2.02, normalization listing."""
+    """What p converges to: D = 0.97, lambda = 2.02, normalization listing."""
     changed = [f"{name} {getattr(p, name)}" for name in ("normalization", "border") if getattr(p, name) != _default(p, name)]
-    return ", ".join([f"D = {p.density:g}, λ = {p.lam:.3g}", *changed])
+    return ", ".join([f"D = {p.density:g}, lambda = {p.lam:.3g}", *changed])
 
 
 def _default(p: Parameters, name: str) -> object:
@@ -31,8 +31,10 @@ def figures(row: Row) -> tuple[str, str, str, str]:
 
 def notes(result: Comparison, amplify: float) -> list[str]:
     """How the figures were got, a sentence each."""
-    where = f"all {result.points:,} pixels" if result.everywhere else f"{result.points:,} random pixels"
-    best = "the reference" if result.everywhere else "epipolar final, whose own difference is therefore black"
+    where, best = f"all {result.points:,} pixels", "the reference"
+    if not result.everywhere:
+        off = max(row.best_error for row in result.rows)
+        where, best = f"{result.points:,} random pixels", f"epipolar final (off by {percent(off)} itself; its own difference is black)"
     own = max(row.reference_error for row in result.rows)
     return [
         f"Error: rmse of the shafts over their mean, against the converged float64 sum, at {where} outside a disc of {100 * DISC:g} % of "
