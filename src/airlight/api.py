@@ -1,6 +1,7 @@
 """The functions that a script calls: arrays in, arrays out."""
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,10 +83,26 @@ def _layer(
     _check(p, alpha is not None, depth is not None)
     if device is None:
         return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=options.get("fraction", False))
+    return render_layer(device, _pixels(rgb, alpha), lights, p, mask=mask, depth=depth, **options)
+
+
+def _pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
+    """(H, W, 4) as the GPU takes them."""
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
     pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
     pixels[..., 3] = 1.0 if alpha is None else alpha
-    return render_layer(device, pixels, lights, p, mask=mask, depth=depth, **options)
+    return pixels
+
+
+def gpu_inputs(
+    picture: Picture, parameters: Sequence[Parameters], mask: Any = None, depth: Any = None
+) -> tuple[FloatArray, dict[str, FloatArray | None]]:
+    """A picture from a file and its planes as scatter.render takes them: (H, W, 4) and {mask, depth}, checked for the parameters."""
+    for p in parameters:
+        _check(p, picture.alpha is not None, depth is not None)
+    shape = (picture.height, picture.width)
+    planes = {"mask": _plane("mask", mask, shape), "depth": _plane("depth", depth, shape)}
+    return _pixels(picture.linear(), picture.alpha), planes
 
 
 def _codes(

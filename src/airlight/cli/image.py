@@ -76,6 +76,12 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
+@_option(
+    "--debug",
+    panel=FILES,
+    type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
+    help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
+)
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @_flag("--skip-existing", "-n", FILES, "Leave out what exists.")
 @_flag("--resume", None, FILES, "Do only what is missing or damaged.")
@@ -92,15 +98,13 @@ def image(
     origin: str,
     preset: str | None,
     mask: str | None,
-    mask_invert: bool,
     depth: str | None,
-    depth_near: str,
     layer: str | None,
     occlusion_fraction: str | None,
+    debug: str | None,
     overwrite: bool,
     skip_existing: bool,
     resume: bool,
-    on_damage: str,
     device: str | None,
     profile: bool,
     **_: Any,
@@ -108,17 +112,11 @@ def image(
     """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""
     if overwrite + skip_existing + resume > 1:
         raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
-    if mask_invert and mask is None:
-        raise AirlightError("--mask-invert inverts the image of --mask; give both")
     if occlusion_fraction is not None and len(written) > 1:
         raise AirlightError("--occlusion-fraction belongs to one light; give one --light")
-    values = gather(ctx, preset)
-    if depth is not None:
-        values.setdefault("occlusion", "depth")  # what else would it be given for?
-    elif values.get("occlusion") == "depth":
-        raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
-    if given(ctx, "depth_near") and depth is None:
-        raise AirlightError("--depth-near describes the image of --depth; give both")
+    if debug is not None and (layer is not None or occlusion_fraction is not None):
+        raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
+    values = asked(ctx)
     parameters, *others = presets.build(values).values()
 
     todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, frames)
@@ -135,9 +133,8 @@ def image(
         origin=origin,
         parameters=parameters,
         composite=others[0] if others else None,
-        mask_invert=mask_invert,
-        depth_near=depth_near,
-        on_damage=on_damage,
+        options=ctx.params,
+        debug=debug,
         overwrite=overwrite or resume,
         device=device,
         keep=sequence,
@@ -204,9 +201,8 @@ class _Work:
     origin: str
     parameters: Any
     composite: Any
-    mask_invert: bool
-    depth_near: str
-    on_damage: str
+    options: dict[str, Any]
+    debug: str | None
     overwrite: bool
     device: str | None
     keep: bool
@@ -223,18 +219,13 @@ class _Work:
         from airlight import files
 
         begun = time.perf_counter()
-        picture = files.read_image(task.source, self.on_damage)
-        emits = None if task.mask is None else files.read_mask(task.mask, self.on_damage)
-        if emits is not None and self.mask_invert:
-            emits = 1 - emits
-        far = None if task.depth is None else files.read_mask(task.depth, self.on_damage, depth=True)
-        if far is not None and self.depth_near == "white":
-            far = (far.max() if far.max() > 1 else 1) - far
+        picture = files.read_image(task.source, self.options["on_damage"])
+        emits, far = read_planes(task.mask, task.depth, self.options)
         self.spent.add("read", begun)
         return _Loaded(picture, emits, far)
 
     def render(self, task: batch.Task, loaded: _Loaded) -> Any:
-        """(what `api.render_picture` gives, the occlusion fraction or None)."""
+        """(what `api.render_picture` gives, the occlusion fraction or None), or the view that --debug asks for."""
         from airlight import api
 
         self._start.join()
@@ -244,6 +235,11 @@ class _Work:
         begun = time.perf_counter()
         lights, parameters, rule = self._kept or self._settled(picture)
         begun = self.spent.add("find the light", begun)
+        if self.debug is not None:
+            from airlight.debug import view
+
+            say = functools.partial(click.echo, err=True)
+            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, say)
         done = api.render_picture(
             picture,
             lights,
@@ -273,15 +269,24 @@ class _Work:
 
         integer = picture.codes.dtype.kind == "u"
         coarse = picture.linear(coarse=True) if integer or any(w.position == "auto" for w in self.written) else None
-        lights = _lights(self.written, picture, self.origin, coarse)
+        lights = find_lights(self.written, picture, self.origin, coarse)
         parameters = settled(self.parameters, coarse, lights) if integer and coarse is not None else self.parameters
         return lights, parameters, None
 
     def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
         from airlight import files
 
-        begun = time.perf_counter()
-        (done, fraction), picture = rendered, loaded.picture
+        begun, picture = time.perf_counter(), loaded.picture
+        bare = dataclasses.replace(
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+        )
+        if self.debug is not None:
+            if rendered.ndim == 2:
+                _write_data(task.output, rendered, self.overwrite)
+            else:
+                files.write_image(task.output, rendered, bare, overwrite=self.overwrite)
+            return
+        done, fraction = rendered
         beside = done.layer if task.output.lower().endswith(".exr") else None
         files.write_image(
             task.output,
@@ -294,9 +299,6 @@ class _Work:
             encoded=done.encoded,
         )
         if task.layer is not None:
-            bare = dataclasses.replace(
-                picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
-            )
             files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite)
         if task.fraction is not None and fraction is not None:
             _write_data(task.fraction, fraction, self.overwrite)
@@ -311,6 +313,34 @@ def _renderer(device: str | None) -> Any:
         return Renderer(device, keep=1)
     except MachineError:
         return device
+
+
+def asked(ctx: click.Context) -> dict[str, Any]:
+    """The values that differ from the defaults, by preset and options; refuses options that need others."""
+    o = ctx.params
+    if o["mask_invert"] and o["mask"] is None:
+        raise AirlightError("--mask-invert inverts the image of --mask; give both")
+    values = gather(ctx, o["preset"])
+    if o["depth"] is not None:
+        values.setdefault("occlusion", "depth")  # what else would it be given for?
+    elif values.get("occlusion") == "depth":
+        raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
+    if given(ctx, "depth_near") and o["depth"] is None:
+        raise AirlightError("--depth-near describes the image of --depth; give both")
+    return values
+
+
+def read_planes(mask: str | None, depth: str | None, options: dict[str, Any]) -> "tuple[np.ndarray | None, np.ndarray | None]":
+    """The images of --mask (white emits) and --depth (larger is farther)."""
+    from airlight import files
+
+    emits = None if mask is None else files.read_mask(mask, options["on_damage"])
+    if emits is not None and options["mask_invert"]:
+        emits = 1 - emits
+    far = None if depth is None else files.read_mask(depth, options["on_damage"], depth=True)
+    if far is not None and options["depth_near"] == "white":
+        far = (far.max() if far.max() > 1 else 1) - far
+    return emits, far
 
 
 def _open_device(name: str | None) -> None:
@@ -338,7 +368,7 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def _lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
+def find_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
     found = None
     if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light

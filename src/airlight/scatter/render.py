@@ -299,6 +299,22 @@ def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p:
     return out if done.scale == 1.0 else out / np.float32(done.scale)
 
 
+def emitted(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
+    """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
+    with _within_memory(renderer.device, picture):
+        done = _planned(renderer, picture, [], p, options)
+    return done.source.texture, done.scale
+
+
+def render_source(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> Array:
+    """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
+    source, scale = emitted(renderer, picture, p, **options)
+    width, height, _ = source.size
+    apron = (width - picture.shape[1]) // 2
+    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, width, 4)
+    return half[apron : height - apron, apron : width - apron, :3].astype(np.float32) / np.float32(scale)
+
+
 def render_codes(
     renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, rule: Rule, **options: Any
 ) -> tuple[Array, Rule]:
