@@ -76,10 +76,10 @@ def _settled(p: Parameters, image: Any, lights: list[Light]) -> Parameters:
 def _layer(
     rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Device | None, **options: Any
 ) -> FloatArray:
-    """The layer by the GPU, or by the reference where there is none. options: fraction, profile as `render_layer`."""
+    """The layer by the GPU, or by the reference where there is none. options: fraction, profile, luminance as `render_layer`."""
     _check(p, alpha is not None, depth is not None)
     if device is None:
-        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=options.get("fraction", False))
+        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, **options)
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
     pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
     pixels[..., 3] = 1.0 if alpha is None else alpha
@@ -201,7 +201,7 @@ def occlusion_fraction(
 @dataclass
 class Rendered:
     """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
-    linear; changed, (H, W) bool, where the layer is not zero."""
+    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the layer is not zero."""
 
     pixels: FloatArray | None = None
     layer: FloatArray | None = None
@@ -231,13 +231,16 @@ def render_picture(
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
     chosen = _device(device)
     options = {} if chosen is None else {"profile": profile}
-    plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+    plain = picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
     if chosen is not None and codes_only and plain:
         return Rendered(encoded=_codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options))
     rgb = picture.linear()
-    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, **options)
-    pixels, added = blend_layer(rgb, layer, rule)
-    return Rendered(pixels, added, (added != 0).any(axis=-1))
+    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
+    pixels, added = blend_layer(rgb, layer, rule, picture.luminance)
+    changed = (added != 0).any(axis=-1)
+    if picture.alpha is not None and not picture.associated:
+        added *= picture.alpha[..., None]
+    return Rendered(pixels, added, changed)
 
 
 def adapter_cure() -> str:

@@ -52,18 +52,19 @@ def measured(rule: Rule, luminances: FloatArray) -> tuple[float, float]:
     return peak, min(1.0, COVER / mean) if mean > 0 else 1.0
 
 
-def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
+def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
     """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
+    luminance: (3,) weights of the luminance of their RGB.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
     step = sample_step(*layer.shape[1::-1])
-    peak, mix = measured(rule, layer[::step, ::step] @ REC709)
+    peak, mix = measured(rule, layer[::step, ::step] @ luminance)
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]
-        b = lift_veil(b, b @ REC709, peak, rule.veil)
+        b = lift_veil(b, b @ luminance, peak, rule.veil)
         if mix != 1:
             b = b * np.float32(mix)
         if rule.blend == "screen":

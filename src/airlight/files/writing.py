@@ -31,6 +31,7 @@ _STORAGE = (
     "screenWindow",
     "dwaCompressionLevel",
     "chromaticities",
+    "colorInteropID",
     "chunkCount",
     "name",
     "version",
@@ -51,8 +52,9 @@ def write_image(
     bits: int | None = None,
     encoded: np.ndarray | None = None,
 ) -> None:
-    """Write (H, W, 3) linear Rec. 709 as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
+    """Write (H, W, 3) linear pixels as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
 
+    pixels: in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made Rec. 709.
     like: the input; its encoding, depth, alpha, metadata and further EXR channels are kept where the format can.
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
     alpha: (H, W) 0..1 instead of the input's. layer: (H, W, 3), in EXR written as airlight.R/G/B.
@@ -72,6 +74,8 @@ def write_image(
     if given is None or given.ndim != 3 or given.shape[2] != 3 or (like is not None and given.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
+    if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
+        pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
     if real:
         colour, keeps_icc = _real_colour(pixels, like, format, depth, changed, name), False
@@ -167,6 +171,8 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     kind = {8: "uint8", 16: "half" if format == "openexr" else "uint16", 32: "float"}[depth]
     spec = oiio.ImageSpec(width, height, channels, kind)
     names = (["R", "G", "B"] if colours == 3 else ["Y"]) + (["A"] if alpha else [])
+    if format == "openexr" and like is not None and like.layer:
+        names = list(like.channels) if len(names) == len(like.channels) else [f"{like.layer}.{name}" for name in names]
     if like is not None:
         for item in like.spec.extra_attribs:
             with contextlib.suppress(UnicodeDecodeError):  # text in an unknown encoding cannot be handed on
@@ -182,8 +188,12 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
             compression = like.spec.get_string_attribute("compression")
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
+            if like.spec.get_string_attribute("colorInteropID"):
+                spec.attribute("colorInteropID", like.spec.get_string_attribute("colorInteropID"))
         spec.channelformats = tuple(oiio.TypeDesc(k) for k in kinds)
         spec.attribute("compression", compression if compression in _LOSSLESS_EXR else "zips")
+        if like is not None and like.chromaticities is not None:
+            spec.attribute("chromaticities", "float[8]", like.chromaticities)
     spec.channelnames = tuple(names)
     if alpha:
         spec.alpha_channel = colours

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule
+from airlight.composite.blend import REC709, Rule
 from airlight.composite.codes import composite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device
@@ -18,7 +18,9 @@ from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE = "occlusion/source.wgsl"
-KNEE = np.dtype([("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3)])
+KNEE = np.dtype(
+    [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
+)
 MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3}
 Array = np.ndarray
 
@@ -51,6 +53,7 @@ def _source(
     fraction: bool,
     scale: float,
     timer: Any,
+    luminance: Array = REC709,
 ) -> Any:
     """Record S = I m (or m itself) into a half-float texture, with an apron of one texel for border black."""
     width, height, _ = picture.size
@@ -58,6 +61,7 @@ def _source(
     knee = np.zeros((), KNEE)
     knee["low"], knee["high"] = p.knee
     knee["scale"], knee["apron"], knee["masked"] = scale, apron, mask is not None
+    knee["luminance"] = luminance
     aside = picture
     if mask is not None or depth is not None:
         both = np.zeros((height, width, 4), np.float32)
@@ -167,6 +171,7 @@ class _Job:
         depth: Array | None = None,
         fraction: bool = False,
         profile: list[tuple[str, float]] | None = None,
+        luminance: Array = REC709,
     ) -> None:
         height, width = picture.shape[:2]
         check_size(device, width, height)
@@ -179,7 +184,7 @@ class _Job:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         encoder = device.encoder()
         self.picture = _upload(device, picture)
-        source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer)
+        source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer, luminance)
         plans, self.layer = plan(device, (width, height), lights, p, source)
         for step in plans:
             step.record(encoder, self.timer)
@@ -211,7 +216,8 @@ def _within_memory(device: Device, picture: Array) -> Iterator[None]:
 def render_layer(device: Device, picture: Array, lights: list[Light], p: Parameters, **options: Any) -> Array:
     """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
-    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added.
+    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
+    luminance: (3,) weights of the luminance of the picture's RGB.
     """
     with _within_memory(device, picture):
         job = _Job(device, picture, lights, p, **options)
