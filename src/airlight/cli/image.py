@@ -13,15 +13,15 @@ import click
 import rich_click
 
 from airlight import presets
-from airlight.cli.light import LightText, LightType, place
+from airlight.cli.light import LightText, LightType, found_at, place, resolved
 from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
     import numpy as np
 
     from airlight.files import Picture
-    from airlight.lights import Light
 
 
 def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -63,6 +63,16 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
+@_option(
+    "--settings-from",
+    panel="Presets",
+    metavar="FILE",
+    type=click.Path(),
+    is_eager=True,
+    expose_value=False,
+    callback=recall,
+    help="Repeat the settings, lights included, that an image written by Airlight holds; options and presets given here go before them.",
+)
 @_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @_option(
     "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
@@ -72,6 +82,20 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
 @_file("--depth", None, OCCLUSION, "An image of the same size; what is far emits.")
 @_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
+@_option(
+    "--input-layer",
+    panel=FILES,
+    metavar="NAME",
+    help="The layer of an EXR to work on, rgba being R G B A. In an EXR output its own "
+    "channels are replaced and R G B A stay; the shafts alone are in airlight.R/G/B, to be added where you like.",
+)
+@_option(
+    "--colorspace",
+    panel=FILES,
+    metavar="NAME",
+    help="The linear space that the floats of IN are in, kept in an EXR output: ACEScg, "
+    "lin_rec709_scene, ACES2065-1 or another of $OCIO's or OpenColorIO's studio config. Unset: by the EXR's chromaticities, else Rec. 709.",
+)
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
@@ -91,6 +115,8 @@ def image(
     mask_invert: bool,
     depth: str | None,
     depth_near: str,
+    input_layer: str | None,
+    colorspace: str | None,
     layer: str | None,
     occlusion_fraction: str | None,
     overwrite: bool,
@@ -127,7 +153,7 @@ def image(
     spent = _Spent()
     start = threading.Thread(target=_open_device, args=(device,), daemon=True)
     start.start()  # while the picture is read
-    picture = files.read_image(source, on_damage)
+    picture = files.read_image(source, on_damage, input_layer, colorspace)
     start.join()
     emits = None if mask is None else files.read_mask(mask, on_damage)
     if emits is not None and mask_invert:
@@ -136,11 +162,14 @@ def image(
     if far is not None and depth_near == "white":
         far = (far.max() if far.max() > 1 else 1) - far
     spent.lap("read")
-    coarse = picture.linear(coarse=True) if picture.codes.dtype.kind == "u" or any(w.position == "auto" for w in written) else None
-    lights = _lights(written, picture, origin, coarse)
+    searched = any(w.position == "auto" for w in written)
+    coarse = picture.rec709(picture.linear(coarse=True)) if picture.codes.dtype.kind == "u" or searched else None
+    written = _resolved(written, picture, origin if given(ctx, "written") else "top", coarse)
+    lights = [place(light, picture) for light in written]
+    settings = record(ctx, values, written, preset)
     if coarse is not None and picture.codes.dtype.kind == "u":
         parameters = settled(parameters, coarse, lights)
-    spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
+    spent.lap("find the light" if searched else "")
 
     passes: list[tuple[str, float]] = []
     done = api.render_picture(
@@ -158,20 +187,30 @@ def image(
     fraction = None
     if occlusion_fraction is not None:
         keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
-        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=device, **keys)
+        fraction = api.occlusion_fraction(
+            picture.rec709(picture.linear()), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=device, **keys
+        )
     spent.lap("render")
 
     beside = done.layer if output.lower().endswith(".exr") else None
     files.write_image(
-        output, done.pixels, picture, changed=done.changed, alpha=picture.alpha, layer=beside, overwrite=overwrite, encoded=done.encoded
+        output,
+        done.pixels,
+        picture,
+        changed=done.changed,
+        alpha=picture.alpha,
+        layer=beside,
+        overwrite=overwrite,
+        encoded=done.encoded,
+        settings=settings,
     )
     if layer is not None:
         bare = dataclasses.replace(
-            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""
         )
-        files.write_image(layer, done.layer, bare, overwrite=overwrite)
+        files.write_image(layer, done.layer, bare, overwrite=overwrite, settings=settings)
     if occlusion_fraction is not None and fraction is not None:
-        _write_data(occlusion_fraction, fraction, overwrite)
+        _write_data(occlusion_fraction, fraction, overwrite, settings)
     spent.lap("write")
     if profile:
         _show_profile(spent, passes)
@@ -202,27 +241,30 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def _lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
-    found = None
+def _resolved(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
+    at = None
     if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light
 
         found = find_light(coarse)
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
-        x, y = found.position
-        click.echo(f"light at {x:.3f},{y:.3f} ({x * picture.width:.0f}px,{y * picture.height:.0f}px)", err=True)
-    return [w.light(*found.position) if found and w.position == "auto" else place(w, picture, origin) for w in written]
+        at = found_at(picture, found.position)
+        click.echo(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", err=True)
+    return [
+        dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
+        for w in written
+    ]
 
 
-def _write_data(path: str, values: "np.ndarray", overwrite: bool) -> None:
+def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:
     """Numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
     import numpy as np
 
     from airlight import files
 
     grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
-    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite)
+    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite, settings=settings)
 
 
 class _Spent:

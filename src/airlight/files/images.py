@@ -245,7 +245,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         icc=icc,
         profile=profile,
         associated=associated,
-        lossless=format != "jpeg" and (format != "webp" or b"VP8 " not in head),
+        lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
         extra=extra,
         extra_names=tuple(names[i] for i in rest) if extra is not None else (),
         extra_formats=tuple(kinds[i] for i in rest) if extra is not None else (),
@@ -264,9 +264,7 @@ def _checked(path: str | os.PathLike[str], on_damage: str, layer: str | None = N
         raise AirlightError(f"{os.fsdecode(path)}: is damaged (names that are not UTF-8); copy or export it again") from error
 
 
-def read_image(
-    path: str | os.PathLike[str], on_damage: str = "error", layer: str | None = None, colorspace: str | None = None
-) -> Picture:
+def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: str | None = None, colorspace: str | None = None) -> Picture:
     """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
 
     `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
