@@ -15,7 +15,7 @@ from airlight.files.images import Picture
 
 HALF_MOST = 65504.0
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
-_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "screenWindow", "airlight:")
+_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
 _NAMES = {
     *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
     *("chunkCount", "name", "version", "type"),
@@ -214,11 +214,12 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
             if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings:
                 continue
-            room -= len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
-            if format == "jpeg" and room < 0:
+            size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
+            if format == "jpeg" and size > room:
                 lost.append(item.name)
-            else:
-                spec.attribute(item.name, item.type, item.value)
+                continue
+            room -= size
+            spec.attribute(item.name, item.type, item.value)
     if lost:
         tell(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
 
