@@ -24,6 +24,7 @@ class Picture:
     codes: (H, W, C) uint8, uint16 or float32, C in 1..4: grey, grey + alpha, RGB, RGBA; alpha is unassociated in integer codes.
     alpha: (H, W) float32 in 0..1, or None. encoding: "srgb", "icc" (see `profile`) or "linear".
     extra: further EXR channels (H, W, len(extra_names)) float32, kept for writing. bits: of the stored colour (16 for half).
+    formats, extra_formats: how an EXR stores the picture's channels and the further ones, half or float.
     data_window, display_window: (x, y, width, height), `codes` fills the data window. spec: the file's metadata.
     layer: the EXR layer that was asked for, whose channels are replaced when written; "": R G B A are.
     to_709: (3, 3), the picture's linear RGB to linear Rec. 709; None where it is that. chromaticities: of the RGB, for writing.
@@ -41,6 +42,7 @@ class Picture:
     profile: Profile | None = None
     associated: bool = False
     lossless: bool = True
+    formats: tuple[str, ...] = ()
     extra: np.ndarray | None = None
     extra_names: tuple[str, ...] = ()
     extra_formats: tuple[str, ...] = ()
@@ -246,6 +248,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         profile=profile,
         associated=associated,
         lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
+        formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
         extra=extra,
         extra_names=tuple(names[i] for i in rest) if extra is not None else (),
         extra_formats=tuple(kinds[i] for i in rest) if extra is not None else (),

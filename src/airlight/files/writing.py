@@ -165,7 +165,10 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     if like is not None:
         _hand_on(spec, like, format)
     if format == "openexr":
-        kinds = [kind] * len(names) + (["half"] * 3 if layer else [])
+        kinds = [kind] * len(names)
+        if like is not None and len(like.formats) == len(names) and depth == like.bits:
+            kinds = list(like.formats)
+        kinds += ["half"] * 3 if layer else []
         names += ["airlight.R", "airlight.G", "airlight.B"] if layer else []
         compression = ""
         if like is not None and like.format == "openexr":
