@@ -13,8 +13,8 @@ from airlight.cli import main
 from airlight.cli.light import place, read_light
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image, read_settings, spaces, write_image
-from airlight.occlusion.automatic import settled
 from airlight.parameters import Parameters
+from airlight.reference import fallback
 from airlight.reference import radial as ref
 
 AP1 = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
@@ -289,8 +289,10 @@ def test_shafts_are_computed_in_the_files_own_primaries(tmp_path, by):
     p = Parameters(method="radial", samples=24, threshold=4.0, smoothness=1.0)
     emitted = ref.source(pixels, p, luminance=weights)
     assert 0 < emitted[11, 17, 0] <= 0.25  # red of the source is kept, though it is none of Rec. 709's
-    truth = ref.layer(emitted, [place(read_light("0.28,0.3"), read_image(source))], msgspec.structs.replace(p, occlusion="none"))
+    lights = [place(read_light("0.28,0.3"), read_image(source))]
+    truth = ref.layer(emitted, lights, msgspec.structs.replace(p, occlusion="none"))
     np.testing.assert_allclose(layer, truth, rtol=5e-3, atol=2e-4)
+    np.testing.assert_allclose(fallback.layer(pixels, lights, p, luminance=weights), truth, rtol=1e-4, atol=1e-6)
     for i, name in enumerate("RGB"):
         untouched = layer.max(axis=2) == 0
         np.testing.assert_array_equal(now[name][untouched], pixels[..., i][untouched])
@@ -354,7 +356,9 @@ def test_settings_survive_and_repeat_to_the_byte(tmp_path, extension):
     text = spec.get_string_attribute(key).removeprefix("Airlight ")
     said = json.loads(text)
     assert said["light"] == ["0.28,0.3;color=1.0,0.8,0.6;strength=2.0", "1.0,0.5"]
-    assert (said["decay"], said["samples"], said["preset"], said["veil"]) == (0.9, 60, "pmndrs", 0.1) and "border" not in said
+    assert (said["decay"], said["samples"], said["preset"], said["veil"]) == (0.9, 60, "pmndrs", 0.1) and not {"border", "threshold"} & set(
+        said
+    )
     assert read_settings(one) == text
     assert main(["image", str(source), "-o", str(two), "--settings-from", str(one)]) == 0
     assert two.read_bytes() == one.read_bytes()
@@ -429,8 +433,3 @@ def test_settings_that_cannot_be_used(tmp_path, capsys, settings, says):
     write_image(tmp_path / "in.png", scene() / 40, settings=settings)
     assert says in refused(capsys, tmp_path / "in.png", "-o", tmp_path / "o.png", "--settings-from", tmp_path / "in.png")
     assert says == "no settings" or main(["image", str(tmp_path / "in.png"), "-o", str(tmp_path / "o.png"), "--light", "0,0"]) == 0
-
-
-def test_settled_uses_no_settings():
-    """The threshold that the picture gives is not a setting: it is found again for another picture."""
-    assert settled(Parameters(), np.full((4, 4, 3), 0.5, np.float32), []).threshold != Parameters().threshold

@@ -112,7 +112,8 @@ def read_settings(path: str) -> str:
 
     text = ""
     with _opened(path) as (name, head):
-        inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
+        with _quiet():
+            inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
         problem(oiio)
         if inp is not None:
             with contextlib.suppress(UnicodeDecodeError):
