@@ -79,10 +79,10 @@ def _settled(p: Parameters, image: Any, lights: list[Light]) -> Parameters:
 def _layer(
     rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Renderer | None, **options: Any
 ) -> FloatArray:
-    """The layer by the GPU, or by the reference where there is none. options: fraction, profile as `render_layer`."""
+    """The layer by the GPU, or by the reference where there is none. options: fraction, profile, luminance as `render_layer`."""
     _check(p, alpha is not None, depth is not None)
     if device is None:
-        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=options.get("fraction", False))
+        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, **options)
     return render_layer(device, _pixels(rgb, alpha), lights, p, mask=mask, depth=depth, **options)
 
 
@@ -101,7 +101,7 @@ def gpu_inputs(
     for p in parameters:
         _check(p, picture.alpha is not None, depth is not None)
     shape = (picture.height, picture.width)
-    planes = {"mask": _plane("mask", mask, shape), "depth": _plane("depth", depth, shape)}
+    planes = {"mask": _plane("mask", mask, shape), "depth": _plane("depth", depth, shape), "luminance": picture.luminance}
     return _pixels(picture.linear(), picture.alpha), planes
 
 
@@ -222,7 +222,7 @@ def occlusion_fraction(
 @dataclass
 class Rendered:
     """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
-    linear; changed, (H, W) bool, where the layer is not zero."""
+    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the layer is not zero."""
 
     pixels: FloatArray | None = None
     layer: FloatArray | None = None
@@ -253,15 +253,18 @@ def render_picture(
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
     chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
-    plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+    plain = picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
     if chosen is not None and codes_only and plain:
         encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
         return Rendered(encoded=encoded, rule=rule)
     rgb = picture.linear()
-    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, **options)
-    rule = measured_on(layer, rule)
-    pixels, added = blend_layer(rgb, layer, rule)
-    return Rendered(pixels, added, (added != 0).any(axis=-1), rule=rule)
+    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
+    rule = measured_on(layer, rule, picture.luminance)
+    pixels, added = blend_layer(rgb, layer, rule, picture.luminance)
+    changed = (added != 0).any(axis=-1)
+    if picture.alpha is not None and not picture.associated:
+        added *= picture.alpha[..., None]
+    return Rendered(pixels, added, changed, rule=rule)
 
 
 def adapter_cure() -> str:

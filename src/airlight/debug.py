@@ -42,7 +42,8 @@ def view(
     """
     if name == "fraction":
         keys = {field: getattr(parameters, field) for field in parameters.__struct_fields__}
-        return api.occlusion_fraction(picture.linear(), lights, alpha=picture.alpha, depth=depth, mask=mask, device=device, **keys)
+        image = picture.rec709(picture.linear())
+        return api.occlusion_fraction(image, lights, alpha=picture.alpha, depth=depth, mask=mask, device=device, **keys)
     gpu = device if isinstance(device, Renderer) else Renderer(device)
     pixels, planes = api.gpu_inputs(picture, [parameters], mask, depth)
     if name in ("source", "mask"):

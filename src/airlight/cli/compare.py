@@ -9,7 +9,7 @@ import rich_click
 
 from airlight import presets
 from airlight.cli import image
-from airlight.cli.light import LightText
+from airlight.cli.light import LightText, place
 from airlight.cli.options import declared
 from airlight.errors import AirlightError
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from airlight.compare.measure import Row
 
 _OWN = {"written", "origin", "preset", "list_presets", "mask", "mask_invert", "depth", "depth_near"}
-_OWN |= {"overwrite", "on_damage", "device"} | {p.name for p in declared()}
+_OWN |= {"input_layer", "colorspace", "overwrite", "on_damage", "device"} | {p.name for p in declared()}
 _SHARED = [option for option in image.image.params if option.name in _OWN]  # they mean what they mean in `airlight image`
 _option = image._option
 
@@ -73,9 +73,10 @@ def compare(
 
     is_page = output.lower().endswith((".html", ".htm"))
     files.check_output(output, [p for p in (source, mask, depth, preset) if p is not None], overwrite, image=not is_page)
-    picture = files.read_image(source, on_damage)
+    picture = files.read_image(source, on_damage, ctx.params["input_layer"], ctx.params["colorspace"])
     emits, far = image.read_planes(mask, depth, ctx.params)
-    lights = image.find_lights(written, picture, origin, picture.linear(coarse=True))
+    found = image.resolve_lights(written, picture, origin, picture.rec709(picture.linear(coarse=True)))
+    lights = [place(light, picture) for light in found]
     wide = max(len(v.name) for v in variants)
 
     def say(row: "Row") -> None:

@@ -14,15 +14,15 @@ import rich_click
 
 from airlight import presets
 from airlight.cli import batch
-from airlight.cli.light import LightText, LightType, place
+from airlight.cli.light import LightText, LightType, found_at, place, resolved
 from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
     import numpy as np
 
     from airlight.files import Picture
-    from airlight.lights import Light
 
 
 def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -65,6 +65,16 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
+@_option(
+    "--settings-from",
+    panel="Presets",
+    metavar="FILE",
+    type=click.Path(),
+    is_eager=True,
+    expose_value=False,
+    callback=recall,
+    help="Repeat the settings, lights included, that an image written by Airlight holds; options and presets given here go before them.",
+)
 @_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @_option(
     "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
@@ -74,6 +84,20 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
 @_file("--depth", None, OCCLUSION, "An image of the same size; what is far emits.")
 @_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
+@_option(
+    "--input-layer",
+    panel=FILES,
+    metavar="NAME",
+    help="The layer of an EXR to work on, rgba being R G B A. In an EXR output its own "
+    "channels are replaced and R G B A stay; the shafts alone are in airlight.R/G/B, to be added where you like.",
+)
+@_option(
+    "--colorspace",
+    panel=FILES,
+    metavar="NAME",
+    help="The linear space that the floats of IN are in, kept in an EXR output: ACEScg, "
+    "lin_rec709_scene, ACES2065-1 or another of $OCIO's or OpenColorIO's studio config. Unset: by the EXR's chromaticities, else Rec. 709.",
+)
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
 @_option(
@@ -133,7 +157,8 @@ def image(
         origin=origin,
         parameters=parameters,
         composite=others[0] if others else None,
-        options=ctx.params,
+        ctx=ctx,
+        values=values,
         debug=debug,
         overwrite=overwrite or resume,
         device=device,
@@ -201,7 +226,8 @@ class _Work:
     origin: str
     parameters: Any
     composite: Any
-    options: dict[str, Any]
+    ctx: click.Context
+    values: dict[str, Any]  # what the options and the preset say
     debug: str | None
     overwrite: bool
     device: str | None
@@ -213,19 +239,20 @@ class _Work:
         self._start = threading.Thread(target=_open_device, args=(self.device,), daemon=True)
         self._start.start()  # while the first picture is read
         self._where: Any = None
-        self._kept: Any = None  # (lights, parameters, rule) of the first frame
+        self._kept: Any = None  # (lights, parameters, rule) of the first frame, the lights in the display window
 
     def read(self, task: batch.Task) -> _Loaded:
         from airlight import files
 
         begun = time.perf_counter()
-        picture = files.read_image(task.source, self.options["on_damage"])
-        emits, far = read_planes(task.mask, task.depth, self.options)
+        o = self.ctx.params
+        picture = files.read_image(task.source, o["on_damage"], o["input_layer"], o["colorspace"])
+        emits, far = read_planes(task.mask, task.depth, o)
         self.spent.add("read", begun)
         return _Loaded(picture, emits, far)
 
     def render(self, task: batch.Task, loaded: _Loaded) -> Any:
-        """(what `api.render_picture` gives, the occlusion fraction or None), or the view that --debug asks for."""
+        """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for."""
         from airlight import api
 
         self._start.join()
@@ -233,7 +260,8 @@ class _Work:
             self._where = _renderer(self.device)
         picture = loaded.picture
         begun = time.perf_counter()
-        lights, parameters, rule = self._kept or self._settled(picture)
+        written, parameters, rule = self._kept or self._settled(picture)
+        lights = [place(light, picture) for light in written]
         begun = self.spent.add("find the light", begun)
         if self.debug is not None:
             from airlight.debug import view
@@ -253,40 +281,42 @@ class _Work:
             codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output),
         )
         if self.keep:
-            self._kept = lights, parameters, done.rule
+            self._kept = written, parameters, done.rule
         fraction = None
         if task.fraction is not None:
             keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
-            image, alpha = picture.linear(), picture.alpha
+            image, alpha = picture.rec709(picture.linear()), picture.alpha
             fraction = api.occlusion_fraction(
                 image, lights[0], alpha=alpha, depth=loaded.far, mask=loaded.emits, device=self._where, **keys
             )
         self.spent.add("render", begun)
-        return done, fraction
+        return done, fraction, record(self.ctx, self.values, written, self.ctx.params["preset"])
 
     def _settled(self, picture: "Picture") -> Any:
         from airlight.occlusion.automatic import settled
 
         integer = picture.codes.dtype.kind == "u"
-        coarse = picture.linear(coarse=True) if integer or any(w.position == "auto" for w in self.written) else None
-        lights = find_lights(self.written, picture, self.origin, coarse)
-        parameters = settled(self.parameters, coarse, lights) if integer and coarse is not None else self.parameters
-        return lights, parameters, None
+        searched = any(w.position == "auto" for w in self.written)
+        coarse = picture.rec709(picture.linear(coarse=True)) if integer or searched else None
+        written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse)
+        if not integer or coarse is None:
+            return written, self.parameters, None
+        return written, settled(self.parameters, coarse, [place(light, picture) for light in written]), None
 
     def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
         from airlight import files
 
         begun, picture = time.perf_counter(), loaded.picture
         bare = dataclasses.replace(
-            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""
         )
         if self.debug is not None:
             if rendered.ndim == 2:
-                _write_data(task.output, rendered, self.overwrite)
+                _write_data(task.output, rendered, self.overwrite, "")
             else:
                 files.write_image(task.output, rendered, bare, overwrite=self.overwrite)
             return
-        done, fraction = rendered
+        done, fraction, settings = rendered
         beside = done.layer if task.output.lower().endswith(".exr") else None
         files.write_image(
             task.output,
@@ -297,11 +327,12 @@ class _Work:
             layer=beside,
             overwrite=self.overwrite,
             encoded=done.encoded,
+            settings=settings,
         )
         if task.layer is not None:
-            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite)
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings)
         if task.fraction is not None and fraction is not None:
-            _write_data(task.fraction, fraction, self.overwrite)
+            _write_data(task.fraction, fraction, self.overwrite, settings)
         self.spent.add("write", begun)
 
 
@@ -368,27 +399,31 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def find_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
-    found = None
+def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
+    """The lights as numbers in the display window, `auto` found."""
+    at = None
     if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light
 
         found = find_light(coarse)
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
-        x, y = found.position
-        click.echo(f"light at {x:.3f},{y:.3f} ({x * picture.width:.0f}px,{y * picture.height:.0f}px)", err=True)
-    return [w.light(*found.position) if found and w.position == "auto" else place(w, picture, origin) for w in written]
+        at = found_at(picture, found.position)
+        click.echo(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", err=True)
+    return [
+        dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
+        for w in written
+    ]
 
 
-def _write_data(path: str, values: "np.ndarray", overwrite: bool) -> None:
+def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:
     """Numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
     import numpy as np
 
     from airlight import files
 
     grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
-    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite)
+    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite, settings=settings)
 
 
 class _Spent:

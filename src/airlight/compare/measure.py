@@ -150,7 +150,7 @@ def compare(
         return half[..., :3].astype(np.float32) / np.float32(scale)
 
     rgb = picture.linear()
-    given = {"alpha": picture.alpha, "depth": planes["depth"], "user_mask": planes["mask"]}
+    given: dict[str, Any] = {"alpha": picture.alpha, "depth": planes["depth"], "user_mask": planes["mask"], "luminance": picture.luminance}
 
     def limit_of(p: Parameters) -> _Limit:
         p = limit(p)

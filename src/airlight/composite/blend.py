@@ -57,24 +57,25 @@ def measured(rule: Rule, luminances: FloatArray) -> Rule:
     return dataclasses.replace(rule, peak=peak, mix=mix)
 
 
-def measured_on(layer: FloatArray, rule: Rule) -> Rule:
-    """`measured` for a layer (H, W, 3)."""
+def measured_on(layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
+    """`measured` for a layer (H, W, 3); luminance: (3,) weights of its RGB."""
     step = sample_step(*layer.shape[1::-1])
-    return measured(rule, layer[::step, ::step] @ REC709)
+    return measured(rule, layer[::step, ::step] @ luminance)
 
 
-def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
+def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
     """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
+    luminance: (3,) weights of the luminance of their RGB.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
-    rule = measured_on(layer, rule)
+    rule = measured_on(layer, rule, luminance)
     peak, mix = rule.peak or 0.0, rule.mix
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]
-        b = lift_veil(b, b @ REC709, peak, rule.veil)
+        b = lift_veil(b, b @ luminance, peak, rule.veil)
         if mix != 1:
             b = b * np.float32(mix)
         if rule.blend == "screen":

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule
+from airlight.composite.blend import REC709, Rule
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
@@ -18,7 +18,9 @@ from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE = "occlusion/source.wgsl"
-KNEE = np.dtype([("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3)])
+KNEE = np.dtype(
+    [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
+)
 MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3}
 Array = np.ndarray
 
@@ -49,9 +51,9 @@ class _Source:
         self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
         self.bind = device.bind(SOURCE, self.uniform, picture, self.aside, self.texture)
 
-    def write(self, mask: Array | None, depth: Array | None, scale: float) -> None:
-        """Upload what varies from picture to picture. scale: what keeps the source in half floats."""
-        self.knee["scale"] = scale
+    def write(self, mask: Array | None, depth: Array | None, scale: float, luminance: Array = REC709) -> None:
+        """Upload what varies from picture to picture. scale: what keeps the source in half floats; luminance: weights of the RGB."""
+        self.knee["scale"], self.knee["luminance"] = scale, luminance
         self.device.queue.write_buffer(self.uniform, 0, self.knee.tobytes())
         if mask is not None or depth is not None:
             width, height, _ = self.aside.size
@@ -181,14 +183,14 @@ class ImagePlan:
         for step in self.plans:
             step.record(encoder, timer)
 
-    def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None) -> None:
-        """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds."""
+    def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
+        """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
         if picture.dtype != np.uint8 and not self.fraction:
             peak = float(picture[..., :3].max())
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
-        self.source.write(mask, depth, self.scale)
+        self.source.write(mask, depth, self.scale, luminance)
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
 
     def submit(self, *recorded: Callable[[Any, Timer | None], None], profile: list[tuple[str, float]] | None = None) -> None:
@@ -282,7 +284,7 @@ def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Par
     height, width = picture.shape[:2]
     kind = {"masked": mask is not None, "deep": depth is not None, "fraction": options.get("fraction", False)}
     found = renderer.plan((width, height), picture.dtype == np.uint8, lights, p, **kind)
-    found.upload(picture, mask, depth)
+    found.upload(picture, mask, depth, options.get("luminance", REC709))
     found.submit(found.record, profile=options.get("profile"))
     return found
 
@@ -290,7 +292,8 @@ def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Par
 def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
     """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
-    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added.
+    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
+    luminance: (3,) weights of the luminance of the picture's RGB.
     """
     with _within_memory(renderer.device, picture):
         done = _planned(renderer, picture, lights, p, options)
