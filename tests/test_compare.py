@@ -102,7 +102,7 @@ def test_variants():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("sampels=3", "did you mean 'samples'"),
+        ("sampless=3", "did you mean 'samples'"),
         ("method=radail", "did you mean 'radial'"),
         ("vespr", "did you mean 'vesper'"),
         ("samples=0", "samples"),
