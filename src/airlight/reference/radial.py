@@ -19,6 +19,7 @@ from airlight.parameters import Parameters
 Array = npt.NDArray[np.floating[Any]]
 REC709 = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
 FLOAT16_MAX = 65504.0  # what the GPU's rgba16float source can hold
+KEPT = 0.25  # of the occluders' contrast, with occlusion contrast
 _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
 
 
@@ -187,11 +188,11 @@ def finite(image: Array) -> Array:
 def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
-    luminance: smoothstep(threshold -+ smoothness) of the Rec. 709 luminance of image (H, W, 3), linear; alpha: 1 - alpha;
+    luminance, contrast: smoothstep(threshold -+ smoothness) of the Rec. 709 luminance of image (H, W, 3), linear; alpha: 1 - alpha;
     depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is missing.
     """
     low, high = parameters.knee
-    if parameters.occlusion == "luminance":
+    if parameters.occlusion in ("luminance", "contrast"):
         return smoothstep(low, high, finite(image) @ np.asarray(REC709))
     if parameters.occlusion == "alpha":
         if alpha is None:
@@ -207,11 +208,18 @@ def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Par
 def source(
     image: Array, parameters: Parameters, *, alpha: Array | None = None, depth: Array | None = None, user_mask: Array | None = None
 ) -> Array:
-    """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies."""
+    """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
+
+    contrast (13.5.3): I m + (1 - m) (C + (I - C) / 4), C the mean colour of what does not emit, weighted by 1 - m.
+    """
     m = mask(image, alpha, depth, parameters)
     if user_mask is not None:
         m = m * np.clip(finite(user_mask), 0.0, 1.0)
     emitted = np.ones(3) if parameters.occlusion == "alpha" else finite(image)
+    if parameters.occlusion == "contrast":
+        occluder = 1 - m[..., None]
+        mean = (occluder * emitted).sum(axis=(0, 1)) / max(occluder.sum(), 1e-6)
+        return m[..., None] * emitted + occluder * (mean + KEPT * (emitted - mean))
     return m[..., None] * emitted
 
 

@@ -17,9 +17,9 @@ from airlight.parameters import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.radial.radial import RadialPlan
 
-SOURCE = "occlusion/source.wgsl"
+SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
 KNEE = np.dtype([("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3)])
-MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3}
+MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3, "contrast": 4}
 Array = np.ndarray
 
 
@@ -39,6 +39,22 @@ def _upload(device: Device, picture: Array) -> Any:
     texture = device.texture(width, height, "rgba8unorm" if eight else "rgba32float", target=False)
     device.write(texture, np.ascontiguousarray(picture), width * (4 if eight else 16))
     return texture
+
+
+def _occluders(device: Device, encoder: Any, knee: Any, picture: Any, aside: Any, codes: bool, timer: Any) -> Any:
+    """Record the mean colour of what does not emit, into a buffer of one vec4f."""
+    width, height, _ = picture.size
+    blocks = -(-height // 64)
+    sums, mean = device.buffer(size=16 * width * blocks), device.buffer(size=16)
+    constants = {"MODE": MODES["contrast"], "CODES": codes}
+    pipelines = [device.pipeline(OCCLUDERS, entry, **constants) for entry in ("blocks", "whole")]
+    run = encoder.begin_compute_pass(**timing(timer, "occluders"))
+    run.set_bind_group(0, device.bind(OCCLUDERS, knee, picture, aside, sums, mean))
+    for pipeline, count in zip(pipelines, ((-(-width // 64), blocks), (1, 1)), strict=True):
+        run.set_pipeline(pipeline)
+        run.dispatch_workgroups(*count)
+    run.end()
+    return mean
 
 
 def _source(
@@ -68,8 +84,14 @@ def _source(
         aside = device.texture(width, height, "rgba32float", target=False)
         device.write(aside, both, width * 16)
     source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
-    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=picture.format == "rgba8unorm")
-    bind = device.bind(SOURCE, device.buffer(knee.tobytes(), uniform=True), picture, aside, source)
+    codes = picture.format == "rgba8unorm"
+    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes)
+    uniform = device.buffer(knee.tobytes(), uniform=True)
+    if p.occlusion == "contrast":
+        mean = _occluders(device, encoder, uniform, picture, aside, codes, timer)
+    else:
+        mean = device.buffer(size=16)
+    bind = device.bind(SOURCE, uniform, picture, aside, source, mean)
     run = encoder.begin_compute_pass(**timing(timer, "source"))
     run.set_pipeline(pipeline)
     run.set_bind_group(0, bind)
