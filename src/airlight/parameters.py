@@ -46,7 +46,8 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     density: Annotated[
         float,
         _meta(
-            "part of the way to the light that a ray covers; above 1 it passes the light",
+            "part of the way to the light that a ray covers; above 1 it passes the light; where light is parallel, the ray's length in"
+            " image widths",
             "shafts",
             _GG3 + ", Listing 13-1",
             "ray lengths",

@@ -13,7 +13,7 @@ import click
 import rich_click
 
 from airlight import presets
-from airlight.cli.light import LightText, LightType, place
+from airlight.cli.light import AngleType, LightText, LightType, place
 from airlight.cli.options import gather, given, parameter_options
 from airlight.errors import AirlightError
 
@@ -62,6 +62,15 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds the brightest place. "
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
+@_option(
+    "--angle",
+    "angles",
+    panel=LIGHT,
+    type=AngleType(),
+    multiple=True,
+    help="A parallel light, as of a sun far away: degrees, where it comes from, 0 right, 90 above, counter-clockwise. "
+    "Density is then in image widths. May be repeated, with colour and strength as --light.",
+)
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
 @_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @_option(
@@ -85,6 +94,7 @@ def image(
     source: str,
     output: str,
     written: Sequence[LightText],
+    angles: Sequence[LightText],
     origin: str,
     preset: str | None,
     mask: str | None,
@@ -106,10 +116,11 @@ def image(
     if skip_existing and os.path.lexists(output):
         click.echo(f"{output} exists: skipped", err=True)
         return
+    written = [*(written if given(ctx, "written") or not angles else ()), *angles]
     if mask_invert and mask is None:
         raise AirlightError("--mask-invert inverts the image of --mask; give both")
     if occlusion_fraction is not None and len(written) > 1:
-        raise AirlightError("--occlusion-fraction belongs to one light; give one --light")
+        raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
     values = gather(ctx, preset)
     if depth is not None:
         values.setdefault("occlusion", "depth")  # what else would it be given for?

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -138,7 +139,7 @@ def enough_taps(shape: tuple[int, ...], light: Sequence[float], density: float) 
     """Taps for `converged`: at least 3,000 and four a pixel of the longest ray."""
     height, width = shape[:2]
     longest = max(math.hypot((x - light[0]) * width, (y - light[1]) * height) for x in (0, 1) for y in (0, 1))
-    return max(3000, 4 * math.ceil(density * min(longest, 1e4)))  # farther than 1e4 px nearly all taps lie outside
+    return max(3000, 4 * math.ceil(min(density * longest, 1e4)))  # of a longer ray nearly all taps lie outside
 
 
 def converged(
@@ -243,36 +244,48 @@ def layer(
     """
     p = parameters
     emitted = source(image, p, alpha=alpha, depth=depth, user_mask=user_mask)
-    if p.method == "radial" and offsets is None and p.jitter in ("gradient", "blue"):
-        raise AirlightError(f"the reference needs the offsets of jitter {p.jitter}")
+    height, width = emitted.shape[:2]
     total: Any = 0.0
     for light in lights:
-        if p.method == "radial":
-            one = direct_sum(
-                emitted,
-                light.position,
-                samples=p.samples,
-                density=p.density,
-                decay=p.decay,
-                weight=p.weight,
-                exposure=p.exposure,
-                normalization=p.normalization,
-                jitter=p.jitter if offsets is None else offsets,
-                border=p.border,
-                points=points,
-                dtype=dtype,
-            )
-        else:
-            one = (
-                p.exposure
-                * p.weight
-                * converged(emitted, light.position, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
-            )
-            if p.normalization == "listing":
-                terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1
-                one = p.exposure * _at(emitted, points, p.border) + terms * one
-        total = total + one * np.asarray(light.rgb)
+        at, density = light.placed(width, height, p.density)
+        own = msgspec.structs.replace(p, density=density)
+        total = total + summed(emitted, at, own, offsets=offsets, taps=taps, points=points, dtype=dtype) * np.asarray(light.rgb)
     return np.asarray(total)
+
+
+def summed(
+    emitted: Array,
+    at: Sequence[float],
+    p: Parameters,
+    *,
+    offsets: Array | None = None,
+    taps: int | None = None,
+    points: Array | None = None,
+    dtype: Any = np.float64,
+) -> Array:
+    """The layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
+    if p.method == "radial":
+        if offsets is None and p.jitter in ("gradient", "blue"):
+            raise AirlightError(f"the reference needs the offsets of jitter {p.jitter}")
+        return direct_sum(
+            emitted,
+            at,
+            samples=p.samples,
+            density=p.density,
+            decay=p.decay,
+            weight=p.weight,
+            exposure=p.exposure,
+            normalization=p.normalization,
+            jitter=p.jitter if offsets is None else offsets,
+            border=p.border,
+            points=points,
+            dtype=dtype,
+        )
+    one = converged(emitted, at, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
+    if p.normalization == "listing":
+        terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1
+        return np.asarray(p.exposure * (_at(emitted, points, p.border) + p.weight * terms * one))
+    return np.asarray(p.exposure * p.weight * one)
 
 
 def occlusion_fraction(

@@ -111,12 +111,12 @@ def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], 
     return tuple(p.exposure * p.weight * count * c for c in light.rgb), tuple(p.exposure * c for c in light.rgb)
 
 
-def direct_taps(size: tuple[int, int], light: Light, p: Parameters) -> int:
+def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) -> int:
     """Midpoint taps, four a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
     width, height = size
-    x, y = light.position
+    x, y = at
     longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
-    taps = max(64, math.ceil(4 * p.density * longest))
+    taps = max(64, math.ceil(4 * density * longest))
     return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= 12_000_000) else 0
 
 
@@ -130,8 +130,9 @@ def plan(
     for light in lights:
         target = layer if layer is not None and light is lights[-1] else device.texture(*size, "rgba16float")
         gain, base = gains(p, light, p.method)
+        position, density = light.placed(*size, p.density)
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
-        taps = direct_taps(size, light, p)
+        taps = direct_taps(size, position, density)
         if p.method == "epipolar" and taps:
             # a short or cheap ray: the converged sum by midpoint taps, their weights exact where I is constant
             step = 0.5 * p.lam / taps
@@ -140,9 +141,9 @@ def plan(
                 RadialPlan(
                     device,
                     size,
-                    light.position,
+                    position,
                     samples=taps,
-                    density=p.density,
+                    density=density,
                     decay=math.exp(-p.lam / taps),
                     normalization="mean",
                     jitter="midpoint",
@@ -151,8 +152,8 @@ def plan(
                 )
             )
         elif p.method == "epipolar":
-            at = (light.position[0] * size[0], light.position[1] * size[1])
-            plans.append(EpipolarPlan(device, size, at, density=p.density, lam=p.lam, border=p.border, quality=p.quality, **common))
+            at = (position[0] * size[0], position[1] * size[1])
+            plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
         else:
             if p.scale != 1 and before is not None:
                 common["before"] = before
@@ -161,9 +162,9 @@ def plan(
                 RadialPlan(
                     device,
                     size,
-                    light.position,
+                    position,
                     samples=p.samples,
-                    density=p.density,
+                    density=density,
                     decay=p.decay,
                     normalization=p.normalization,
                     jitter=p.jitter,
