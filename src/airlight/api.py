@@ -1,5 +1,6 @@
 """The functions that a script calls: arrays in, arrays out."""
 
+import dataclasses
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -209,7 +210,7 @@ def occlusion_fraction(
     lit = _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
-        [Light(position=lights[0].position)],
+        [dataclasses.replace(lights[0], color=(1.0, 1.0, 1.0), strength=1.0)],
         plain,
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),

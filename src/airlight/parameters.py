@@ -46,7 +46,8 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     density: Annotated[
         float,
         _meta(
-            "part of the way to the light that a ray covers; above 1 it passes the light",
+            "part of the way to the light that a ray covers; above 1 it passes the light; where light is parallel, the ray's length in"
+            " image widths",
             "shafts",
             _GG3 + ", Listing 13-1",
             "ray lengths",
@@ -75,8 +76,13 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     ] = 1.0
     quality: Annotated[Literal["draft", "normal", "final"], _meta("fineness of the epipolar grid", "method", "Airlight")] = "normal"
     occlusion: Annotated[
-        Literal["luminance", "alpha", "depth", "none"],
-        _meta("what emits: pixels above a luminance, transparent ones, far ones, or all", "occlusion", _GG3 + ", sec. 13.5"),
+        Literal["luminance", "alpha", "depth", "contrast", "none"],
+        _meta(
+            "what emits: pixels above a luminance, transparent ones, far ones, or all; contrast: all, those below the luminance with a"
+            " quarter of their contrast, so that their texture draws no streaks",
+            "occlusion",
+            _GG3 + ", sec. 13.5",
+        ),
     ] = "luminance"
     threshold: Annotated[
         Annotated[float, Meta(ge=0, le=65504)] | None,

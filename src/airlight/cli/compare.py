@@ -9,14 +9,14 @@ import rich_click
 
 from airlight import presets
 from airlight.cli import image
-from airlight.cli.light import LightText, place
+from airlight.cli.light import place
 from airlight.cli.options import declared
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
     from airlight.compare.measure import Row
 
-_OWN = {"written", "origin", "preset", "list_presets", "mask", "mask_invert", "depth", "depth_near"}
+_OWN = {"written", "angles", "origin", "preset", "list_presets", "mask", "mask_invert", "depth", "depth_near"}
 _OWN |= {"input_layer", "colorspace", "overwrite", "on_damage", "device"} | {p.name for p in declared()}
 _SHARED = [option for option in image.image.params if option.name in _OWN]  # they mean what they mean in `airlight image`
 _option = image._option
@@ -41,7 +41,6 @@ def compare(
     ctx: click.Context,
     source: str,
     output: str,
-    written: Sequence[LightText],
     origin: str,
     mask: str | None,
     depth: str | None,
@@ -75,7 +74,7 @@ def compare(
     files.check_output(output, [p for p in (source, mask, depth, preset) if p is not None], overwrite, image=not is_page)
     picture = files.read_image(source, on_damage, ctx.params["input_layer"], ctx.params["colorspace"])
     emits, far = image.read_planes(mask, depth, ctx.params)
-    found = image.resolve_lights(written, picture, origin, picture.rec709(picture.linear(coarse=True)))
+    found = image.resolve_lights(image.asked_lights(ctx), picture, origin, picture.rec709(picture.linear(coarse=True)))
     lights = [place(light, picture) for light in found]
     wide = max(len(v.name) for v in variants)
 

@@ -14,7 +14,7 @@ import rich_click
 
 from airlight import presets
 from airlight.cli import batch
-from airlight.cli.light import LightText, LightType, found_at, place, resolved
+from airlight.cli.light import AngleType, LightText, LightType, found_at, place, resolved
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
@@ -63,6 +63,15 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     default=("auto",),
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds the brightest place. "
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+)
+@_option(
+    "--angle",
+    "angles",
+    panel=LIGHT,
+    type=AngleType(),
+    multiple=True,
+    help="A parallel light, as of a sun far away: degrees, where it comes from, 0 right, 90 above, counter-clockwise. "
+    "Density is then in image widths. May be repeated, with colour and strength as --light.",
 )
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
 @_option(
@@ -118,7 +127,6 @@ def image(
     sources: Sequence[str],
     output: str,
     frames: str | None,
-    written: Sequence[LightText],
     origin: str,
     preset: str | None,
     mask: str | None,
@@ -136,8 +144,9 @@ def image(
     """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""
     if overwrite + skip_existing + resume > 1:
         raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
-    if occlusion_fraction is not None and len(written) > 1:
-        raise AirlightError("--occlusion-fraction belongs to one light; give one --light")
+    lights = asked_lights(ctx)
+    if occlusion_fraction is not None and len(lights) > 1:
+        raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
     if debug is not None and (layer is not None or occlusion_fraction is not None):
         raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
     values = asked(ctx)
@@ -153,7 +162,7 @@ def image(
     if not todo:
         return 0
     work = _Work(
-        written=written,
+        written=lights,
         origin=origin,
         parameters=parameters,
         composite=others[0] if others else None,
@@ -359,6 +368,13 @@ def asked(ctx: click.Context) -> dict[str, Any]:
     if given(ctx, "depth_near") and o["depth"] is None:
         raise AirlightError("--depth-near describes the image of --depth; give both")
     return values
+
+
+def asked_lights(ctx: click.Context) -> list[LightText]:
+    """What --light and --angle say; without --light an angle stands alone."""
+    written, angles = ctx.params["written"], ctx.params["angles"]
+    alone = angles and ctx.get_parameter_source("written") is click.core.ParameterSource.DEFAULT
+    return [*(() if alone else written), *angles]
 
 
 def read_planes(mask: str | None, depth: str | None, options: dict[str, Any]) -> "tuple[np.ndarray | None, np.ndarray | None]":

@@ -21,7 +21,9 @@ def record(ctx: click.Context, values: dict[str, Any], lights: Sequence[LightTex
     options = {p.name: p.default for p in ctx.command.params if p.name in _OPTIONS}
     said = {name: value for name, value in values.items() if value != defaults[name]}
     said |= {name: ctx.params[name] for name in _OPTIONS if ctx.params[name] not in (None, False, options[name])}
-    said["light"] = [light.text for light in lights]
+    for name, parallel in (("light", False), ("angle", True)):
+        texts = [light.text for light in lights if (light.angle is not None) == parallel]
+        said |= {name: texts} if texts else {}
     preset = preset or ctx.meta.get(_PRESET)
     return json.dumps(said | ({"preset": preset} if preset else {}), sort_keys=True)
 
@@ -38,12 +40,13 @@ def recall(ctx: click.Context, _: click.Parameter, path: str | None) -> None:
         said = None
     if not isinstance(said, dict):
         raise AirlightError(f"{path}: its settings are damaged; give them on the command line or as a preset")
-    known = {p.name for p in declared()} | {*_OPTIONS, "light", "preset"}
+    known = {p.name for p in declared()} | {*_OPTIONS, "light", "angle", "preset"}
     for name, value in said.items():
-        many = name == "light" and isinstance(value, list)
+        many = name in ("light", "angle") and isinstance(value, list)
         if name not in known or not all(isinstance(one, (str, int, float)) for one in (value if many else [value])):
             raise AirlightError(f"{path}: its settings hold {name!r}, unknown to this version of Airlight; use the one that wrote it")
     ctx.meta[_PRESET] = said.pop("preset", None)
-    if "light" in said:
-        said["written"] = said.pop("light")
+    for name, parameter in (("light", "written"), ("angle", "angles")):
+        if name in said:
+            said[parameter] = said.pop(name)
     ctx.default_map = {**(ctx.default_map or {}), **said}

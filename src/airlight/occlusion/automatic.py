@@ -19,7 +19,7 @@ def settled(p: Parameters, image: Any, lights: Sequence[Light]) -> Parameters:
     image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th
     percentile around each light; the default knee is in units of it. Parameters that say their threshold stay as they are.
     """
-    if p.occlusion != "luminance" or p.threshold is not None:
+    if p.occlusion not in ("luminance", "contrast") or p.threshold is not None:
         return p
     y = image @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     height, width = y.shape

@@ -48,19 +48,21 @@ def layer(
     # whole small pixels may reach beyond the image: positions are scaled so that the two grids agree
     reach = np.array([small.shape[1] * factor / width, small.shape[0] * factor / height])
     plain = msgspec.structs.replace(p, occlusion="none", normalization="mean", scale=1.0)
+    listing = p.normalization == "listing"
     total = np.zeros((height, width, 3))
     x, y = np.meshgrid((np.arange(width) + 0.5) / width / reach[0], (np.arange(height) + 0.5) / height / reach[1])
     for light in lights:
-        moved = Light(position=tuple(np.array(light.position) / reach))
-        if p.normalization == "listing" and p.method == "radial":
-            sums = radial.layer(small, [moved], msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
+        at, density = light.placed(width, height, p.density)
+        moved, plain = np.array(at) / reach, msgspec.structs.replace(plain, density=density)
+        if listing and p.method == "radial":
+            sums = radial.summed(small, moved, msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
             sums -= small  # the unweighted sample comes from the full resolution below
         else:
-            sums = radial.layer(small, [moved], plain, taps=TAPS)
-            if p.normalization == "listing":
+            sums = radial.summed(small, moved, plain, taps=TAPS)
+            if listing:
                 sums *= (p.samples if p.decay == 1 else p.lam / (1 - p.decay)) / p.exposure if p.exposure else 0.0
         one = radial.bilinear(sums, x, y)
-        if p.normalization == "listing":
+        if listing:
             one = p.exposure * (emitted + one)
         total += one * np.asarray(light.rgb)
     return np.maximum(total, 0).astype(np.float32)

@@ -17,11 +17,11 @@ from airlight.parameters import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.radial.radial import RadialPlan
 
-SOURCE = "occlusion/source.wgsl"
+SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
 KNEE = np.dtype(
     [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
 )
-MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3}
+MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3, "contrast": 4}
 Array = np.ndarray
 
 
@@ -32,6 +32,26 @@ def check_size(device: Device, width: int, height: int) -> None:
         raise AirlightError(
             f"the image is {width} x {height} pixels; {device.name} takes at most {limit} on a side: scale it down or cut it"
         )
+
+
+class _Occluders:
+    """The pass that writes the mean colour of what does not emit into a buffer of one vec4f."""
+
+    def __init__(self, device: Device, knee: Any, picture: Any, aside: Any, codes: bool) -> None:
+        width, height, _ = picture.size
+        self.columns, self.blocks = -(-width // 64), -(-height // 64)
+        self.mean = device.buffer(size=16)
+        constants = {"MODE": MODES["contrast"], "CODES": codes}
+        self.pipelines = [device.pipeline(OCCLUDERS, entry, **constants) for entry in ("blocks", "whole")]
+        self.bind = device.bind(OCCLUDERS, knee, picture, aside, device.buffer(size=16 * width * self.blocks), self.mean)
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        run = encoder.begin_compute_pass(**timing(timer, "occluders"))
+        run.set_bind_group(0, self.bind)
+        for pipeline, count in zip(self.pipelines, ((self.columns, self.blocks), (1, 1)), strict=True):
+            run.set_pipeline(pipeline)
+            run.dispatch_workgroups(*count)
+        run.end()
 
 
 class _Source:
@@ -49,7 +69,9 @@ class _Source:
         codes = picture.format == "rgba8unorm"
         self.pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes)
         self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
-        self.bind = device.bind(SOURCE, self.uniform, picture, self.aside, self.texture)
+        self.occluders = _Occluders(device, self.uniform, picture, self.aside, codes) if p.occlusion == "contrast" else None
+        mean = self.occluders.mean if self.occluders else device.buffer(size=16)
+        self.bind = device.bind(SOURCE, self.uniform, picture, self.aside, self.texture, mean)
 
     def write(self, mask: Array | None, depth: Array | None, scale: float, luminance: Array = REC709) -> None:
         """Upload what varies from picture to picture. scale: what keeps the source in half floats; luminance: weights of the RGB."""
@@ -66,6 +88,8 @@ class _Source:
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         width, height, _ = self.texture.size
+        if self.occluders:
+            self.occluders.record(encoder, timer)
         run = encoder.begin_compute_pass(**timing(timer, "source"))
         run.set_pipeline(self.pipeline)
         run.set_bind_group(0, self.bind)
@@ -84,12 +108,12 @@ def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], 
     return tuple(p.exposure * p.weight * count * c for c in light.rgb), tuple(p.exposure * c for c in light.rgb)
 
 
-def direct_taps(size: tuple[int, int], light: Light, p: Parameters) -> int:
+def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) -> int:
     """Midpoint taps, four a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
     width, height = size
-    x, y = light.position
+    x, y = at
     longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
-    taps = max(64, math.ceil(4 * p.density * longest))
+    taps = max(64, math.ceil(4 * density * longest))
     return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= 12_000_000) else 0
 
 
@@ -103,8 +127,9 @@ def plan(
     for number, light in enumerate(lights, 1):
         target = layer if layer is not None and number == len(lights) else device.texture(*size, "rgba16float")
         gain, base = gains(p, light, p.method)
+        position, density = light.placed(*size, p.density)
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
-        taps = direct_taps(size, light, p)
+        taps = direct_taps(size, position, density)
         if p.method == "epipolar" and taps:
             # a short or cheap ray: the converged sum by midpoint taps, their weights exact where I is constant
             step = 0.5 * p.lam / taps
@@ -113,9 +138,9 @@ def plan(
                 RadialPlan(
                     device,
                     size,
-                    light.position,
+                    position,
                     samples=taps,
-                    density=p.density,
+                    density=density,
                     decay=math.exp(-p.lam / taps),
                     normalization="mean",
                     jitter="midpoint",
@@ -124,8 +149,8 @@ def plan(
                 )
             )
         elif p.method == "epipolar":
-            at = (light.position[0] * size[0], light.position[1] * size[1])
-            plans.append(EpipolarPlan(device, size, at, density=p.density, lam=p.lam, border=p.border, quality=p.quality, **common))
+            at = (position[0] * size[0], position[1] * size[1])
+            plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
         else:
             if p.scale != 1 and before is not None:
                 common["before"] = before
@@ -134,9 +159,9 @@ def plan(
                 RadialPlan(
                     device,
                     size,
-                    light.position,
+                    position,
                     samples=p.samples,
-                    density=p.density,
+                    density=density,
                     decay=p.decay,
                     normalization=p.normalization,
                     jitter=p.jitter,

@@ -53,8 +53,8 @@ def _first_step(mix: Mixture, lit: bool) -> Array:
     """(1, powers, 4): what gives the first node its moments, all light nearer being as at the node, or none."""
     out = np.zeros((1, len(mix.p) + len(mix.beyond_p), 4))
     if lit:
-        out[0, : len(mix.p), 2] = 1 / (mix.p + 1)
-        out[0, : len(mix.p), 3] = -mix.before / (mix.p + 1)
+        # both ends of the ray are as the node: their difference, taken here, is too small for f32 where the light is far
+        out[0, : len(mix.p), 2] = (1 - mix.before) / (mix.p + 1)
         out[0, len(mix.p) :, 3] = 1 / (mix.beyond_p + 1)
     return out
 

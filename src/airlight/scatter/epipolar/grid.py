@@ -15,6 +15,8 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture
 
+PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
+
 
 @dataclass(frozen=True)
 class Fineness:
@@ -81,15 +83,16 @@ class Grid:
         # a small image costs little, and its detail is large beside it
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
-        # a short ray, or one that decays soon, sees finer detail
-        mean = density * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
-        fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
+        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
+        mean = density * max(1.0, farthest / (2 * max(size))) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
+        fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
             fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
-            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=fine.beside, spacing=wider)
+            step = 1 if farthest > PARALLEL * max(size) else fine.beside  # samples of longer steps blur what lies along a diagonal
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -125,7 +128,11 @@ class Grid:
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
         closer = min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
-        count = min(math.ceil((m_hi - m_lo) * u_max / (self.fine.spacing * closer)) + 1, max_side - 1)
+        spacing = self.fine.spacing * closer
+        if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
+            spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
+            m_hi = m_lo + math.ceil((m_hi - m_lo) * u_max / spacing - 1e-3) * spacing / u_max
+        count = min(math.ceil((m_hi - m_lo) * u_max / spacing - 1e-6) + 1, max_side - 1)
         factor = 2 ** (self.fine.zones - 1)
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
