@@ -147,10 +147,12 @@ def image(
     if far is not None and depth_near == "white":
         far = (far.max() if far.max() > 1 else 1) - far
     spent.lap("read")
-    coarse = picture.linear(coarse=True) if picture.codes.dtype.kind == "u" or any(w.position == "auto" for w in written) else None
+    codes = picture.codes.dtype.kind == "u"
+    settles = codes or (composite is not None and composite.adapt > 0)
+    coarse = picture.linear(coarse=True) if settles or any(w.position == "auto" for w in written) else None
     lights = _lights(written, picture, origin, coarse)
-    if coarse is not None and picture.codes.dtype.kind == "u":
-        parameters = settled(parameters, coarse, lights)
+    if coarse is not None and settles:
+        parameters = settled(parameters, coarse, lights, bounded=codes)
     spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
 
     passes: list[tuple[str, float]] = []

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from airlight.composite import adapt
 from airlight.files.colour import by_rows
 from airlight.parameters import VEIL, Composite
 
@@ -21,13 +22,14 @@ class Rule:
     blend: str
     mix: float | None
     veil: float
+    adapt: float = 0.0
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
     """What is unset, for float outputs: add, all of the layer, no veil taken away; for 8 and 16 bit: screen, `measured`, VEIL."""
-    blend = options.blend if options.blend != "auto" else ("add" if float_output else "screen")
+    blend = options.blend if options.blend != "auto" else ("add" if float_output or options.adapt else "screen")
     veil = options.veil if options.veil is not None else (0.0 if float_output else VEIL)
-    return Rule(blend, options.mix if options.mix is not None or not float_output else 1.0, veil)
+    return Rule(blend, options.mix if options.mix is not None or not float_output else 1.0, veil, options.adapt)
 
 
 def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float) -> FloatArray:
@@ -43,23 +45,27 @@ def sample_step(width: int, height: int) -> int:
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
-def measured(rule: Rule, luminances: FloatArray) -> tuple[float, float]:
-    """(peak, mix) for a layer of these luminances: their 99.9th percentile; and as much as keeps their mean within COVER, at most 1."""
+def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> tuple[float, float]:
+    """(peak, mix) for a layer of these luminances: their 99.9th percentile; and as much as keeps their mean within cover, at most 1."""
     peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
     if rule.mix is not None:
         return peak, rule.mix
     mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
-    return peak, min(1.0, COVER / mean) if mean > 0 else 1.0
+    return peak, min(1.0, cover / mean) if mean > 0 else 1.0
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
     """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
+    With adapt the picture is then adapted, all of it; the layer stays as it was added.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
     step = sample_step(*layer.shape[1::-1])
-    peak, mix = measured(rule, layer[::step, ::step] @ REC709)
+    cover = COVER  # of a picture at its own level, which adapt finds
+    if rule.adapt and rule.mix is None:
+        cover *= adapt.MIDDLE / adapt.measured(image[::step, ::step] @ REC709).scale
+    peak, mix = measured(rule, layer[::step, ::step] @ REC709, cover)
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]
@@ -72,4 +78,6 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray,
         np.add(a, b, out=out[first:last])
 
     by_rows(rows, image.shape[0])
+    if rule.adapt:
+        adapt.adapt(out, adapt.measured(out[::step, ::step] @ REC709), rule.adapt)
     return out, added
