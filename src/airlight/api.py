@@ -68,13 +68,14 @@ def _check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
         raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
 
 
-def _settled(p: Parameters, image: Any, lights: list[Light]) -> Parameters:
-    """The parameters for an array: `settled` on some 100,000 of its pixels where it holds integers."""
+def _settled(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
+    """The parameters for an array: `settled` on some 100,000 of its pixels where it holds integers, or is adapted."""
     array = np.asarray(image)
-    if array.dtype.kind == "f":
+    is_float = array.dtype.kind == "f"
+    if is_float and not adapts:
         return p
     step = sample_step(array.shape[1], array.shape[0])
-    return settled(p, to_linear(array[step // 2 :: step, step // 2 :: step])[0], lights)
+    return settled(p, to_linear(array[step // 2 :: step, step // 2 :: step])[0], lights, bounded=not is_float)
 
 
 def _layer(
@@ -137,7 +138,9 @@ def light_shafts(
     return shown(_shafts(image, light, alpha, depth, mask, parameters, _renderer(device)))
 
 
-def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Renderer | None) -> FloatArray:
+def _shafts(
+    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Renderer | None, adapts: bool = False
+) -> FloatArray:
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
@@ -146,7 +149,7 @@ def _shafts(image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameter
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
         lights,
-        _settled(p, image, lights),
+        _settled(p, image, lights, adapts),
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
         device,
@@ -160,18 +163,20 @@ def add_light_shafts(
     blend: Any = "auto",
     mix: float | None = None,
     veil: float | None = None,
+    adapt: float = 0.0,
     alpha: Any = None,
     depth: Any = None,
     mask: Any = None,
     device: Where = None,
     **parameters: Any,
 ) -> Any:
-    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil as Composite."""
+    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil, adapt as Composite."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
-    rule = resolve(Composite(blend=blend, mix=mix, veil=veil), is_float)
+    rule = resolve(Composite(blend=blend, mix=mix, veil=veil, adapt=adapt), is_float)
     chosen = _renderer(device)
-    if chosen is not None and array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size:
+    plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
+    if chosen is not None and plain and not rule.adapt:
         p, given = _parameters(array, dict(parameters))
         shape = array.shape[:2]
         emits = _plane("mask", mask if given is None else given, shape)
@@ -179,9 +184,9 @@ def add_light_shafts(
         lights = as_lights(light)
         codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
-    layer = _shafts(array, light, alpha, depth, mask, parameters, chosen)
+    layer = _shafts(array, light, alpha, depth, mask, parameters, chosen, rule.adapt > 0)
     out, added = blend_layer(to_linear(array)[0], layer, rule)
-    changed = (added != 0).any(axis=-1)
+    changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
     if not is_float:
         return shown(encode(out, array.dtype, changed, array))
     result = array.copy()
@@ -223,7 +228,7 @@ def occlusion_fraction(
 @dataclass
 class Rendered:
     """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
-    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the layer is not zero."""
+    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the picture may have changed."""
 
     pixels: FloatArray | None = None
     layer: FloatArray | None = None
@@ -255,14 +260,14 @@ def render_picture(
     chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
     plain = picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
-    if chosen is not None and codes_only and plain:
+    if chosen is not None and codes_only and plain and not rule.adapt:
         encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
         return Rendered(encoded=encoded, rule=rule)
     rgb = picture.linear()
     layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
-    rule = measured_on(layer, rule, picture.luminance)
+    rule = measured_on(rgb, layer, rule, picture.luminance)
     pixels, added = blend_layer(rgb, layer, rule, picture.luminance)
-    changed = (added != 0).any(axis=-1)
+    changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
     if picture.alpha is not None and not picture.associated:
         added *= picture.alpha[..., None]
     return Rendered(pixels, added, changed, rule=rule)

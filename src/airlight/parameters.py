@@ -145,3 +145,14 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
             "Airlight",
         ),
     ] = None
+    adapt: Annotated[
+        float,
+        _meta(
+            "light adaptation: how much of a tone balance from its average, least and greatest luminance the picture is given; 0: none, it"
+            " keeps its level. With it an unset blend is add, and an unset threshold follows the light in float pictures too",
+            "composite",
+            _GG3 + ", sec. 13.8; Reinhard 2003",
+            ge=0,
+            le=1,
+        ),
+    ] = 0.0

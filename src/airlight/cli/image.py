@@ -305,12 +305,13 @@ class _Work:
         from airlight.occlusion.automatic import settled
 
         integer = picture.codes.dtype.kind == "u"
+        settles = integer or (self.composite is not None and self.composite.adapt > 0)
         searched = any(w.position == "auto" for w in self.written)
-        coarse = picture.rec709(picture.linear(coarse=True)) if integer or searched else None
+        coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
         written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse)
-        if not integer or coarse is None:
+        if not settles or coarse is None:
             return written, self.parameters, None
-        return written, settled(self.parameters, coarse, [place(light, picture) for light in written]), None
+        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
 
     def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
         from airlight import files

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from airlight.composite import adapt
 from airlight.files.colour import by_rows
 from airlight.parameters import VEIL, Composite
 
@@ -22,14 +23,15 @@ class Rule:
     blend: str
     mix: float | None
     veil: float
+    adapt: float = 0.0
     peak: float | None = None  # of the layer's luminance
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
     """What is unset, for float outputs: add, all of the layer, no veil taken away; for 8 and 16 bit: screen, `measured`, VEIL."""
-    blend = options.blend if options.blend != "auto" else ("add" if float_output else "screen")
+    blend = options.blend if options.blend != "auto" else ("add" if float_output or options.adapt else "screen")
     veil = options.veil if options.veil is not None else (0.0 if float_output else VEIL)
-    return Rule(blend, options.mix if options.mix is not None or not float_output else 1.0, veil)
+    return Rule(blend, options.mix if options.mix is not None or not float_output else 1.0, veil, options.adapt)
 
 
 def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float) -> FloatArray:
@@ -45,32 +47,36 @@ def sample_step(width: int, height: int) -> int:
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
-def measured(rule: Rule, luminances: FloatArray) -> Rule:
+def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
     """The rule for a layer of these luminances, with nothing left open: peak, their 99.9th percentile (0 where no veil is taken away);
-    mix, as much as keeps their mean within COVER, at most 1."""
+    mix, as much as keeps their mean within cover, at most 1."""
     peak, mix = rule.peak, rule.mix
     if peak is None:
         peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
     if mix is None:
         mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
-        mix = min(1.0, COVER / mean) if mean > 0 else 1.0
+        mix = min(1.0, cover / mean) if mean > 0 else 1.0
     return dataclasses.replace(rule, peak=peak, mix=mix)
 
 
-def measured_on(layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
-    """`measured` for a layer (H, W, 3); luminance: (3,) weights of its RGB."""
+def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
+    """`measured` for a layer and its picture, both (H, W, 3); luminance: (3,) weights of their RGB."""
     step = sample_step(*layer.shape[1::-1])
-    return measured(rule, layer[::step, ::step] @ luminance)
+    cover = COVER  # of a picture at its own level, which adapt finds
+    if rule.adapt and rule.mix is None:
+        cover *= adapt.MIDDLE / adapt.measured(image[::step, ::step] @ luminance).scale
+    return measured(rule, layer[::step, ::step] @ luminance, cover)
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
     """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
-    luminance: (3,) weights of the luminance of their RGB.
+    luminance: (3,) weights of the luminance of their RGB. With adapt the picture is then adapted, all of it; the layer stays as added.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
-    rule = measured_on(layer, rule, luminance)
+    step = sample_step(*layer.shape[1::-1])
+    rule = measured_on(image, layer, rule, luminance)
     peak, mix = rule.peak or 0.0, rule.mix
 
     def rows(first: int, last: int) -> None:
@@ -84,4 +90,6 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArra
         np.add(a, b, out=out[first:last])
 
     by_rows(rows, image.shape[0])
+    if rule.adapt:
+        adapt.adapt(out, adapt.measured(out[::step, ::step] @ luminance), rule.adapt, luminance)
     return out, added
