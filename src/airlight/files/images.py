@@ -124,12 +124,14 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
 
 def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
     """The layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
+    if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
+        alpha_channel = -1
     found: dict[str, list[int]] = {}
     for layer in {name.rpartition(".")[0]: None for name in names if not name.startswith("airlight.")}:
         place = {name.rpartition(".")[2].upper(): i for i, name in enumerate(names) if name.rpartition(".")[0] == layer and usable[i]}
         for colour in (("R", "G", "B"), ("Y",)):
             if layer not in found and all(c in place for c in colour):
-                alpha = place.get("A", alpha_channel if layer == "" and alpha_channel >= 0 and usable[alpha_channel] else -1)
+                alpha = place.get("A", alpha_channel if layer == "" else -1)
                 found[layer] = [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
     return found
 

@@ -68,7 +68,8 @@ def write_image(
         colour, keeps_icc = _real_colour(pixels, like, format, depth, changed, name), False
     else:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
-    if like is not None and like.colour_codes.shape[2] == 1 and is_neutral(colour if pixels is None or real else pixels):
+    grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
+    if grey and is_neutral(colour if pixels is None or real else pixels):
         colour = colour[..., :1]
     channels = [colour]
     transparency = _alpha(like, alpha, colour.dtype, real)
@@ -92,7 +93,7 @@ def write_image(
     spec = _spec(codes, colour.shape[2], transparency is not None, layer is not None, like, format, depth, keeps_icc)
     if settings is not None:
         _note(spec, format, settings, name)
-    with scratch() as memory:
+    with scratch(name, codes.nbytes + (1 << 20)) as memory:
         _encode(memory, format, spec, codes, name)
         _verify(memory, codes, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
@@ -106,13 +107,11 @@ def _real_colour(
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     most = HALF_MOST if depth == 16 else float(np.finfo(np.float32).max)
     colour = np.nan_to_num(np.array(pixels, np.float32), nan=0.0, posinf=most, neginf=-most)
-    if depth == 16:
-        np.clip(colour, -most, most, out=colour)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
         colour *= like.alpha[..., None]
     elif like is not None and like.codes.dtype.kind == "f" and changed is not None:
         np.copyto(colour, like.colour_codes, where=~changed[..., None])
-    return colour
+    return np.clip(colour, -most, most, out=colour) if depth == 16 else colour
 
 
 def _integer_colour(
@@ -147,7 +146,7 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
         if like is None or like.alpha is None:
             return None
         if like.codes.dtype == dtype:
-            return like.codes[..., -1]
+            return np.clip(like.codes[..., -1], -HALF_MOST, HALF_MOST) if real else like.codes[..., -1]
         alpha = like.alpha
     alpha = alpha_of(np.nan_to_num(np.asarray(alpha, np.float32)))
     return alpha if real else np.rint(alpha * np.iinfo(dtype).max).astype(dtype)
@@ -213,7 +212,7 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
     """Give the spec the input's metadata."""
     room, lost = MOST_TEXT, []
     for item in like.spec.extra_attribs:
-        with contextlib.suppress(UnicodeDecodeError):  # text in an unknown encoding cannot be handed on
+        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
             if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings:
                 continue

@@ -47,6 +47,23 @@ def adapters() -> list[Any]:
     return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
 
 
+class Recording:
+    """A command encoder whose commands may also be carried out on the way, see `pause`."""
+
+    def __init__(self, device: "Device") -> None:
+        self.device = device
+        self._encoder = device.device.create_command_encoder()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._encoder, name)
+
+    def pause(self) -> None:
+        """Submit what was recorded and wait until it is done: between two long passes, so that an interrupt is answered."""
+        self.device.submit(self)
+        self.device.queue.read_buffer(self.device.buffer(size=16))  # waits for all submitted work
+        self._encoder = self.device.device.create_command_encoder()
+
+
 class Device:
     """A device, its queue, and the pipelines compiled so far (each once)."""
 
@@ -165,10 +182,10 @@ class Device:
         data: memoryview = self.queue.read_texture({"texture": texture}, layout, (width, height, 1))
         return data
 
-    def encoder(self) -> Any:
-        return self.device.create_command_encoder()
+    def encoder(self) -> "Recording":
+        return Recording(self)
 
-    def submit(self, encoder: Any) -> None:
+    def submit(self, encoder: Recording) -> None:
         self.queue.submit([encoder.finish()])
 
 

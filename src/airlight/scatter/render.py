@@ -212,7 +212,7 @@ class ImagePlan:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
         if picture.dtype != np.uint8 and not self.fraction:
-            peak = float(picture[..., :3].max())
+            peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         self.source.write(mask, depth, self.scale, luminance)

@@ -1,10 +1,11 @@
 """The direct sum of chapter 13, planned and recorded. Its cost grows with samples; `epipolar` is its limit."""
 
+import time
 from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import timing
 from airlight.noise import blue_noise
 
@@ -15,6 +16,7 @@ RAYS = np.dtype(
     + [("gain", "f4", 4), ("base", "f4", 4), ("row", "u4"), ("", "u4", 3)]
 )
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
+MANY = 8  # dispatches from which on they are waited for on the way
 
 
 def _noise_texture(device: Device) -> Any:
@@ -89,10 +91,16 @@ class RadialPlan:
             self.parts.append((bind, min(per, self.low[1] - row)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the sum, and at lower resolutions the filters around it."""
+        """Record the sum, and at lower resolutions the filters around it; a long sum is carried out on the way if the encoder is ours."""
         if self.factor > 1:
             _dispatch(self.device, encoder, self.down, self.down_bind, self.small.size[0], self.small.size[1], "radial down", timer)
+        together, recorded, start = 1, 0, time.perf_counter()
         for bind, rows in self.parts:
             _dispatch(self.device, encoder, self.pipeline, bind, self.low[0], rows, "radial sum", timer)
+            recorded += 1
+            if recorded == together and len(self.parts) > MANY and isinstance(encoder, Recording):
+                encoder.pause()
+                together, recorded = together * (2 if time.perf_counter() - start < 0.05 else 1), 0  # a fast adapter stops seldom
+                start = time.perf_counter()
         if self.factor > 1:
             _dispatch(self.device, encoder, self.up, self.up_bind, *self.full, "radial up", timer)
