@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import airlight
 from airlight.composite.blend import Rule, blend
 from airlight.files.colour import encode_codes, srgb_decode
 from airlight.gpu.device import Device, choose, open_device
@@ -99,6 +100,13 @@ def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
     off = np.abs(done[..., :3].astype(int) - expected)
     assert off.max() <= 1 and (off > 0).mean() < 2e-3
     assert np.array_equal(done[~changed], codes[~changed]) and np.array_equal(done[..., 3], codes[..., 3])
+
+
+def test_a_lamp_too_small_to_measure_darkens_nothing() -> None:
+    codes = np.full((1000, 1000, 3), 40, np.uint8)
+    codes[499:502, 499:502] = 255
+    out = airlight.add_light_shafts(codes, (0.5015, 0.5015), density=0.05, threshold=0.5)
+    assert (out >= codes).all() and (out > codes).any()
 
 
 def test_codes_and_floats_make_one_source() -> None:

@@ -13,6 +13,7 @@ from airlight.composite.blend import Rule, measured_on, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
+from airlight.files.images import every
 from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
 from airlight.occlusion.automatic import settled
@@ -45,8 +46,11 @@ def _plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
     if array.shape != shape:
         size = " x ".join(str(n) for n in array.shape[:2][::-1])
         raise AirlightError(f"the {name} is {size} pixels, the image {shape[1]} x {shape[0]}: they must be of one size")
-    scale = 1.0 if array.dtype.kind == "f" else (1.0 if array.dtype == bool else float(np.iinfo(array.dtype).max))
-    return np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
+    if array.dtype.kind != "f" and array.dtype not in (bool, np.uint8, np.uint16):
+        raise AirlightError(f"the {name} is of type {array.dtype}: give bool, uint8, uint16 or float in 0..1")
+    scale = float(np.iinfo(array.dtype).max) if array.dtype.kind == "u" else 1.0
+    values = np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
+    return values if name == "depth" else np.clip(values, 0, 1)
 
 
 def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
@@ -75,7 +79,7 @@ def _settled(p: Parameters, image: Any, lights: list[Light], adapts: bool = Fals
     if is_float and not adapts:
         return p
     step = sample_step(array.shape[1], array.shape[0])
-    return settled(p, to_linear(array[step // 2 :: step, step // 2 :: step])[0], lights, bounded=not is_float)
+    return settled(p, to_linear(array[every(array.shape[0], step), every(array.shape[1], step)])[0], lights, bounded=not is_float)
 
 
 def _layer(

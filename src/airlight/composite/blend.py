@@ -38,8 +38,8 @@ def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float
     """layer t / (t + veil^4) with t = (luminance / peak)^4: the faint even haze far from the light goes, the shafts stay."""
     if veil == 0 or peak == 0:
         return layer
-    t = np.square(np.square(luminance / np.float32(peak)))
-    return layer * (t / (t + np.float32(veil**4))).reshape(t.shape + (1,) * (layer.ndim - t.ndim))
+    t = np.square(np.square(np.minimum(luminance / np.float32(max(peak, 1e-30)), np.float32(1e4))))
+    return layer * (t / np.maximum(t + np.float32(veil**4), np.float32(1e-30))).reshape(t.shape + (1,) * (layer.ndim - t.ndim))
 
 
 def sample_step(width: int, height: int) -> int:

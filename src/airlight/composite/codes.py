@@ -44,7 +44,7 @@ class CodesComposite:
         self.device.submit(encoder)
         rule = measured(rule, np.frombuffer(self.device.queue.read_buffer(self.found), np.float32))
         values = np.zeros((), RULE)
-        values["peak"], values["veil"], values["mix"] = max(rule.peak or 0.0, 1e-30), rule.veil**4, rule.mix
+        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         return rule
 

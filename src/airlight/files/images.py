@@ -17,6 +17,11 @@ OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
 
 
+def every(size: int, step: int) -> slice:
+    """Every step-th of size, from the middle of the first step; at least one."""
+    return slice(min(step // 2, size - 1), None, step)
+
+
 @dataclass
 class Picture:
     """A picture as its file holds it, upright.
@@ -80,7 +85,7 @@ class Picture:
         coarse: only every n-th row and column, some 1,500 of the longer.
         """
         step = max(1, max(self.width, self.height) // 1500) if coarse else 1
-        return decode_codes(self.colour_codes[step // 2 :: step, step // 2 :: step], self.profile, self.encoding == "linear")
+        return decode_codes(self.colour_codes[every(self.height, step), every(self.width, step)], self.profile, self.encoding == "linear")
 
 
 def upright(array: np.ndarray, orientation: int) -> np.ndarray:

@@ -152,8 +152,6 @@ def plan(
             at = (position[0] * size[0], position[1] * size[1])
             plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
         else:
-            if p.scale != 1 and before is not None:
-                common["before"] = before
             common["base"] = base or (0, 0, 0)
             plans.append(
                 RadialPlan(

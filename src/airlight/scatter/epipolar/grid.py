@@ -88,31 +88,41 @@ class Grid:
         # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
-        if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
-            fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
+        at_edge = not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
+        if at_edge or farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
+            fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
             step = 1 if parallel else fine.beside  # samples of longer steps blur what lies along a diagonal
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
+        while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
+            steps = 2 * fine.largest
+            fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
+
+    def _fits(self, fine: Fineness, length: float, max_side: int) -> bool:
+        """Make the quadrants; whether their sums fit into a texture."""
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
         for q in self.quadrants:
             self._march(q)
-        self._lay_out(max_side)
+        return self._lay_out(max_side)
 
-    def _lay_out(self, max_side: int) -> None:
-        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less."""
+    def _lay_out(self, max_side: int) -> bool:
+        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
         widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
         below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
-        choices = [size for size in (below, beside) if max(size) <= max_side] or [below]
+        choices = [size for size in (below, beside) if max(size) <= max_side]
+        if not choices:
+            return False
         self.columns, self.rows = min(choices, key=lambda size: size[0] * size[1])
         for i, q in enumerate(self.quadrants):
             if (self.columns, self.rows) == beside:
                 q.column0 = sum(widths[:i])
             else:
                 q.row0 = sum(heights[:i])
+        return True
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
         """The lines that the image's pixel centres see in one direction, None if they see none."""

@@ -69,15 +69,16 @@ class RadialPlan:
         target = layer
         small = source
         if scale != 1:
-            # low-resolution black borders need no apron of their own: the filter has averaged it away, so one is kept
+            spare = before if before is not None else source
             small = device.texture(self.low[0] + 2 * apron, self.low[1] + 2 * apron, "rgba16float")
             rays["apron"] = apron
-            self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor)
-            self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small)
+            self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor, APRON=apron)
+            self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small, spare)
             self.small = small
             target = device.texture(*self.low, "rgba16float")
-            self.up = device.pipeline(RESAMPLE, "up")
-            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer)
+            self.up = device.pipeline(RESAMPLE, "up", ADD=before is not None)
+            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer, spare)
+            before = None  # lights are added where the sums are large again
         self.pipeline = device.pipeline(
             RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None
         )
