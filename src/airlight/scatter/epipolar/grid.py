@@ -34,8 +34,8 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
-    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
-    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 1.5),
+    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 1, 2, 2e-3, 1.1),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 1.2),
 }
 
 
@@ -88,8 +88,9 @@ class Grid:
         # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
-        at_edge = not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
-        if at_edge or farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
+        # what is bright lies far from a light at the edge, where its detail is as fine as near it
+        self.at_edge = not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
+        if self.at_edge or farthest > 0.75 * max(size):
             fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
@@ -138,7 +139,7 @@ class Grid:
             return None
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
-        closer = min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
+        closer = 0.375 if self.at_edge else min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
