@@ -8,6 +8,7 @@ from airlight.errors import AirlightError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
 FAR_LIMIT = 1e6  # image sizes; beyond this the shafts are parallel to f32 precision
+PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; rays then differ by 0.01 px a thousand from parallel ones
 
 
 @dataclass(frozen=True)
@@ -16,11 +17,33 @@ class Light:
 
     position: (x, y), normalised: (0, 0) is the image's top-left corner, (1, 1) its bottom-right; may lie outside.
     color: linear RGB factors, each >= 0.  strength: factor >= 0.
+    angle: of a parallel light, see `parallel`; its position then only says the direction, and `placed` where it is.
     """
 
     position: tuple[float, float]
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
+    angle: float | None = None
+
+    @classmethod
+    def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "Light":
+        """A light so far away that its rays are parallel, the limit of a far one.
+
+        angle: degrees, where the light comes from: 0 right, 90 above, counter-clockwise. The length of a ray is density image widths.
+        """
+        try:
+            turn = math.radians(angle)
+            return cls((0.5 + PARALLEL * math.cos(turn), 0.5 - PARALLEL * math.sin(turn)), color, strength, float(angle))
+        except (TypeError, ValueError):  # no number, or not a finite one
+            raise AirlightError(f"light angle must be a finite number of degrees, not {angle!r}") from None
+
+    def placed(self, width: int, height: int, density: float) -> tuple[tuple[float, float], float]:
+        """(position, density) of the sum over an image of width x height pixels."""
+        if self.angle is None:
+            return self.position, density
+        far = PARALLEL * max(width, height)
+        x, y = (0.5 + (v - 0.5) / PARALLEL * far / side for v, side in zip(self.position, (width, height), strict=True))
+        return (x, y), density * width / far
 
     def __post_init__(self) -> None:
         for name, value, size in (("position", self.position, 2), ("color", self.color, 3)):

@@ -24,6 +24,9 @@ class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            if hasattr(value, "item") and getattr(value, "ndim", None) == 0:  # a NumPy number
+                msgspec.structs.force_setattr(self, field.name, value.item())
             try:
                 msgspec.convert(getattr(self, field.name), field.type)
             except msgspec.ValidationError as error:
@@ -46,7 +49,8 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     density: Annotated[
         float,
         _meta(
-            "part of the way to the light that a ray covers; above 1 it passes the light",
+            "part of the way to the light that a ray covers; above 1 it passes the light; where light is parallel, the ray's length in"
+            " image widths",
             "shafts",
             _GG3 + ", Listing 13-1",
             "ray lengths",
@@ -75,8 +79,13 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     ] = 1.0
     quality: Annotated[Literal["draft", "normal", "final"], _meta("fineness of the epipolar grid", "method", "Airlight")] = "normal"
     occlusion: Annotated[
-        Literal["luminance", "alpha", "depth", "none"],
-        _meta("what emits: pixels above a luminance, transparent ones, far ones, or all", "occlusion", _GG3 + ", sec. 13.5"),
+        Literal["luminance", "alpha", "depth", "contrast", "none"],
+        _meta(
+            "what emits: pixels above a luminance, transparent ones, far ones, or all; contrast: all, those below the luminance with a"
+            " quarter of their contrast, so that their texture draws no streaks",
+            "occlusion",
+            _GG3 + ", sec. 13.5",
+        ),
     ] = "luminance"
     threshold: Annotated[
         Annotated[float, Meta(ge=0, le=65504)] | None,
@@ -139,3 +148,14 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
             "Airlight",
         ),
     ] = None
+    adapt: Annotated[
+        float,
+        _meta(
+            "light adaptation: how much of a tone balance from its average, least and greatest luminance the picture is given; 0: none, it"
+            " keeps its level. With it an unset blend is add, and an unset threshold follows the light in float pictures too",
+            "composite",
+            _GG3 + ", sec. 13.8; Reinhard 2003",
+            ge=0,
+            le=1,
+        ),
+    ] = 0.0

@@ -11,7 +11,7 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli import bench, image, info, supervisor
+from airlight.cli import bench, compare, image, info, supervisor
 from airlight.errors import AirlightError
 
 
@@ -31,7 +31,7 @@ class _Group(rich_click.RichGroup):
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    commands=[image.image, info.info, bench.bench],  # type: ignore[arg-type]
+    commands=[image.image, compare.compare, info.info, bench.bench],  # type: ignore[arg-type]
 )
 @click.version_option(package_name="airlight", prog_name="airlight", message="%(prog)s %(version)s")
 @click.pass_context

@@ -13,13 +13,14 @@ NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light
 
 
-def settled(p: Parameters, image: Any, lights: Sequence[Light]) -> Parameters:
+def settled(p: Parameters, image: Any, lights: Sequence[Light], bounded: bool = True) -> Parameters:
     """The parameters with threshold and smoothness for a picture whose light is darker than white.
 
     image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th
     percentile around each light; the default knee is in units of it. Parameters that say their threshold stay as they are.
+    bounded: white is no brighter than 1 and no darker than LEAST, as in pictures of integers.
     """
-    if p.occlusion != "luminance" or p.threshold is not None:
+    if p.occlusion not in ("luminance", "contrast") or p.threshold is not None:
         return p
     y = image @ np.array([0.2126, 0.7152, 0.0722], np.float32)
     height, width = y.shape
@@ -29,6 +30,7 @@ def settled(p: Parameters, image: Any, lights: Sequence[Light]) -> Parameters:
         near = np.hypot(columns + 0.5 - light.position[0] * width, rows + 0.5 - light.position[1] * height) <= max(NEAR * width, 1)
         if near.any():
             levels.append(np.percentile(y[near], 90))
-    white = float(np.clip(max(levels), LEAST, 1.0))
+    white = float(np.clip(max(levels), LEAST, 1.0)) if bounded else max(float(np.nan_to_num(max(levels))), 0.0) or 1.0
+    white = min(white, 65504 / 2)
     smoothness = p.smoothness if p.smoothness is not None else SMOOTHNESS * white
     return msgspec.structs.replace(p, threshold=THRESHOLD * white, smoothness=smoothness)

@@ -1,34 +1,11 @@
-// The source of the sum, S = I m: what emits (m = 1) and what does not, from luminance, alpha or depth (13.5), times a mask.
+// The source of the sum, S = I m. With contrast, what does not emit is there too, its texture drawn towards its mean (13.5.3).
 //! include "gpu/half.wgsl"
-//! include "gpu/srgb.wgsl"
-override MODE: u32 = 0u;      // 0 none, 1 luminance, 2 alpha, 3 depth
-override CODES: bool = false; // the picture holds sRGB codes
+//! include "occlusion/mask.wgsl"
 override FRACTION: bool = false; // write m itself, for D(phi)
+const KEPT = 0.25;            // of the occluders' contrast; twin: KEPT in reference/radial.py
 
-struct Knee {
-    low: f32,                 // m rises smoothly from low to high
-    high: f32,
-    scale: f32,               // power of two that keeps the source in half floats
-    apron: i32,               // texels of nothing around the source
-    masked: u32,
-}
-
-@group(0) @binding(0) var<uniform> knee: Knee;
-@group(0) @binding(1) var picture: texture_2d<f32>; // RGB, alpha
-@group(0) @binding(2) var aside: texture_2d<f32>;   // r: mask, g: depth
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
-
-fn rise(x: f32) -> f32 {
-    if (knee.high <= knee.low) {
-        return select(0.0, 1.0, x >= knee.low);
-    }
-    let t = clamp((x - knee.low) / (knee.high - knee.low), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-fn luminance(c: vec3f) -> f32 {
-    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
-}
+@group(0) @binding(4) var<storage, read> mean: vec4f; // RGB of the occluders, for contrast
 
 @compute @workgroup_size(64)
 fn emit(@builtin(global_invocation_id) id: vec3u) {
@@ -38,15 +15,10 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
         let p = vec2i(q) - knee.apron;
         var color = vec3f(0.0);
         if (all(p >= vec2i(0)) && all(p < vec2i(size))) {
-            let pixel = textureLoad(picture, p, 0);
-            color = clamp(pixel.rgb, vec3f(0.0), vec3f(65504.0));
-            if (CODES) { color = srgb_decode(color); }
-            var m = 1.0;
-            if (MODE == 1u) { m = rise(luminance(color)); }
-            if (MODE == 2u) { m = 1.0 - clamp(pixel.a, 0.0, 1.0); color = vec3f(1.0); }
-            if (MODE == 3u) { m = rise(textureLoad(aside, p, 0).g); }
-            if (knee.masked == 1u) { m *= textureLoad(aside, p, 0).r; }
-            color = select(min(color * (m * knee.scale), vec3f(65504.0)), vec3f(m), FRACTION);
+            let pixel = seen(p);
+            color = pixel.rgb * pixel.a;
+            if (MODE == 4u) { color += (1.0 - pixel.a) * mix(mean.rgb, pixel.rgb, KEPT); }
+            color = select(min(color * knee.scale, vec3f(65504.0)), vec3f(pixel.a), FRACTION);
         }
         textureStore(source, q, vec4f(nearest_half(color), 1.0));
     }

@@ -24,35 +24,45 @@ def _shrink(image: Any, factor: int) -> Any:
 
 
 def layer(
-    rgb: Any, lights: Sequence[Light], p: Parameters, *, alpha: Any = None, depth: Any = None, mask: Any = None, fraction: bool = False
+    rgb: Any,
+    lights: Sequence[Light],
+    p: Parameters,
+    *,
+    alpha: Any = None,
+    depth: Any = None,
+    mask: Any = None,
+    fraction: bool = False,
+    luminance: Any = radial.REC709,
 ) -> Any:
     """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
     if p.method == "radial" and p.jitter in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.jitter} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]
     if fraction:
-        m = radial.mask(rgb, alpha, depth, p) * (1.0 if mask is None else mask)
+        m = radial.mask(rgb, alpha, depth, p, luminance) * (1.0 if mask is None else mask)
         emitted = np.repeat(m[..., None], 3, axis=2)
     else:
-        emitted = radial.source(rgb, p, alpha=alpha, depth=depth, user_mask=mask)
+        emitted = radial.source(rgb, p, alpha=alpha, depth=depth, user_mask=mask, luminance=luminance)
     factor = max(1, math.ceil(math.sqrt(height * width / PIXELS)))
     small = _shrink(emitted, factor)
     # whole small pixels may reach beyond the image: positions are scaled so that the two grids agree
     reach = np.array([small.shape[1] * factor / width, small.shape[0] * factor / height])
     plain = msgspec.structs.replace(p, occlusion="none", normalization="mean", scale=1.0)
+    listing = p.normalization == "listing"
     total = np.zeros((height, width, 3))
     x, y = np.meshgrid((np.arange(width) + 0.5) / width / reach[0], (np.arange(height) + 0.5) / height / reach[1])
     for light in lights:
-        moved = Light(position=tuple(np.array(light.position) / reach))
-        if p.normalization == "listing" and p.method == "radial":
-            sums = radial.layer(small, [moved], msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
+        at, density = light.placed(width, height, p.density)
+        moved, plain = np.array(at) / reach, msgspec.structs.replace(plain, density=density)
+        if listing and p.method == "radial":
+            sums = radial.summed(small, moved, msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
             sums -= small  # the unweighted sample comes from the full resolution below
         else:
-            sums = radial.layer(small, [moved], plain, taps=TAPS)
-            if p.normalization == "listing":
+            sums = radial.summed(small, moved, plain, taps=TAPS)
+            if listing:
                 sums *= (p.samples if p.decay == 1 else p.lam / (1 - p.decay)) / p.exposure if p.exposure else 0.0
         one = radial.bilinear(sums, x, y)
-        if p.normalization == "listing":
+        if listing:
             one = p.exposure * (emitted + one)
         total += one * np.asarray(light.rgb)
     return np.maximum(total, 0).astype(np.float32)

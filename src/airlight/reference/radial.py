@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -19,6 +20,7 @@ from airlight.parameters import Parameters
 Array = npt.NDArray[np.floating[Any]]
 REC709 = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
 FLOAT16_MAX = 65504.0  # what the GPU's rgba16float source can hold
+KEPT = 0.25  # of the occluders' contrast, with occlusion contrast
 _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
 
 
@@ -137,7 +139,7 @@ def enough_taps(shape: tuple[int, ...], light: Sequence[float], density: float) 
     """Taps for `converged`: at least 3,000 and four a pixel of the longest ray."""
     height, width = shape[:2]
     longest = max(math.hypot((x - light[0]) * width, (y - light[1]) * height) for x in (0, 1) for y in (0, 1))
-    return max(3000, 4 * math.ceil(density * min(longest, 1e4)))  # farther than 1e4 px nearly all taps lie outside
+    return max(3000, 4 * math.ceil(min(density * longest, 1e4)))  # of a longer ray nearly all taps lie outside
 
 
 def converged(
@@ -184,15 +186,16 @@ def finite(image: Array) -> Array:
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
-def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters) -> Array:
+def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Sequence[float] = REC709) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
-    luminance: smoothstep(threshold -+ smoothness) of the Rec. 709 luminance of image (H, W, 3), linear; alpha: 1 - alpha;
-    depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is missing.
+    luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
+    alpha: 1 - alpha; depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is
+    missing.
     """
     low, high = parameters.knee
-    if parameters.occlusion == "luminance":
-        return smoothstep(low, high, finite(image) @ np.asarray(REC709))
+    if parameters.occlusion in ("luminance", "contrast"):
+        return smoothstep(low, high, finite(image) @ np.asarray(luminance))
     if parameters.occlusion == "alpha":
         if alpha is None:
             raise AirlightError("occlusion alpha needs an image with an alpha channel")
@@ -205,13 +208,26 @@ def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Par
 
 
 def source(
-    image: Array, parameters: Parameters, *, alpha: Array | None = None, depth: Array | None = None, user_mask: Array | None = None
+    image: Array,
+    parameters: Parameters,
+    *,
+    alpha: Array | None = None,
+    depth: Array | None = None,
+    user_mask: Array | None = None,
+    luminance: Sequence[float] = REC709,
 ) -> Array:
-    """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies."""
-    m = mask(image, alpha, depth, parameters)
+    """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
+
+    contrast (13.5.3): I m + (1 - m) (C + (I - C) / 4), C the mean colour of what does not emit, weighted by 1 - m.
+    """
+    m = mask(image, alpha, depth, parameters, luminance)
     if user_mask is not None:
         m = m * np.clip(finite(user_mask), 0.0, 1.0)
     emitted = np.ones(3) if parameters.occlusion == "alpha" else finite(image)
+    if parameters.occlusion == "contrast":
+        occluder = 1 - m[..., None]
+        mean = (occluder * emitted).sum(axis=(0, 1)) / max(occluder.sum(), 1e-6)
+        return m[..., None] * emitted + occluder * (mean + KEPT * (emitted - mean))
     return m[..., None] * emitted
 
 
@@ -227,6 +243,7 @@ def layer(
     taps: int | None = None,
     points: Array | None = None,
     dtype: Any = np.float64,
+    luminance: Sequence[float] = REC709,
 ) -> Array:
     """What `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
 
@@ -234,37 +251,49 @@ def layer(
     at full resolution whatever `scale` says. offsets: one per point, needed where jitter is gradient or blue.
     """
     p = parameters
-    emitted = source(image, p, alpha=alpha, depth=depth, user_mask=user_mask)
-    if p.method == "radial" and offsets is None and p.jitter in ("gradient", "blue"):
-        raise AirlightError(f"the reference needs the offsets of jitter {p.jitter}")
+    emitted = source(image, p, alpha=alpha, depth=depth, user_mask=user_mask, luminance=luminance)
+    height, width = emitted.shape[:2]
     total: Any = 0.0
     for light in lights:
-        if p.method == "radial":
-            one = direct_sum(
-                emitted,
-                light.position,
-                samples=p.samples,
-                density=p.density,
-                decay=p.decay,
-                weight=p.weight,
-                exposure=p.exposure,
-                normalization=p.normalization,
-                jitter=p.jitter if offsets is None else offsets,
-                border=p.border,
-                points=points,
-                dtype=dtype,
-            )
-        else:
-            one = (
-                p.exposure
-                * p.weight
-                * converged(emitted, light.position, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
-            )
-            if p.normalization == "listing":
-                terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1
-                one = p.exposure * _at(emitted, points, p.border) + terms * one
-        total = total + one * np.asarray(light.rgb)
+        at, density = light.placed(width, height, p.density)
+        own = msgspec.structs.replace(p, density=density)
+        total = total + summed(emitted, at, own, offsets=offsets, taps=taps, points=points, dtype=dtype) * np.asarray(light.rgb)
     return np.asarray(total)
+
+
+def summed(
+    emitted: Array,
+    at: Sequence[float],
+    p: Parameters,
+    *,
+    offsets: Array | None = None,
+    taps: int | None = None,
+    points: Array | None = None,
+    dtype: Any = np.float64,
+) -> Array:
+    """The layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
+    if p.method == "radial":
+        if offsets is None and p.jitter in ("gradient", "blue"):
+            raise AirlightError(f"the reference needs the offsets of jitter {p.jitter}")
+        return direct_sum(
+            emitted,
+            at,
+            samples=p.samples,
+            density=p.density,
+            decay=p.decay,
+            weight=p.weight,
+            exposure=p.exposure,
+            normalization=p.normalization,
+            jitter=p.jitter if offsets is None else offsets,
+            border=p.border,
+            points=points,
+            dtype=dtype,
+        )
+    one = converged(emitted, at, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
+    if p.normalization == "listing":
+        terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1
+        return np.asarray(p.exposure * (_at(emitted, points, p.border) + p.weight * terms * one))
+    return np.asarray(p.exposure * p.weight * one)
 
 
 def occlusion_fraction(
