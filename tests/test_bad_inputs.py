@@ -64,14 +64,17 @@ def huge_png(path, width=20_000, height=20_000):
     return path
 
 
-@pytest.mark.parametrize("name", sorted(["rgb8.png", "palette.png", "plain.jpg", "zip8.tif", "tiled.tif", "exact.webp", "zip.exr", "tiled.exr", "rle.hdr", "rgb.bmp", "one.gif", "rgb.ppm", "one.jxl", "one.jp2"]))  # fmt: skip
+EACH = "rgb8.png palette.png plain.jpg zip8.tif tiled.tif exact.webp zip.exr tiled.exr rle.hdr rgb.bmp one.gif rgb.ppm one.jxl one.jp2"
+
+
+@pytest.mark.parametrize("name", EACH.split())
 def test_truncated_and_corrupt(files, tmp_path, capsys, name):
     whole = (files / name).read_bytes()
     random = np.random.default_rng(1)
     for what, data in {
         "cut": whole[: len(whole) // 2],
         "head": whole[:16],
-        "noise": whole[:16] + random.bytes(len(whole)),
+        "noise": whole[:9] + random.bytes(len(whole)),
     }.items():
         path = tmp_path / f"{what}-{name}"
         path.write_bytes(data)
@@ -110,23 +113,29 @@ def test_permissions(files, tmp_path):
     secret.chmod(0)
     closed.mkdir()
     closed.chmod(0o555)
-    for folder in (files, *files.parents, tmp_path, *tmp_path.parents):
-        if folder.stat().st_uid == os.getuid() and not folder.stat().st_mode & 0o001:
-            folder.chmod(folder.stat().st_mode | 0o011)
-    nobody = "import os, sys; os.getuid() or (os.setgroups([]), os.setgid(65534), os.setuid(65534)); "
-    nobody += "from airlight.cli import main; sys.exit(main(sys.argv[1:]))"
-    for args, says in (((secret, "-o", tmp_path / "a.png"), "secret.png: cannot be read"), ((files / "rgb8.png", "-o", closed / "a.png"), "cannot be written to")):  # fmt: skip
-        if args[0] == secret and not os.getuid():
-            tmp_path.chmod(0o777)
-        done = subprocess.run([sys.executable, "-c", nobody, "image", *args], capture_output=True, text=True, timeout=60)
-        assert done.returncode == 2 and done.stderr.count("\n") == 1 and says in done.stderr, done.stderr
+    tmp_path.chmod(0o777)
+    for folder in {files, *files.parents, *tmp_path.parents}:  # pytest's are its own alone
+        if not folder.stat().st_mode & 0o001:
+            folder.chmod(folder.stat().st_mode | 0o001)
+    # root may do everything, so it becomes somebody else, once all modules that lie in its own folders are loaded
+    nobody = "import os, sys; from airlight.cli import main; main(['image', sys.argv[1], '-o', sys.argv[2]]); "
+    nobody += "os.getuid() or (os.setgroups([]), os.setgid(65534), os.setuid(65534)); sys.exit(main(sys.argv[3:]))"
+    warm = (files / "rgb8.png", tmp_path / "warm.png")
+    for args, says in (
+        ((secret, "-o", tmp_path / "a.png"), "not readable"),
+        ((files / "rgb8.png", "-o", closed / "a.png"), "cannot be written to"),
+    ):
+        (tmp_path / "warm.png").unlink(missing_ok=True)
+        done = subprocess.run([sys.executable, "-c", nobody, *warm, "image", *args], capture_output=True, text=True, timeout=60)
+        light, *said = done.stderr.splitlines()
+        assert light.startswith("light at") and done.returncode == 2 and len(said) == 1 and says in said[0], done.stderr
     assert not list(closed.iterdir()) and not (tmp_path / "a.png").exists()
 
 
 # ---------------------------------------------------------------- odd pixels
 
 
-def lit(**more):
+def lit():
     """(H, W, 3): dark, with a bright block around the light at 0.4,0.3."""
     pixels = np.full((60, 80, 3), 0.05, np.float32)
     pixels[14:22, 28:36] = 4
@@ -144,16 +153,15 @@ def test_one_bad_pixel_spoils_nothing_outside_its_neighbourhood(tmp_path, capsys
     stored(tmp_path / "good.exr", pixels, kind)
     pixels[y, x, 1:] = bad
     stored(tmp_path / "bad.exr", pixels, kind)
-    assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--light", "0.4,0.3") == (0, [])
-    code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--light", "0.4,0.3")
+    assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--layer", tmp_path / "la.exr", "--light", "0.4,0.3") == (0, [])
+    code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--layer", tmp_path / "lb.exr", "--light", "0.4,0.3")
     assert code == 0 and len(lines) == 1 and f"x={x}, y={y}" in lines[0]
-    a, b = (read_image(tmp_path / name) for name in ("a.exr", "b.exr"))
-    for one, other in ((a.codes, b.codes), (a.extra, b.extra)):
-        assert one is not None and other is not None and np.isfinite(other).all()
-        outside = np.ones(one.shape[:2], bool)
+    for one, other in (("a", "b"), ("la", "lb")):
+        good, mended = (read_image(tmp_path / f"{name}.exr").codes for name in (one, other))
+        assert np.isfinite(mended).all() and good.max() > 0.1
+        outside = np.ones(good.shape[:2], bool)
         outside[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = False
-        np.testing.assert_array_equal(one[outside], other[outside])
-    assert a.extra.max() > 0.1
+        np.testing.assert_array_equal(good[outside], mended[outside])
 
 
 def test_too_many_bad_pixels(tmp_path, capsys):
@@ -176,12 +184,13 @@ def test_pixels_beyond_half_and_below_nothing(tmp_path, capsys, extension):
         assert run(capsys, tmp_path / "a.tif", "-o", out, "-y", "--light", "0.4,0.3", "--layer", tmp_path / "l.exr", "--mix", "1")[0] == 0
         written = read_image(out)
         assert np.isfinite(written.codes).all()
-        if extension == "exr":
-            assert written.codes.max() == 65504 and written.codes[50, 70, 0] == pytest.approx(-3, abs=0.5) and written.codes.min() == -65504
         shafts.append(read_image(tmp_path / "l.exr").codes)
+        if extension == "exr":
+            assert written.codes.max() == 65504 and written.codes.min() == -65504
+            assert written.codes[50, 70, 0] == pytest.approx(shafts[-1][50, 70, 0] - 3, rel=1e-3)
     np.testing.assert_array_equal(shafts[0], shafts[1])
     np.testing.assert_array_equal(shafts[0], shafts[2])
-    assert shafts[0].min() >= 0 and 0.1 < shafts[0].max()
+    assert shafts[0].min() >= 0 and shafts[0].max() > 0.1
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 37), (37, 1), (2, 2)])
@@ -191,7 +200,8 @@ def test_tiny_pictures(tmp_path, capsys, shape, method):
         pixels = np.full((*shape, 3), 200 if kind == "uint8" else 2.0, kind.replace("half", "float32"))
         source, out = stored(tmp_path / f"in{extension}", pixels, kind), tmp_path / f"out{extension}"
         for light in ("0.5,0.5", "-3,0.2", "0,0"):
-            code, lines = run(capsys, source, "-o", out, "-y", "--light", light, "--method", method, "--occlusion", "none", "--blend", "add")
+            more = ["--method", method, "--occlusion", "none", "--blend", "add"]
+            code, lines = run(capsys, source, "-o", out, "-y", "--light", light, *more)
             assert (code, lines) == (0, [])
             made = read_image(out).linear()
             assert made.shape == (*shape, 3) and np.isfinite(made).all()
@@ -212,7 +222,7 @@ def test_channels(files, tmp_path, capsys):
         (tmp_path / "five.tif", 4, "cannot be kept"),
         (files / "palette.png", 4, ""),
         (files / "cmyk.tif", 3, "CMYK"),
-        (files / "parts.exr", 3, "2 pictures"),
+        (files / "parts.exr", 3, "second.R"),
     ):
         for target in (out, tmp_path / "out.webp", tmp_path / "out.hdr", tmp_path / "out.exr", tmp_path / "out.jpg"):
             code, lines = run(capsys, source, "-o", target, "-y", "--light", "0.4,0.3")
@@ -262,7 +272,10 @@ def test_16k_wide(tmp_path, capsys):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names of POSIX")
-@pytest.mark.parametrize("name", [b"with spaces \t and\nlines.png", b"\xff\xfe\x80.png", "λ—日本.png".encode(), b"n" * 251 + b".png", b"-dash.png", b"%d;'\".png"])
+@pytest.mark.parametrize(
+    "name",
+    [b"with spaces \t and\nlines.png", b"\xff\xfe\x80.png", "λ—日本.png".encode(), b"n" * 251 + b".png", b"-dash.png", b";'\"$&.png"],
+)
 def test_odd_names(files, tmp_path, capsys, name):
     source, out = os.fsencode(tmp_path) + b"/" + name, os.fsencode(tmp_path) + b"/out/" + name
     (tmp_path / "out").mkdir()
@@ -303,7 +316,6 @@ def test_odd_names(files, tmp_path, capsys, name):
         (["--output", "out"], "extension"),
         (["--output", "nosuch/out.png"], "nosuch"),
         (["--output", ""], "file name"),
-        (["--output", "."], "."),
         (["--mask", "none.png"], "none.png"),
         (["--mask", "small.png"], "mask"),
         (["--depth", "small.png"], "depth"),
@@ -328,7 +340,8 @@ def test_bad_numbers_and_files(files, tmp_path, capsys, monkeypatch, args, says)
     }.items():
         (tmp_path / f"{name}.toml").write_text(text)
     (tmp_path / "folder.toml").mkdir()
-    assert says in refused(capsys, tmp_path, files / "rgb8.png", "-o", "out.png", *(args if "--light" in args else ["--light", "0.4,0.3", *args]))
+    light = [] if "--light" in args else ["--light", "0.4,0.3"]
+    assert says in refused(capsys, tmp_path, files / "rgb8.png", "-o", "out.png", *light, *args)
 
 
 def test_the_input_is_never_the_output(files, tmp_path, capsys):
@@ -361,7 +374,7 @@ def test_a_plain_environment(files, tmp_path):
     """LC_ALL=C, stdin, stdout and stderr closed or read-only: the same picture."""
     made = []
     name = os.fsencode(tmp_path) + "/grün.png".encode()
-    for redirection in ("", "<&-", ">&-", "2>&-", "<&- >&- 2>&-", ">/dev/full 2>/dev/full"):
+    for redirection in ("", "<&- >&- 2>&-", ">/dev/full 2>/dev/full"):
         shell = f'"$@" {redirection}'
         environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
         command = ["sh", "-c", shell, "sh", *COMMAND, "image", str(files / "rgb8.png"), "-o", name, "-y", "--light", "0.4,0.3"]
