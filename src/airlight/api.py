@@ -189,16 +189,20 @@ def add_light_shafts(
         codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen, rule.adapt > 0)
-    out, added = blend_layer(to_linear(array)[0], layer, rule)
+    linear, _ = to_linear(array)
+    out, added = blend_layer(linear, layer, rule)
     changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
     if not is_float:
         return shown(encode(out, array.dtype, changed, array))
-    result = array.copy()
+    most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
+    result = np.where(np.isfinite(array), array, 0).astype(array.dtype)
     if array.ndim == 2 or array.shape[2] == 1:
-        weights = np.array(reference.REC709, np.float32)
-        result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
+        values = out @ np.array(reference.REC709, np.float32)
+        kept = ~changed & np.isfinite(array.reshape(changed.shape))
+        result[...] = np.where(kept, array.reshape(changed.shape), np.clip(values, -most, most)).reshape(array.shape)
     else:
-        result[..., :3] = np.where(changed[..., None], out, array[..., :3])
+        kept = ~changed[..., None] & np.isfinite(array[..., :3])
+        result[..., :3] = np.where(kept, array[..., :3], np.clip(out, -most, most))
     return shown(result)
 
 
