@@ -93,9 +93,9 @@ def _layer(
 
 
 def _pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
-    """(H, W, 4) as the GPU takes them."""
+    """(H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
-    pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
+    pixels[..., :3] = rgb
     pixels[..., 3] = 1.0 if alpha is None else alpha
     return pixels
 
