@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from airlight.errors import AirlightError
 
-THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.3  # where none are given
+THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
