@@ -87,8 +87,8 @@ class RadialPlan:
         self.parts = []
         for row in range(0, self.low[1], per):
             rays["row"] = row
-            uniform = device.buffer(rays.tobytes(), uniform=True)
-            bind = device.bind(RADIAL, uniform, small, device.sampler(), target, before if before is not None else source, noise)
+            values = device.buffer(rays.tobytes())
+            bind = device.bind(RADIAL, values, small, device.sampler(), target, before if before is not None else source, noise)
             self.parts.append((bind, min(per, self.low[1] - row)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
