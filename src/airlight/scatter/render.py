@@ -13,8 +13,11 @@ from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, timing
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.parameters import Parameters, check_ray
+from airlight.scatter.additive.additive import AdditivePlan
+from airlight.scatter.bands.bands import BandsPlan
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.multipass.multipass import MultipassPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
@@ -85,7 +88,7 @@ def _source(
         device.write(aside, both, width * 16)
     source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
     codes = picture.format == "rgba8unorm"
-    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes)
+    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes, STENCIL=p.method == "additive")
     uniform = device.buffer(knee.tobytes(), uniform=True)
     if p.occlusion == "contrast":
         mean = _occluders(device, encoder, uniform, picture, aside, codes, timer)
@@ -154,6 +157,17 @@ def plan(
         elif p.method == "epipolar":
             at = (position[0] * size[0], position[1] * size[1])
             plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
+        elif p.method in ("bands", "multipass"):
+            check_ray(p.method, density)
+            del common["base"]
+            at = (position[0] * size[0], position[1] * size[1])
+            kind: Any = BandsPlan if p.method == "bands" else MultipassPlan
+            plans.append(kind(device, size, at, density=density, lam=p.lam, **common))
+        elif p.method == "additive":
+            del common["base"]
+            common["gain"] = tuple(p.exposure * c for c in light.rgb)
+            rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}
+            plans.append(AdditivePlan(device, size, position, **rest, **common))
         else:
             if p.scale != 1 and before is not None:
                 common["before"] = before
@@ -196,7 +210,7 @@ class _Job:
         self.device, self.profile = device, profile
         self.timer = Timer(device) if profile is not None else None
         self.scale = 1.0
-        if picture.dtype != np.uint8 and not fraction:
+        if picture.dtype != np.uint8 and not fraction and p.method != "additive":  # whose buffer holds 0 to 1
             peak = float(picture[..., :3].max())
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
