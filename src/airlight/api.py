@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -219,6 +220,8 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
+    if p.method == "additive":  # eight bits are too few for a fraction
+        plain = msgspec.structs.replace(plain, method="radial")
     plain = _settled(plain, image, lights)
     lit = _layer(
         rgb,
