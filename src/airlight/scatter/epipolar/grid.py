@@ -84,14 +84,15 @@ class Grid:
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
-        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
-        mean = density * max(1.0, farthest / (2 * max(size))) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
+        parallel = farthest > PARALLEL * max(size)
+        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a light very far away is no short ray
+        mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
             fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
-            step = 1 if farthest > PARALLEL * max(size) else fine.beside  # samples of longer steps blur what lies along a diagonal
+            step = 1 if parallel else fine.beside  # samples of longer steps blur what lies along a diagonal
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
