@@ -114,6 +114,14 @@ def test_image_passes_on_what_was_asked(api, photo, tmp_path, capsys):
     assert np.allclose(read_mask(tmp_path / "d.png"), 0.5, atol=1 / 255)
 
 
+@pytest.mark.parametrize("size", [(3000, 1), (1, 3000), (6000, 2)])
+def test_thin_pictures(tmp_path, size):
+    from airlight.files import write_image
+
+    write_image(tmp_path / "in.png", np.full((size[1], size[0], 3), 0.5, np.float32))
+    assert main(["image", str(tmp_path / "in.png"), "-o", str(tmp_path / "out.png"), "--light", "0.5,0.5"]) == 0
+
+
 def test_auto_is_the_default_and_tells_where(api, photo, tmp_path, capsys):
     assert main(["image", str(photo), "-o", str(tmp_path / "a.png")]) == 0
     assert capsys.readouterr().err == "light at 0.250,0.500 (2px,2px)\n"

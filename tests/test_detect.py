@@ -44,6 +44,15 @@ def test_a_sun_at_any_exposure(place: tuple[float, float], radius: float, factor
     assert np.hypot(found.position[0] - place[0], (found.position[1] - place[1]) * 400 / 600) < 0.01
 
 
+def test_codes_are_decoded() -> None:
+    picture = read_image(PHOTOS / "beacon-street-sunset.jpg")
+    found, same = find_light(picture.codes), find_light(picture.linear())
+    assert found is not None and same is not None and found.position == same.position
+    grey = np.zeros((60, 80), np.uint8)
+    grey[20:26, 30:36] = 255
+    assert find_light(grey) is not None and find_light(np.dstack([grey] * 4)) is not None
+
+
 def test_pictures_without_a_source() -> None:
     rng = np.random.default_rng(0)
     ramp = np.linspace(0, 1, 400)[None, :, None] * np.ones((300, 1, 3))

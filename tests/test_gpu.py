@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import airlight
 from airlight.composite.blend import Rule, blend
 from airlight.files.colour import encode_codes, srgb_decode
 from airlight.gpu.device import Device, choose, open_device
@@ -12,7 +13,7 @@ from airlight.gpu.quick_types import quicken
 from airlight.lights import Light
 from airlight.parameters import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
-from airlight.scatter.render import _Job, render_codes, render_layer
+from airlight.scatter.render import Renderer, render_codes, render_layer
 
 RNG = np.random.default_rng(5)
 
@@ -47,7 +48,7 @@ def test_wgpu_s_types_are_quickened() -> None:
 @pytest.fixture(scope="module")
 def pretended() -> Device:
     """The software adapter, driven as if it were a GPU."""
-    device = Device(choose())
+    device = Device.on(choose())
     device.is_cpu = not device.is_cpu
     return device
 
@@ -66,7 +67,7 @@ places = st.one_of(
 def test_every_pixel_is_written_once_and_alike(pretended: Device, place: tuple[float, float], density: float, quality: str) -> None:
     """The triangles of the way back cover each pixel; they and the pixel-by-pixel form agree. Likewise both forms of the scan."""
     width, height = 150, 90
-    image = np.repeat(RNG.random((height // 3, width // 3, 4)), 3, axis=0).repeat(3, axis=1).astype(np.float16)
+    image = np.repeat(np.random.default_rng(2).random((height // 3, width // 3, 4)), 3, axis=0).repeat(3, axis=1).astype(np.float16)
     out = []
     for device in (open_device(), pretended):
         source, layer = (device.texture(width, height, "rgba16float") for _ in range(2))
@@ -89,9 +90,9 @@ def test_every_pixel_is_written_once_and_alike(pretended: Device, place: tuple[f
 def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
     codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
     codes[:20, :60, :3] = 0
-    device, light, p = open_device(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
-    done = render_codes(device, codes, light, p, rule)
-    layer = render_layer(device, codes, light, p)
+    renderer, light, p = Renderer(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
+    done, _ = render_codes(renderer, codes, light, p, rule)
+    layer = render_layer(renderer, codes, light, p)
     image = srgb_decode(codes[..., :3] / 255).astype(np.float32)
     pixels, added = blend(image, layer, rule)
     changed = (added != 0).any(axis=-1)
@@ -101,18 +102,16 @@ def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
     assert np.array_equal(done[~changed], codes[~changed]) and np.array_equal(done[..., 3], codes[..., 3])
 
 
+def test_a_lamp_too_small_to_measure_darkens_nothing() -> None:
+    codes = np.full((1000, 1000, 3), 40, np.uint8)
+    codes[499:502, 499:502] = 255
+    out = airlight.add_light_shafts(codes, (0.5015, 0.5015), density=0.05, threshold=0.5)
+    assert (out >= codes).all() and (out > codes).any()
+
+
 def test_codes_and_floats_make_one_source() -> None:
     """The shader's sRGB curve against the table that floats are made by."""
     codes = np.broadcast_to(np.arange(256, dtype=np.uint8)[None, :, None], (4, 256, 4)).copy()
-    device, p = open_device(), Parameters(occlusion="none", method="radial", samples=1, exposure=1.0)
-    layer = render_layer(device, codes, [Light((0.5, 0.5))], p)
+    p = Parameters(occlusion="none", method="radial", samples=1, exposure=1.0)
+    layer = render_layer(Renderer(), codes, [Light((0.5, 0.5))], p)
     np.testing.assert_allclose(layer[1, :, 0], srgb_decode(np.arange(256) / 255), rtol=6e-4, atol=1e-7)
-
-
-def test_a_job_compiles_nothing_twice() -> None:
-    device = open_device()
-    codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
-    _Job(device, codes, [Light((0.4, 0.3))], Parameters())
-    compiled = len(device._pipelines)
-    _Job(device, codes, [Light((0.45, 0.35))], Parameters())
-    assert len(device._pipelines) == compiled

@@ -17,6 +17,7 @@ from airlight.lights import Light
 from airlight.noise import blue_noise
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage
+from airlight.scatter import render
 from airlight.scatter.epipolar.moments import mixture
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
@@ -247,3 +248,98 @@ def test_without_an_adapter_the_reference_does_the_job(monkeypatch: pytest.Monke
     finally:
         gpu_device.open_device.cache_clear()
     assert np.sqrt(((out - truth) ** 2).mean()) < 0.01 * truth.max()
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.5, 0.25])
+def test_lights_add_at_every_resolution(scale: float) -> None:
+    image = foliage(321, 203)
+    keywords = {"method": "radial", "scale": scale, "occlusion": "none", "samples": 40, "density": 0.9}
+    a, b = (airlight.light_shafts(image, place, **keywords) for place in ((0.6, 0.35), (0.2, 0.7)))
+    both = airlight.light_shafts(image, [(0.6, 0.35), (0.2, 0.7)], **keywords)
+    np.testing.assert_allclose(both, a + b, rtol=4e-3, atol=1e-3 * both.max())
+    dark = airlight.light_shafts(image, [(0.6, 0.35), Light((0.2, 0.7), strength=0.0)], **keywords)
+    np.testing.assert_allclose(dark, a, rtol=2e-3, atol=1e-4 * a.max())
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.25])
+def test_black_is_black_at_lower_resolution(scale: float) -> None:
+    image = np.ones((121, 203, 3), np.float32)
+    keywords = {"method": "radial", "occlusion": "none", "border": "black", "jitter": "midpoint"}
+    keywords |= {"samples": 400, "decay": 1.0, "density": 1.0}
+    for place in ((2.0, 0.5), (0.5, -1.0), (0.4, 0.5)):
+        full = airlight.light_shafts(image, place, **keywords)
+        low = airlight.light_shafts(image, place, scale=scale, **keywords)
+        assert np.abs(full - low).max() < 0.05 and np.abs(full - low).mean() < 0.005
+
+
+@pytest.mark.parametrize("decay", [0.9, 0.4, 1e-6])
+def test_any_lambda_is_finite_and_right_around_the_light(decay: float) -> None:
+    """Up to 226,000: then a pixel sees itself alone, at 1 / lambda."""
+    image = foliage(400, 300)
+    lam = -16384 * np.log(decay)
+    out = airlight.light_shafts(image, (0.6, 0.35), occlusion="none", samples=16384, decay=decay, exposure=lam, quality="final")
+    assert np.isfinite(out).all()
+    y, x = (np.indices(image.shape[:2]) + 0.5) / np.array([300, 400])[:, None, None]
+    near = np.hypot((x - 0.6) * 400, (y - 0.35) * 300) < 18
+    assert np.sqrt(((out - image)[near] ** 2).mean()) < 0.05 * image[near].mean()
+
+
+def test_windows_around_the_light() -> None:
+    """The pixels around the light, by the direct sum: also for rays beyond it, and for those that decay at once."""
+    image = foliage(640, 400).astype(np.float16).astype(np.float32)
+    y, x = np.mgrid[128:153:2, 372:397:2]
+    at = np.stack([(x.ravel() + 0.5) / 640, (y.ravel() + 0.5) / 400], axis=1)
+    for density, lam in ((1.0, 300.0), (4.0, 30.0), (16.0, 30.0), (0.9, 2.0)):
+        truth = reference.converged(image, (0.6, 0.35), density=density, lam=lam, points=at, taps=30000).reshape(*x.shape, 3)
+        keywords = {"density": density, "samples": 3000, "decay": float(np.exp(-lam / 3000)), "exposure": 1.0}
+        out = airlight.light_shafts(image, (0.6, 0.35), occlusion="none", **keywords)[y, x]
+        assert np.abs(out - truth).max() < 0.02 * truth.max(), (density, lam)
+
+
+def test_a_sum_that_passes_a_texture_s_side_is_made_coarser() -> None:
+    image = np.ones((64, 16382, 3), np.float32)
+    out = airlight.light_shafts(image, (0.0, 0.5), occlusion="none", quality="final", density=0.05, samples=100, decay=0.48, exposure=1.0)
+    lam = -100 * np.log(0.48)
+    np.testing.assert_allclose(out, (1 - np.exp(-lam)) / lam, rtol=2e-3)
+
+
+def test_masks_lie_in_0_to_1() -> None:
+    image = foliage(64, 40)
+    full = airlight.light_shafts(image, (0.5, 0.5), occlusion="none")
+    assert np.array_equal(airlight.light_shafts(image, (0.5, 0.5), occlusion=np.full((40, 64), 2.0)), full)
+    assert airlight.light_shafts(image, (0.5, 0.5), occlusion=np.full((40, 64), -1.0)).max() == 0
+    assert np.array_equal(airlight.light_shafts(image, (0.5, 0.5), occlusion=np.ones((40, 64), bool)), full)
+    with pytest.raises(AirlightError, match="int64"):
+        airlight.light_shafts(image, (0.5, 0.5), occlusion=np.ones((40, 64), int))
+
+
+def test_numpy_numbers_are_numbers() -> None:
+    p = airlight.Parameters(density=np.float32(0.5), samples=np.int64(50), decay=np.exp(-0.03))
+    assert p == airlight.Parameters(density=0.5, samples=50, decay=float(np.exp(-0.03))) and type(p.samples) is int
+    with pytest.raises(AirlightError):
+        airlight.Parameters(samples=np.float64(50.5))
+
+
+@settings(max_examples=20)
+@given(cases())
+def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> None:
+    """Small images would take the direct sum: here they take the lines, but around the light."""
+    image, place, keywords = case
+    image = np.repeat(np.repeat(image, 4, axis=0), 4, axis=1)[:90]
+    p = airlight.Parameters(method="epipolar", occlusion="none", **keywords)
+    truth = reference.layer(image, [Light(place)], p)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(render, "direct_taps", lambda *_: 0)
+        out = airlight.light_shafts(image, place, quality="final", occlusion="none", **keywords)
+    assert out.min() >= 0
+    assert np.sqrt(((out - truth) ** 2).mean()) <= 0.02 * max(truth.max(), 1e-3)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+def test_floats_stay_finite(dtype: type) -> None:
+    image = np.full((40, 50, 3), 0.02, dtype)
+    image[10:14, 20:24] = 60000
+    image[30, 30] = np.nan
+    with pytest.warns(AirlightWarning, match="mended"):
+        out = airlight.add_light_shafts(image, (0.45, 0.3), exposure=50.0)
+    assert out.dtype == dtype and np.isfinite(out).all()

@@ -7,11 +7,10 @@ from hypothesis import strategies as st
 
 import airlight
 from airlight.files import to_linear
-from airlight.gpu.device import open_device
 from airlight.lights import Light
 from airlight.parameters import Parameters
 from airlight.reference import radial as reference
-from airlight.scatter.render import render_codes, render_layer
+from airlight.scatter.render import Renderer, render_codes, render_layer
 
 LIGHT = (0.5, 0.1)
 
@@ -73,9 +72,9 @@ def test_contrast_of_codes_is_that_of_their_light() -> None:
     p = Parameters(occlusion="contrast", density=0.9)
     floats = np.ones((130, 200, 4), np.float32)
     floats[..., :3] = to_linear(codes)[0]
-    device = open_device()
-    one = render_layer(device, codes, [Light(LIGHT)], p)
-    np.testing.assert_allclose(one, render_layer(device, floats, [Light(LIGHT)], p), atol=2e-3 * one.max())
+    renderer = Renderer()
+    one = render_layer(renderer, codes, [Light(LIGHT)], p)
+    np.testing.assert_allclose(one, render_layer(renderer, floats, [Light(LIGHT)], p), atol=2e-3 * one.max())
     rule = airlight.api.resolve(airlight.Composite(), False)
-    pictures = [render_codes(device, codes, [Light(LIGHT)], p, rule).tobytes() for _ in range(2)]
+    pictures = [render_codes(renderer, codes, [Light(LIGHT)], p, rule)[0].tobytes() for _ in range(2)]
     assert pictures[0] == pictures[1] != codes.tobytes()

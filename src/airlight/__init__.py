@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from airlight.lights import Light as Light
     from airlight.parameters import Composite as Composite
     from airlight.parameters import Parameters as Parameters
+    from airlight.scatter.render import Renderer as Renderer
 
 __version__ = "0.1.0"
 _HOME = {
@@ -22,6 +23,7 @@ _HOME = {
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),
     "parameters": ("Composite", "Parameters"),
+    "scatter.render": ("Renderer",),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = sorted(_MODULE)

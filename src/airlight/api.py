@@ -2,6 +2,7 @@
 
 import dataclasses
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,27 +10,30 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from airlight.composite.blend import Rule, resolve, sample_step
+from airlight.composite.blend import Rule, measured_on, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
-from airlight.gpu.device import Device, cure, open_device
+from airlight.files.images import every
+from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
 from airlight.occlusion.automatic import settled
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as reference
-from airlight.scatter.render import render_codes, render_layer
+from airlight.scatter.render import Renderer, render_codes, render_layer
+from airlight.shown import shown
 
 FloatArray = npt.NDArray[np.float32]
+Where = Renderer | Device | str | None  # None: the fastest adapter
 
 
-def _device(device: Device | str | None) -> Device | None:
-    """The device to use; None, with a warning that says how to get one, where there is no adapter."""
-    if isinstance(device, Device):
+def _renderer(device: Any) -> Renderer | None:
+    """What to compute on; None, with a warning that says how to get one, where there is no adapter."""
+    if isinstance(device, Renderer):
         return device
     try:
-        return open_device(device)
+        return Renderer(device, keep=0)
     except MachineError as error:
         warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
         return None
@@ -43,8 +47,11 @@ def _plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
     if array.shape != shape:
         size = " x ".join(str(n) for n in array.shape[:2][::-1])
         raise AirlightError(f"the {name} is {size} pixels, the image {shape[1]} x {shape[0]}: they must be of one size")
-    scale = 1.0 if array.dtype.kind == "f" else (1.0 if array.dtype == bool else float(np.iinfo(array.dtype).max))
-    return np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
+    if array.dtype.kind != "f" and array.dtype not in (bool, np.uint8, np.uint16):
+        raise AirlightError(f"the {name} is of type {array.dtype}: give bool, uint8, uint16 or float in 0..1")
+    scale = float(np.iinfo(array.dtype).max) if array.dtype.kind == "u" else 1.0
+    values = np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
+    return values if name == "depth" else np.clip(values, 0, 1)
 
 
 def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
@@ -73,26 +80,43 @@ def _settled(p: Parameters, image: Any, lights: list[Light], adapts: bool = Fals
     if is_float and not adapts:
         return p
     step = sample_step(array.shape[1], array.shape[0])
-    return settled(p, to_linear(array[step // 2 :: step, step // 2 :: step])[0], lights, bounded=not is_float)
+    return settled(p, to_linear(array[every(array.shape[0], step), every(array.shape[1], step)])[0], lights, bounded=not is_float)
 
 
 def _layer(
-    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Device | None, **options: Any
+    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Renderer | None, **options: Any
 ) -> FloatArray:
-    """The layer by the GPU, or by the reference where there is none. options: fraction, profile as `render_layer`."""
+    """The layer by the GPU, or by the reference where there is none. options: fraction, profile, luminance as `render_layer`."""
     _check(p, alpha is not None, depth is not None)
     if device is None:
-        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=options.get("fraction", False))
+        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, **options)
+    return render_layer(device, _pixels(rgb, alpha), lights, p, mask=mask, depth=depth, **options)
+
+
+def _pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
+    """(H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
-    pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
+    pixels[..., :3] = rgb
     pixels[..., 3] = 1.0 if alpha is None else alpha
-    return render_layer(device, pixels, lights, p, mask=mask, depth=depth, **options)
+    return pixels
+
+
+def gpu_inputs(
+    picture: Picture, parameters: Sequence[Parameters], mask: Any = None, depth: Any = None
+) -> tuple[FloatArray, dict[str, FloatArray | None]]:
+    """A picture from a file and its planes as scatter.render takes them: (H, W, 4) and {mask, depth}, checked for the parameters."""
+    for p in parameters:
+        _check(p, picture.alpha is not None, depth is not None)
+    shape = (picture.height, picture.width)
+    planes = {"mask": _plane("mask", mask, shape), "depth": _plane("depth", depth, shape), "luminance": picture.luminance}
+    return _pixels(picture.linear(), picture.alpha), planes
 
 
 def _codes(
-    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Device, **options: Any
-) -> Any:
-    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU."""
+    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: Renderer, **options: Any
+) -> tuple[Any, Rule]:
+    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
+    rule as measured."""
     has_alpha = image.shape[2] == 4
     _check(p, has_alpha or alpha is not None, depth is not None)
     codes = image
@@ -100,11 +124,12 @@ def _codes(
         codes = np.empty((*image.shape[:2], 4), np.uint8)
         codes[..., :3] = image[..., :3]
         codes[..., 3] = 255 if alpha is None else np.rint(255 * np.clip(alpha, 0, 1))
-    return np.ascontiguousarray(render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)[..., :3])
+    out, rule = render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)
+    return np.ascontiguousarray(out[..., :3]), rule
 
 
 def light_shafts(
-    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
     """The light shafts alone: (H, W, 3) float32, linear, what is to be added to the image.
 
@@ -115,11 +140,11 @@ def light_shafts(
     (H, W) array, used as the mask. Raises AirlightError for bad input.
     Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
     """
-    return _shafts(image, light, alpha, depth, mask, parameters, _device(device))
+    return shown(_shafts(image, light, alpha, depth, mask, parameters, _renderer(device)))
 
 
 def _shafts(
-    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Device | None, adapts: bool = False
+    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Renderer | None, adapts: bool = False
 ) -> FloatArray:
     p, given = _parameters(image, dict(parameters))
     rgb, own = to_linear(image)
@@ -147,14 +172,14 @@ def add_light_shafts(
     alpha: Any = None,
     depth: Any = None,
     mask: Any = None,
-    device: Device | str | None = None,
+    device: Where = None,
     **parameters: Any,
 ) -> Any:
     """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil, adapt as Composite."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
     rule = resolve(Composite(blend=blend, mix=mix, veil=veil, adapt=adapt), is_float)
-    chosen = _device(device)
+    chosen = _renderer(device)
     plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
     if chosen is not None and plain and not rule.adapt:
         p, given = _parameters(array, dict(parameters))
@@ -162,24 +187,28 @@ def add_light_shafts(
         emits = _plane("mask", mask if given is None else given, shape)
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
         lights = as_lights(light)
-        codes = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
-        return codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2)
+        codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
+        return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen, rule.adapt > 0)
-    out, added = blend_layer(to_linear(array)[0], layer, rule)
+    linear, _ = to_linear(array)
+    out, added = blend_layer(linear, layer, rule)
     changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
     if not is_float:
-        return encode(out, array.dtype, changed, array)
-    result = array.copy()
+        return shown(encode(out, array.dtype, changed, array))
+    most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
+    result = np.where(np.isfinite(array), array, 0).astype(array.dtype)
     if array.ndim == 2 or array.shape[2] == 1:
-        weights = np.array(reference.REC709, np.float32)
-        result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
+        values = out @ np.array(reference.REC709, np.float32)
+        kept = ~changed & np.isfinite(array.reshape(changed.shape))
+        result[...] = np.where(kept, array.reshape(changed.shape), np.clip(values, -most, most)).reshape(array.shape)
     else:
-        result[..., :3] = np.where(changed[..., None], out, array[..., :3])
-    return result
+        kept = ~changed[..., None] & np.isfinite(array[..., :3])
+        result[..., :3] = np.where(kept, array[..., :3], np.clip(out, -most, most))
+    return shown(result)
 
 
 def occlusion_fraction(
-    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Device | str | None = None, **parameters: Any
+    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
     """D(phi) of Eq. 2, (H, W) float32 in 0..1: the fraction of a pixel's samples that meet occluders. Arguments as light_shafts."""
     p, given = _parameters(image, dict(parameters))
@@ -201,32 +230,33 @@ def occlusion_fraction(
         plain,
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
-        _device(device),
+        _renderer(device),
         fraction=True,
     )
-    return np.clip(1 - lit[..., 0], 0, 1)
+    return shown(np.clip(1 - lit[..., 0], 0, 1))
 
 
 @dataclass
 class Rendered:
     """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
-    linear; changed, (H, W) bool, where the picture may have changed."""
+    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the picture may have changed."""
 
     pixels: FloatArray | None = None
     layer: FloatArray | None = None
     changed: npt.NDArray[np.bool_] | None = None
     encoded: npt.NDArray[np.uint8] | None = None
+    rule: Rule | None = None  # as it was measured: for the next frame
 
 
 def render_picture(
     picture: Picture,
     lights: list[Light],
     parameters: Parameters,
-    composite: Composite | None = None,
+    composite: Composite | Rule | None = None,
     *,
     mask: Any = None,
     depth: Any = None,
-    device: Device | str | None = None,
+    device: Where = None,
     profile: Any = None,
     float_output: bool = False,
     codes_only: bool = False,
@@ -235,18 +265,23 @@ def render_picture(
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """
-    rule = resolve(composite or Composite(), float_output)
+    rule = composite if isinstance(composite, Rule) else resolve(composite or Composite(), float_output)
     shape = (picture.height, picture.width)
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
-    chosen = _device(device)
+    chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
-    plain = picture.encoding == "srgb" and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+    plain = picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
     if chosen is not None and codes_only and plain and not rule.adapt:
-        return Rendered(encoded=_codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options))
+        encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
+        return Rendered(encoded=encoded, rule=rule)
     rgb = picture.linear()
-    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, **options)
-    pixels, added = blend_layer(rgb, layer, rule)
-    return Rendered(pixels, added, (added != 0).any(axis=-1) | (rule.adapt > 0))
+    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
+    rule = measured_on(rgb, layer, rule, picture.luminance)
+    pixels, added = blend_layer(rgb, layer, rule, picture.luminance)
+    changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
+    if picture.alpha is not None and not picture.associated:
+        added *= picture.alpha[..., None]
+    return Rendered(pixels, added, changed, rule=rule)
 
 
 def adapter_cure() -> str:

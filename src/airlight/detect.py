@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.files.colour import to_linear
+
 SIDE = 320  # longest side of the picture that is searched, px
 WINDOWS = (0.06, 0.03, 0.015)  # radii of the mean shift, coarse to fine, of the longest side
 LARGEST = 0.45  # a source that covers more of the picture is not compact
@@ -34,13 +36,16 @@ def _blur(plane: npt.NDArray[Any], sigma: float) -> npt.NDArray[Any]:
     return plane
 
 
-def find_light(image: npt.NDArray[Any]) -> Found | None:
-    """The light of image (H, W, 3), linear; None where no compact source stands out.
+def find_light(image: Any) -> Found | None:
+    """The light of an image as in airlight.light_shafts (floats are linear); None where no compact source stands out.
 
     Block means to 320 px, then a mean shift over ever smaller windows towards the brightest region. What is clipped is
     all equally bright: there the middle of the region is found, which is where a sun or an opening is. Scaling the
     image changes nothing.
     """
+    image = np.asarray(image)
+    if image.dtype.kind != "f" or image.ndim != 3 or image.shape[2] != 3:
+        image = to_linear(image)[0]
     height, width = image.shape[:2]
     block = max(1, -(-max(height, width) // SIDE))
     rows, columns = height // block, width // block

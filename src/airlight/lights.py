@@ -8,6 +8,7 @@ from airlight.errors import AirlightError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
 FAR_LIMIT = 1e6  # image sizes; beyond this the shafts are parallel to f32 precision
+BRIGHTEST = 1e6  # as weight and exposure, so that their product is a float
 PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; rays then differ by 0.01 px a thousand from parallel ones
 
 
@@ -58,6 +59,8 @@ class Light:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         if not (math.isfinite(self.strength) and self.strength >= 0 and min(self.color) >= 0):
             raise AirlightError("light color and strength must be finite and not negative")
+        if max(self.rgb) > BRIGHTEST:
+            raise AirlightError(f"light color times strength is {max(self.rgb):g}: at most {BRIGHTEST:g}")
 
     @property
     def rgb(self) -> tuple[float, float, float]:

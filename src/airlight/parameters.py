@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from airlight.errors import AirlightError
 
-THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.3  # where none are given
+THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -24,6 +24,9 @@ class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            if hasattr(value, "item") and getattr(value, "ndim", None) == 0:  # a NumPy number
+                msgspec.structs.force_setattr(self, field.name, value.item())
             try:
                 msgspec.convert(getattr(self, field.name), field.type)
             except msgspec.ValidationError as error:

@@ -7,7 +7,7 @@ import stat
 import tomllib
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
@@ -56,6 +56,36 @@ def load(preset: str | os.PathLike[str]) -> dict[str, Any]:
     if not name.lower().endswith(".toml"):
         raise AirlightError(f"there is no preset {name!r}{_nearest(name, names())}; use {', '.join(names())} or a .toml file")
     return _check(Path(name))
+
+
+def choices(kind: Any) -> list[str]:
+    """The values of a declared Literal, in order; none for a number."""
+    return [choice for choice in get_args(get_args(kind)[0]) if isinstance(choice, str)]
+
+
+def group(kind: Any) -> str:
+    """The group in which a field of this type is declared."""
+    return str(kind.__metadata__[0].extra["group"])
+
+
+def written(text: str) -> dict[str, Any]:
+    """The values of a text such as `samples=32,jitter=blue` or `vesper,samples=64`: parameters, and presets by their names."""
+    types = {field.name: field.type for struct in structs() for field in msgspec.structs.fields(struct)}
+    values: dict[str, Any] = {}
+    for part in text.split(","):
+        key, equals, value = (word.strip() for word in part.partition("="))
+        if not equals:
+            values |= load(key)
+        elif key not in types:
+            raise AirlightError(f"unknown key {key!r}{_nearest(key, keys())}")
+        else:
+            try:
+                values[key] = msgspec.convert(value, types[key], strict=False)
+            except msgspec.ValidationError as error:
+                known = choices(types[key])
+                rest = f"{_nearest(value, known)}; use {', '.join(known)}" if known else ""
+                raise AirlightError(f"{key} = {value!r}: {error}{rest}") from None
+    return values
 
 
 def _check(path: Path) -> dict[str, Any]:

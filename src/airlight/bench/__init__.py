@@ -30,6 +30,12 @@ def _processes(device_name: str | None, say: Any) -> list[dict[str, Any]]:
         one = measure.record_of("whole process", name, process.SIZE, own)
         records.append(one)
         say(f"whole process, 12-megapixel JPEG: {name:20} {one['ms']:8.0f} ms {one['ms'] / alone:6.1f} times reading and writing alone")
+    many = process.frames(device_name)
+    alone = many["read and write alone, frames"]
+    for name, ms in many.items():
+        records.append(measure.record_of("whole process", name, process.FRAME, [ms]))
+        each = ms / process.FRAMES
+        say(f"{process.FRAMES} frames of EXR, 1080p: {name:30} {each:8.0f} ms a frame {ms / alone:6.1f} times reading and writing alone")
     return records
 
 

@@ -23,24 +23,12 @@ COPIES = [(entry, strip, along) for entry in ("copy_wide", "copy_square") for st
 KERNELS = len(COPIES) + 1  # and one that draws
 
 
-class Bench:
-    """One size of image on one device: a source, a layer, and what is timed on them."""
+class Passes:
+    """A source and a layer of one size on one device, and what is timed on them."""
 
-    def __init__(self, device: Device, width: int, height: int) -> None:
-        self.device, self.size = device, (width, height)
-        picture = np.ones((height, width, 4), np.float16)
-        picture[..., :3] = foliage(width, height, sun=SUN)
-        self.image = picture[..., :3].astype(np.float64)
-        self.source, self.layer = (device.texture(width, height, "rgba16float") for _ in range(2))
-        device.write(self.source, picture, width * 8)
-        # a quarter of the points lies around the sun, where the rare large errors are, and counts by its area
-        rng = np.random.default_rng(7)
-        y, x = np.indices((height, width)).reshape(2, -1)
-        near = np.hypot(x - SUN[0] * width, y - SUN[1] * height) < 0.015 * width
-        chosen = [rng.choice(np.flatnonzero(part), n, replace=False) for part, n in ((near, POINTS // 4), (~near, POINTS - POINTS // 4))]
-        self.x, self.y = x[np.concatenate(chosen)], y[np.concatenate(chosen)]
-        self.share = np.concatenate([np.full(len(c), part.mean() / len(c)) for c, part in zip(chosen, (near, ~near), strict=True)])
-        self.points = np.stack([(self.x + 0.5) / width, (self.y + 0.5) / height], axis=1)
+    def __init__(self, device: Device, source: Any, layer: Any) -> None:
+        self.device, self.source, self.layer = device, source, layer
+        self.size: tuple[int, int] = layer.size[:2]
 
     def copy(self) -> Any:
         """The fastest of the copy kernels."""
@@ -85,6 +73,25 @@ class Bench:
                 step.record(encoder)
 
         return record
+
+
+class Bench(Passes):
+    """Passes on a synthetic image, and their errors."""
+
+    def __init__(self, device: Device, width: int, height: int) -> None:
+        picture = np.ones((height, width, 4), np.float16)
+        picture[..., :3] = foliage(width, height, sun=SUN)
+        self.image = picture[..., :3].astype(np.float64)
+        super().__init__(device, *(device.texture(width, height, "rgba16float") for _ in range(2)))
+        device.write(self.source, picture, width * 8)
+        # a quarter of the points lies around the sun, where the rare large errors are, and counts by its area
+        rng = np.random.default_rng(7)
+        y, x = np.indices((height, width)).reshape(2, -1)
+        near = np.hypot(x - SUN[0] * width, y - SUN[1] * height) < 0.015 * width
+        chosen = [rng.choice(np.flatnonzero(part), n, replace=False) for part, n in ((near, POINTS // 4), (~near, POINTS - POINTS // 4))]
+        self.x, self.y = x[np.concatenate(chosen)], y[np.concatenate(chosen)]
+        self.share = np.concatenate([np.full(len(c), part.mean() / len(c)) for c, part in zip(chosen, (near, ~near), strict=True)])
+        self.points = np.stack([(self.x + 0.5) / width, (self.y + 0.5) / height], axis=1)
 
     def result(self) -> np.ndarray:
         width, height = self.size

@@ -1,4 +1,4 @@
-"""Whole processes: `airlight image` on a 12-megapixel JPEG, beside reading and writing the file alone."""
+"""Whole processes: `airlight image` on a 12-megapixel JPEG and on a hundred EXR frames, beside reading and writing them alone."""
 
 import subprocess
 import sys
@@ -24,6 +24,41 @@ like.attribute("jpeg:subsampling", "4:4:4")
 out = oiio.ImageOutput.create(sys.argv[2])
 assert out.open(sys.argv[2], like) and out.write_image(pixels) and out.close()
 """
+
+
+FRAMES, FRAME = 100, (1920, 1080)
+ALONE_EXR = """
+import sys, OpenImageIO as oiio
+folder, count = sys.argv[1], int(sys.argv[2])
+for i in range(1, count + 1):
+    source = oiio.ImageInput.open(f"{folder}/in.{i:04d}.exr")
+    spec, pixels = oiio.ImageSpec(source.spec()), source.read_image("half")
+    out = oiio.ImageOutput.create("a.exr")
+    assert out.open(f"{folder}/alone.{i:04d}.exr", spec) and out.write_image(pixels) and out.close()
+"""
+
+
+def frames(device_name: str | None) -> dict[str, float]:
+    """Wall ms for a hundred 1080p half EXRs (zips), through the command line, layer and all, and read and written alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        picture = foliage(*FRAME)
+        for i in range(1, FRAMES + 1):  # each its own file; the content hardly matters
+            if i <= 4:
+                write_image(Path(folder, f"in.{i:04d}.exr"), np.roll(picture, 40 * i, axis=1))
+            else:
+                Path(folder, f"in.{i:04d}.exr").write_bytes(Path(folder, f"in.{(i - 1) % 4 + 1:04d}.exr").read_bytes())
+        named = [] if device_name is None else ["--device", device_name]
+        source, out = Path(folder, "in.####.exr"), Path(folder, "out.####.exr")
+        commands = {
+            "airlight image, frames": ["-c", RUN, "image", source, "-o", out, "--light", "0.6,0.35", *named],
+            "read and write alone, frames": ["-c", ALONE_EXR, folder, FRAMES],
+        }
+        times = {}
+        for name, command in commands.items():
+            start = time.perf_counter()
+            subprocess.run([sys.executable, *map(str, command)], check=True, capture_output=True, timeout=1200)
+            times[name] = (time.perf_counter() - start) * 1e3
+        return times
 
 
 def measure(device_name: str | None, runs: int = 5) -> dict[str, list[float]]:

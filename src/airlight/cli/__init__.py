@@ -11,7 +11,7 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli import bench, image, info
+from airlight.cli import bench, compare, image, info, supervisor
 from airlight.errors import AirlightError
 
 
@@ -31,7 +31,7 @@ class _Group(rich_click.RichGroup):
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    commands=[image.image, info.info, bench.bench],  # type: ignore[arg-type]
+    commands=[image.image, compare.compare, info.info, bench.bench],  # type: ignore[arg-type]
 )
 @click.version_option(package_name="airlight", prog_name="airlight", message="%(prog)s %(version)s")
 @click.pass_context
@@ -45,6 +45,11 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run a command and return the exit code: 0 done, 2 wrong usage or bad input, 1 a failure of the machine, 130 Ctrl-C."""
     if args is None:
         _prepare_process()
+        return supervisor.supervised(lambda: _run(None), _say)
+    return _run(args)
+
+
+def _run(args: Sequence[str] | None) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("default", UserWarning)
         warnings.showwarning = _show_warning
@@ -114,7 +119,6 @@ def _prepare_process() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # file names that are not text, symbols that the locale lacks
-    for name in ("SIGTERM", "SIGHUP"):  # an exit that runs the handlers which remove temporary files
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, lambda got, _: sys.exit(128 + got))
+    for number in supervisor.STOPS:
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, supervisor.stop_once)

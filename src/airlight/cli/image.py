@@ -13,15 +13,16 @@ import click
 import rich_click
 
 from airlight import presets
-from airlight.cli.light import AngleType, LightText, LightType, place
+from airlight.cli import batch
+from airlight.cli.light import AngleType, LightText, LightType, found_at, place, resolved
 from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
     import numpy as np
 
     from airlight.files import Picture
-    from airlight.lights import Light
 
 
 def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -50,8 +51,9 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
-@click.argument("source", metavar="IN", type=click.Path())
-@_file("--output", "-o", FILES, "The picture to write; the extension says the format.", required=True)
+@click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
+@_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.", required=True)
+@_option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
 @_option(
     "--light",
     "written",
@@ -72,6 +74,16 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     "Density is then in image widths. May be repeated, with colour and strength as --light.",
 )
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
+@_option(
+    "--settings-from",
+    panel="Presets",
+    metavar="FILE",
+    type=click.Path(),
+    is_eager=True,
+    expose_value=False,
+    callback=recall,
+    help="Repeat the settings, lights included, that an image written by Airlight holds; options and presets given here go before them.",
+)
 @_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @_option(
     "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
@@ -81,113 +93,302 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
 @_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
 @_file("--depth", None, OCCLUSION, "An image of the same size; what is far emits.")
 @_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
+@_option(
+    "--input-layer",
+    panel=FILES,
+    metavar="NAME",
+    help="The layer of an EXR to work on, rgba being R G B A. In an EXR output its own "
+    "channels are replaced and R G B A stay; the shafts alone are in airlight.R/G/B, to be added where you like.",
+)
+@_option(
+    "--colorspace",
+    panel=FILES,
+    metavar="NAME",
+    help="The linear space that the floats of IN are in, kept in an EXR output: ACEScg, "
+    "lin_rec709_scene, ACES2065-1 or another of $OCIO's or OpenColorIO's studio config. Unset: by the EXR's chromaticities, else Rec. 709.",
+)
 @_file("--layer", None, FILES, "Also write the shafts alone.")
 @_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
+@_option(
+    "--debug",
+    panel=FILES,
+    type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
+    help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
+)
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
-@_flag("--skip-existing", "-n", FILES, "Do nothing if the output exists.")
+@_flag("--skip-existing", "-n", FILES, "Leave out what exists.")
+@_flag("--resume", None, FILES, "Do only what is missing or damaged.")
 @_choice("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
 @_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @_flag("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def image(
     ctx: click.Context,
-    source: str,
+    sources: Sequence[str],
     output: str,
-    written: Sequence[LightText],
-    angles: Sequence[LightText],
+    frames: str | None,
     origin: str,
     preset: str | None,
     mask: str | None,
-    mask_invert: bool,
     depth: str | None,
-    depth_near: str,
     layer: str | None,
     occlusion_fraction: str | None,
+    debug: str | None,
     overwrite: bool,
     skip_existing: bool,
-    on_damage: str,
+    resume: bool,
     device: str | None,
     profile: bool,
     **_: Any,
-) -> None:
-    """Add light shafts to the picture IN."""
-    if overwrite and skip_existing:
-        raise AirlightError("-y/--overwrite and -n/--skip-existing exclude each other; give one")
-    if skip_existing and os.path.lexists(output):
-        click.echo(f"{output} exists: skipped", err=True)
-        return
-    written = [*(written if given(ctx, "written") or not angles else ()), *angles]
-    if mask_invert and mask is None:
-        raise AirlightError("--mask-invert inverts the image of --mask; give both")
-    if occlusion_fraction is not None and len(written) > 1:
+) -> int:
+    """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""
+    if overwrite + skip_existing + resume > 1:
+        raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
+    lights = asked_lights(ctx)
+    if occlusion_fraction is not None and len(lights) > 1:
         raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
-    values = gather(ctx, preset)
-    if depth is not None:
+    if debug is not None and (layer is not None or occlusion_fraction is not None):
+        raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
+    values = asked(ctx)
+    parameters, *others = presets.build(values).values()
+
+    todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, frames)
+    many = len(todo) > 1 or sequence
+    todo = _left(todo, skip_existing, resume)
+    for task in todo:
+        _check_outputs(task.outputs, [task.source, task.mask, task.depth, preset], many or overwrite or resume)
+    if many:
+        _refuse_existing(todo, overwrite or resume)
+    if not todo:
+        return 0
+    work = _Work(
+        written=lights,
+        origin=origin,
+        parameters=parameters,
+        composite=others[0] if others else None,
+        ctx=ctx,
+        values=values,
+        debug=debug,
+        overwrite=overwrite or resume,
+        device=device,
+        keep=sequence,
+        passes=[] if profile else None,
+    )
+    if many:
+        failed = batch.run(todo, work.read, work.render, work.write)
+        click.echo(f"{len(todo) - len(failed)} of {len(todo)} pictures written", err=True)
+    else:
+        failed = []
+        loaded = work.read(todo[0])
+        work.write(todo[0], loaded, work.render(todo[0], loaded))
+    if profile:
+        _show_profile(work.spent, work.passes or [])
+    return 2 if failed else 0
+
+
+def _left(todo: Sequence[batch.Task], skip_existing: bool, resume: bool) -> list[batch.Task]:
+    """The tasks without those whose outputs exist (skip_existing), or exist and can be read (resume)."""
+    if not skip_existing and not resume:
+        return list(todo)
+    from airlight import files
+
+    def fine(path: str) -> bool:
+        if skip_existing or not os.path.lexists(path):
+            return os.path.lexists(path)
+        try:
+            files.read_image(path, "error")
+        except AirlightError:
+            return False
+        return True
+
+    left = [task for task in todo if not all(fine(path) for path in task.outputs)]
+    if len(left) < len(todo):
+        what = f"{todo[0].output} exists" if len(todo) == 1 else f"{len(todo) - len(left)} of {len(todo)} exist"
+        click.echo(f"{what}: skipped", err=True)
+    return left
+
+
+def _refuse_existing(todo: Sequence[batch.Task], overwrite: bool) -> None:
+    there = [] if overwrite else [path for task in todo for path in task.outputs if os.path.lexists(path)]
+    if there:
+        raise AirlightError(
+            f"{there[0]}: exists already, as do {len(there) - 1} more; pass -y/--overwrite to replace them, -n to leave them out,"
+            " or --resume to do what is missing or damaged"
+        )
+
+
+@dataclasses.dataclass
+class _Loaded:
+    picture: "Picture"
+    emits: "np.ndarray | None"
+    far: "np.ndarray | None"
+
+
+@dataclasses.dataclass
+class _Work:
+    """What the options ask for of every picture: to be read, rendered, written, each perhaps by another thread.
+
+    keep: frames of one sequence, which take their light, threshold and mix from the first, lest they flicker.
+    """
+
+    written: Sequence[LightText]
+    origin: str
+    parameters: Any
+    composite: Any
+    ctx: click.Context
+    values: dict[str, Any]  # what the options and the preset say
+    debug: str | None
+    overwrite: bool
+    device: str | None
+    keep: bool
+    passes: list[tuple[str, float]] | None = None
+
+    def __post_init__(self) -> None:
+        self.spent = _Spent()
+        self._start = threading.Thread(target=_open_device, args=(self.device,), daemon=True)
+        self._start.start()  # while the first picture is read
+        self._where: Any = None
+        self._kept: Any = None  # (lights, parameters, rule) of the first frame, the lights in the display window
+
+    def read(self, task: batch.Task) -> _Loaded:
+        from airlight import files
+
+        begun = time.perf_counter()
+        o = self.ctx.params
+        picture = files.read_image(task.source, o["on_damage"], o["input_layer"], o["colorspace"])
+        emits, far = read_planes(task.mask, task.depth, o)
+        self.spent.add("read", begun)
+        return _Loaded(picture, emits, far)
+
+    def render(self, task: batch.Task, loaded: _Loaded) -> Any:
+        """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for."""
+        from airlight import api
+
+        self._start.join()
+        if self._where is None:
+            self._where = _renderer(self.device)
+        picture = loaded.picture
+        begun = time.perf_counter()
+        written, parameters, rule = self._kept or self._settled(picture)
+        lights = [place(light, picture) for light in written]
+        begun = self.spent.add("find the light", begun)
+        if self.debug is not None:
+            from airlight.debug import view
+
+            say = functools.partial(click.echo, err=True)
+            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, say)
+        done = api.render_picture(
+            picture,
+            lights,
+            parameters,
+            rule or self.composite,
+            mask=loaded.emits,
+            depth=loaded.far,
+            device=self._where,
+            profile=self.passes,
+            float_output=_is_float(task.output, picture),
+            codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output, picture),
+        )
+        if self.keep:
+            self._kept = written, parameters, done.rule
+        fraction = None
+        if task.fraction is not None:
+            keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
+            image, alpha = picture.rec709(picture.linear()), picture.alpha
+            fraction = api.occlusion_fraction(
+                image, lights[0], alpha=alpha, depth=loaded.far, mask=loaded.emits, device=self._where, **keys
+            )
+        self.spent.add("render", begun)
+        return done, fraction, record(self.ctx, self.values, written, self.ctx.params["preset"])
+
+    def _settled(self, picture: "Picture") -> Any:
+        from airlight.occlusion.automatic import settled
+
+        integer = picture.codes.dtype.kind == "u"
+        settles = integer or (self.composite is not None and self.composite.adapt > 0)
+        searched = any(w.position == "auto" for w in self.written)
+        coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
+        written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse)
+        if not settles or coarse is None:
+            return written, self.parameters, None
+        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+
+    def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
+        from airlight import files
+
+        begun, picture = time.perf_counter(), loaded.picture
+        bare = dataclasses.replace(
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""
+        )
+        if self.debug is not None:
+            if rendered.ndim == 2:
+                _write_data(task.output, rendered, self.overwrite, "")
+            else:
+                files.write_image(task.output, rendered, bare, overwrite=self.overwrite)
+            return
+        done, fraction, settings = rendered
+        beside = done.layer if task.output.lower().endswith(".exr") else None
+        files.write_image(
+            task.output,
+            done.pixels,
+            picture,
+            changed=done.changed,
+            alpha=picture.alpha,
+            layer=beside,
+            overwrite=self.overwrite,
+            encoded=done.encoded,
+            settings=settings,
+        )
+        if task.layer is not None:
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings)
+        if task.fraction is not None and fraction is not None:
+            _write_data(task.fraction, fraction, self.overwrite, settings)
+        self.spent.add("write", begun)
+
+
+def _renderer(device: str | None) -> Any:
+    """A renderer to keep; without an adapter what makes the API say so and go on without."""
+    from airlight import MachineError, Renderer
+
+    try:
+        return Renderer(device, keep=1)
+    except MachineError:
+        return device
+
+
+def asked(ctx: click.Context) -> dict[str, Any]:
+    """The values that differ from the defaults, by preset and options; refuses options that need others."""
+    o = ctx.params
+    if o["mask_invert"] and o["mask"] is None:
+        raise AirlightError("--mask-invert inverts the image of --mask; give both")
+    values = gather(ctx, o["preset"])
+    if o["depth"] is not None:
         values.setdefault("occlusion", "depth")  # what else would it be given for?
     elif values.get("occlusion") == "depth":
         raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
-    if given(ctx, "depth_near") and depth is None:
+    if given(ctx, "depth_near") and o["depth"] is None:
         raise AirlightError("--depth-near describes the image of --depth; give both")
-    parameters, *others = presets.build(values).values()
-    composite = others[0] if others else None
+    return values
 
-    from airlight import api, files
-    from airlight.occlusion.automatic import settled
 
-    _check_outputs([output, layer, occlusion_fraction], [source, mask, depth, preset], overwrite)
-    spent = _Spent()
-    start = threading.Thread(target=_open_device, args=(device,), daemon=True)
-    start.start()  # while the picture is read
-    picture = files.read_image(source, on_damage)
-    start.join()
-    emits = None if mask is None else files.read_mask(mask, on_damage)
-    if emits is not None and mask_invert:
+def asked_lights(ctx: click.Context) -> list[LightText]:
+    """What --light and --angle say; without --light an angle stands alone."""
+    written, angles = ctx.params["written"], ctx.params["angles"]
+    alone = angles and ctx.get_parameter_source("written") is click.core.ParameterSource.DEFAULT
+    return [*(() if alone else written), *angles]
+
+
+def read_planes(mask: str | None, depth: str | None, options: dict[str, Any]) -> "tuple[np.ndarray | None, np.ndarray | None]":
+    """The images of --mask (white emits) and --depth (larger is farther)."""
+    from airlight import files
+
+    emits = None if mask is None else files.read_mask(mask, options["on_damage"])
+    if emits is not None and options["mask_invert"]:
         emits = 1 - emits
-    far = None if depth is None else files.read_mask(depth, on_damage, depth=True)
-    if far is not None and depth_near == "white":
+    far = None if depth is None else files.read_mask(depth, options["on_damage"], depth=True)
+    if far is not None and options["depth_near"] == "white":
         far = (far.max() if far.max() > 1 else 1) - far
-    spent.lap("read")
-    codes = picture.codes.dtype.kind == "u"
-    settles = codes or (composite is not None and composite.adapt > 0)
-    coarse = picture.linear(coarse=True) if settles or any(w.position == "auto" for w in written) else None
-    lights = _lights(written, picture, origin, coarse)
-    if coarse is not None and settles:
-        parameters = settled(parameters, coarse, lights, bounded=codes)
-    spent.lap("find the light" if any(w.position == "auto" for w in written) else "")
-
-    passes: list[tuple[str, float]] = []
-    done = api.render_picture(
-        picture,
-        lights,
-        parameters,
-        composite,
-        mask=emits,
-        depth=far,
-        device=device,
-        profile=passes if profile else None,
-        float_output=_is_float(output),
-        codes_only=layer is None and picture.bits == 8 and not _is_float(output),
-    )
-    fraction = None
-    if occlusion_fraction is not None:
-        keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
-        fraction = api.occlusion_fraction(picture.linear(), lights[0], alpha=picture.alpha, depth=far, mask=emits, device=device, **keys)
-    spent.lap("render")
-
-    beside = done.layer if output.lower().endswith(".exr") else None
-    files.write_image(
-        output, done.pixels, picture, changed=done.changed, alpha=picture.alpha, layer=beside, overwrite=overwrite, encoded=done.encoded
-    )
-    if layer is not None:
-        bare = dataclasses.replace(
-            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=()
-        )
-        files.write_image(layer, done.layer, bare, overwrite=overwrite)
-    if occlusion_fraction is not None and fraction is not None:
-        _write_data(occlusion_fraction, fraction, overwrite)
-    spent.lap("write")
-    if profile:
-        _show_profile(spent, passes)
+    return emits, far
 
 
 def _open_device(name: str | None) -> None:
@@ -198,8 +399,9 @@ def _open_device(name: str | None) -> None:
         open_device(name)
 
 
-def _is_float(path: str) -> bool:
-    return path.lower().endswith((".exr", ".hdr"))
+def _is_float(path: str, picture: "Picture") -> bool:
+    """Whether the output holds floats: EXR, HDR, and a TIFF made from floats."""
+    return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
 
 
 def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], overwrite: bool) -> None:
@@ -215,46 +417,53 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             seen.add(os.path.realpath(path))
 
 
-def _lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> "list[Light]":
-    found = None
+def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
+    """The lights as numbers in the display window, `auto` found."""
+    at = None
     if coarse is not None and any(w.position == "auto" for w in written):
         from airlight.detect import find_light
 
         found = find_light(coarse)
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
-        x, y = found.position
-        click.echo(f"light at {x:.3f},{y:.3f} ({x * picture.width:.0f}px,{y * picture.height:.0f}px)", err=True)
-    return [w.light(*found.position) if found and w.position == "auto" else place(w, picture, origin) for w in written]
+        at = found_at(picture, found.position)
+        click.echo(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", err=True)
+    return [
+        dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
+        for w in written
+    ]
 
 
-def _write_data(path: str, values: "np.ndarray", overwrite: bool) -> None:
+def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:
     """Numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
     import numpy as np
 
     from airlight import files
 
     grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
-    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite)
+    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite, settings=settings)
 
 
 class _Spent:
-    """Wall time by step."""
+    """Wall time by step, summed over the pictures."""
 
     def __init__(self) -> None:
-        self.steps: list[tuple[str, float]] = []
-        self._last = time.perf_counter()
+        self.steps: dict[str, float] = {}
 
-    def lap(self, name: str) -> None:
+    def add(self, name: str, begun: float) -> float:
+        """Count the time since `begun`; returns now."""
         now = time.perf_counter()
-        if name:
-            self.steps.append((name, (now - self._last) * 1e3))
-        self._last = now
+        self.steps[name] = self.steps.get(name, 0.0) + (now - begun) * 1e3
+        return now
 
 
 def _show_profile(spent: _Spent, passes: Sequence[tuple[str, float]]) -> None:
-    for name, ms in spent.steps:
-        click.echo(f"{name:24} {ms:9.2f} ms", err=True)
+    """Wall time of each step, and of each pass on the GPU, summed over the pictures."""
+    by_label: dict[str, float] = {}
+    for label, ms in passes:
+        by_label[label] = by_label.get(label, 0.0) + ms
+    for name in ("read", "find the light", "render", "write"):
+        click.echo(f"{name:24} {spent.steps.get(name, 0.0):9.2f} ms", err=True)
         if name == "render":
-            for label, part in passes:
-                click.echo(f"  {label:22} {part:9.2f} ms", err=True)
+            for label, ms in by_label.items():
+                click.echo(f"  {label:22} {ms:9.2f} ms", err=True)

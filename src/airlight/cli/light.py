@@ -1,6 +1,6 @@
 """How a light is written on the command line: `X,Y[;color=R,G,B][;strength=S]`, or `auto` for X,Y, or the angle of a parallel one."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +10,7 @@ from airlight.lights import Light, parse_position
 
 if TYPE_CHECKING:
     from airlight.files import Picture
+    from airlight.files.images import Window
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,13 @@ class LightText:
 
     def light(self, x: float, y: float) -> Light:
         return Light((x, y), self.color, self.strength)
+
+    @property
+    def text(self) -> str:
+        """As `read_light` reads it."""
+        color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
+        place = self.position if self.angle is None else repr(self.angle)
+        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}")
 
 
 class LightType(click.ParamType):
@@ -71,15 +79,34 @@ def read_light(text: str, parallel: bool = False) -> LightText:
     return written
 
 
-def place(written: LightText, picture: "Picture", origin: str) -> Light:
-    """The light in the picture's own pixels. The user counts in the display window, whose part the pixels may be."""
-    if written.angle is not None:
-        return Light.parallel(written.angle, written.color, written.strength)
-    shown = picture.display_window
+def _windows(picture: "Picture") -> "tuple[Window, Window]":
+    """Display and data window; the user counts in the first, of which the pixels may be a part."""
+    shown, data = picture.display_window, picture.data_window
     if min(shown[2:]) <= 0:
         shown = (0, 0, picture.width, picture.height)
+    return shown, data if min(data[2:]) > 0 else shown
+
+
+def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
+    """The light as numbers that need no picture: a part of the display window's size, from its top left."""
+    if written.angle is not None:
+        return written
+    shown, _ = _windows(picture)
     x, y = parse_position(written.position, shown[2], shown[3])
-    if origin == "bottom":
-        y = 1 - y
-    data = picture.data_window if min(picture.data_window[2:]) > 0 else shown
+    return replace(written, position=f"{x!r},{1 - y if origin == 'bottom' else y!r}")
+
+
+def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, ...]:
+    """A position of the picture's own pixels as the user counts: (x, y) normalised, and in pixels of the display window."""
+    shown, data = _windows(picture)
+    pixels = [data[i] + position[i] * data[2 + i] - shown[i] for i in (0, 1)]
+    return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
+
+
+def place(written: LightText, picture: "Picture", origin: str = "top") -> Light:
+    """The light in the picture's own pixels."""
+    if written.angle is not None:
+        return Light.parallel(written.angle, written.color, written.strength)
+    shown, data = _windows(picture)
+    x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
     return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])

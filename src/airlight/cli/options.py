@@ -120,6 +120,7 @@ def given(ctx: click.Context, name: str) -> bool:
 
 
 def gather(ctx: click.Context, preset: str | None) -> dict[str, Any]:
-    """The values that differ from the defaults: the preset's, and over them those of the command line."""
+    """The values that are set: those of `--settings-from`, over them the preset's, over them those of the command line."""
+    recalled = {p.name: ctx.params[p.name] for p in declared() if p.name in (ctx.default_map or {})}
     values = presets.load(preset) if preset is not None else {}
-    return values | {p.name: ctx.params[p.name] for p in declared() if given(ctx, p.name)}
+    return recalled | values | {p.name: ctx.params[p.name] for p in declared() if given(ctx, p.name)}

@@ -42,11 +42,14 @@ def measured(luminances: FloatArray) -> Ramp:
     return Ramp(float(scale), max(float(scale * np.exp(greatest)), 1.0))
 
 
-def adapt(image: FloatArray, ramp: Ramp, strength: float) -> None:
-    """In place, (H, W, 3) linear: colours times gain^strength, so that hues stay. strength 0: none of it; 1: all."""
+def adapt(image: FloatArray, ramp: Ramp, strength: float, luminance: FloatArray = LUMINANCE) -> None:
+    """In place, (H, W, 3) linear: colours times gain^strength, so that hues stay. strength 0: none of it; 1: all.
+
+    luminance: (3,) weights of the image's RGB.
+    """
 
     def rows(first: int, last: int) -> None:
         part = image[first:last]
-        part *= (ramp.gain(part @ LUMINANCE) ** np.float32(strength))[..., None]
+        part *= (ramp.gain(part @ luminance) ** np.float32(strength))[..., None]
 
     by_rows(rows, image.shape[0])

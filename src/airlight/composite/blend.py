@@ -1,5 +1,6 @@
 """Putting the layer on the picture, in scene-linear light."""
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,17 +13,18 @@ from airlight.parameters import VEIL, Composite
 FloatArray = npt.NDArray[np.float32]
 REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 WHITE = 0.9911  # screen's limit: code 254 of 255, so that nothing clips which did not
-COVER = 0.045  # mean luminance of a layer from which the automatic mix takes less of it
+COVER = 0.035  # mean luminance of a layer from which the automatic mix takes less of it
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A Composite with its `auto` resolved for an output. mix None: by the layer, see `measured`."""
+    """A Composite with its `auto` resolved for an output. mix and peak None: by the layer, see `measured`."""
 
     blend: str
     mix: float | None
     veil: float
     adapt: float = 0.0
+    peak: float | None = None  # of the layer's luminance
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
@@ -36,8 +38,8 @@ def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float
     """layer t / (t + veil^4) with t = (luminance / peak)^4: the faint even haze far from the light goes, the shafts stay."""
     if veil == 0 or peak == 0:
         return layer
-    t = np.square(np.square(luminance / np.float32(peak)))
-    return layer * (t / (t + np.float32(veil**4))).reshape(t.shape + (1,) * (layer.ndim - t.ndim))
+    t = np.square(np.square(np.minimum(luminance / np.float32(max(peak, 1e-30)), np.float32(1e4))))
+    return layer * (t / np.maximum(t + np.float32(veil**4), np.float32(1e-30))).reshape(t.shape + (1,) * (layer.ndim - t.ndim))
 
 
 def sample_step(width: int, height: int) -> int:
@@ -45,31 +47,41 @@ def sample_step(width: int, height: int) -> int:
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
-def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> tuple[float, float]:
-    """(peak, mix) for a layer of these luminances: their 99.9th percentile; and as much as keeps their mean within cover, at most 1."""
-    peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
-    if rule.mix is not None:
-        return peak, rule.mix
-    mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
-    return peak, min(1.0, cover / mean) if mean > 0 else 1.0
+def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
+    """The rule for a layer of these luminances, with nothing left open: peak, their 99.9th percentile (0 where no veil is taken away);
+    mix, as much as keeps their mean within cover, at most 1."""
+    peak, mix = rule.peak, rule.mix
+    if peak is None:
+        peak = float(np.percentile(luminances, 99.9)) if rule.veil else 0.0
+    if mix is None:
+        mean = float(lift_veil(luminances, luminances, peak, rule.veil).mean())
+        mix = min(1.0, cover / mean) if mean > 0 else 1.0
+    return dataclasses.replace(rule, peak=peak, mix=mix)
 
 
-def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray, FloatArray]:
-    """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
-
-    add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
-    With adapt the picture is then adapted, all of it; the layer stays as it was added.
-    """
-    out, added = np.empty_like(image), np.empty_like(layer)
+def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
+    """`measured` for a layer and its picture, both (H, W, 3); luminance: (3,) weights of their RGB."""
     step = sample_step(*layer.shape[1::-1])
     cover = COVER  # of a picture at its own level, which adapt finds
     if rule.adapt and rule.mix is None:
-        cover *= adapt.MIDDLE / adapt.measured(image[::step, ::step] @ REC709).scale
-    peak, mix = measured(rule, layer[::step, ::step] @ REC709, cover)
+        cover *= adapt.MIDDLE / adapt.measured(image[::step, ::step] @ luminance).scale
+    return measured(rule, layer[::step, ::step] @ luminance, cover)
+
+
+def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
+    """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
+
+    add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
+    luminance: (3,) weights of the luminance of their RGB. With adapt the picture is then adapted, all of it; the layer stays as added.
+    """
+    out, added = np.empty_like(image), np.empty_like(layer)
+    step = sample_step(*layer.shape[1::-1])
+    rule = measured_on(image, layer, rule, luminance)
+    peak, mix = rule.peak or 0.0, rule.mix
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]
-        b = lift_veil(b, b @ REC709, peak, rule.veil)
+        b = lift_veil(b, b @ luminance, peak, rule.veil)
         if mix != 1:
             b = b * np.float32(mix)
         if rule.blend == "screen":
@@ -79,5 +91,5 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule) -> tuple[FloatArray,
 
     by_rows(rows, image.shape[0])
     if rule.adapt:
-        adapt.adapt(out, adapt.measured(out[::step, ::step] @ REC709), rule.adapt)
+        adapt.adapt(out, adapt.measured(out[::step, ::step] @ luminance), rule.adapt, luminance)
     return out, added

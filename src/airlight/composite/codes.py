@@ -13,42 +13,44 @@ COMPOSITE, LUMINANCES = "composite/composite.wgsl", "composite/luminances.wgsl"
 RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("", "u4")])
 
 
-def _luminances(device: Device, layer: Any) -> np.ndarray:
-    """Those of every n-th pixel of a layer, n as in `blend.sample_step`."""
-    width, height, _ = layer.size
-    step = sample_step(width, height)
-    columns, rows = -(-width // step), -(-height // step)
-    found = device.buffer(size=4 * columns * rows)
-    encoder = device.encoder()
-    run = encoder.begin_compute_pass()
-    run.set_pipeline(device.pipeline(LUMINANCES, "pick", STEP=step))
-    run.set_bind_group(0, device.bind(LUMINANCES, layer, found))
-    run.dispatch_workgroups(-(-columns // 64), rows)
-    run.end()
-    device.submit(encoder)
-    return np.frombuffer(device.queue.read_buffer(found), np.float32)
+class CodesComposite:
+    """The passes that put a layer (rgba16float) on a picture's codes (rgba8unorm): `measure`, then `record`, then read `result`."""
 
+    def __init__(self, device: Device, codes: Any, layer: Any, rule: Rule) -> None:
+        width, height, _ = codes.size
+        self.device, self.size = device, (width, height)
+        step = sample_step(width, height)
+        self.columns, self.rows = -(-width // step), -(-height // step)
+        self.found = device.buffer(size=4 * self.columns * self.rows)
+        self.pick = device.pipeline(LUMINANCES, "pick", STEP=step)
+        self.pick_bind = device.bind(LUMINANCES, layer, self.found)
+        tile = np.ones((256, 256, 4), np.float32)
+        tile[..., :3] = dither()
+        noise = device.texture(256, 256, "rgba32float", target=False)
+        device.write(noise, tile, 256 * 16)
+        self.result = device.texture(width, height, "rgba8unorm")
+        self.uniform = device.buffer(size=RULE.itemsize, uniform=True)
+        self.pipeline = device.pipeline(COMPOSITE, "composite", SCREEN=rule.blend == "screen", VEIL=rule.veil > 0)
+        self.bind = device.bind(COMPOSITE, self.uniform, codes, layer, noise, self.result)
 
-def composite(device: Device, codes: Any, layer: Any, rule: Rule, timer: Any = None) -> Any:
-    """The composited picture, an rgba8unorm texture, from codes (rgba8unorm) and layer (rgba16float); submits its work."""
-    width, height, _ = codes.size
-    peak, mix = measured(rule, _luminances(device, layer))
-    values = np.zeros((), RULE)
-    values["peak"], values["veil"], values["mix"] = peak, rule.veil**4, mix
-    tile = np.ones((256, 256, 4), np.float32)
-    tile[..., :3] = dither()
-    noise = device.texture(256, 256, "rgba32float", target=False)
-    device.write(noise, tile, 256 * 16)
-    result = device.texture(width, height, "rgba8unorm")
-    pipeline = device.pipeline(COMPOSITE, "composite", SCREEN=rule.blend == "screen", VEIL=peak > 0)
-    bind = device.bind(COMPOSITE, device.buffer(values.tobytes(), uniform=True), codes, layer, noise, result)
-    encoder = device.encoder()
-    run = encoder.begin_compute_pass(**timing(timer, "composite"))
-    run.set_pipeline(pipeline)
-    run.set_bind_group(0, bind)
-    run.dispatch_workgroups(-(-width // 64), height)
-    run.end()
-    if timer:
-        timer.resolve(encoder)
-    device.submit(encoder)
-    return result
+    def measure(self, rule: Rule) -> Rule:
+        """Measure the layer as it is now, and settle what the rule leaves open: `blend.measured`."""
+        encoder = self.device.encoder()
+        run = encoder.begin_compute_pass()
+        run.set_pipeline(self.pick)
+        run.set_bind_group(0, self.pick_bind)
+        run.dispatch_workgroups(-(-self.columns // 64), self.rows)
+        run.end()
+        self.device.submit(encoder)
+        rule = measured(rule, np.frombuffer(self.device.queue.read_buffer(self.found), np.float32))
+        values = np.zeros((), RULE)
+        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
+        self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
+        return rule
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        run = encoder.begin_compute_pass(**timing(timer, "composite"))
+        run.set_pipeline(self.pipeline)
+        run.set_bind_group(0, self.bind)
+        run.dispatch_workgroups(-(-self.size[0] // 64), self.size[1])
+        run.end()

@@ -19,9 +19,9 @@ struct Rule {
 @group(0) @binding(4) var result: texture_storage_2d<rgba8unorm, write>;
 
 fn lift_veil(color: vec3f) -> vec3f {
-    let q = dot(color, vec3f(0.2126, 0.7152, 0.0722)) / rule.peak;
+    let q = min(dot(color, vec3f(0.2126, 0.7152, 0.0722)) / rule.peak, 1e4);
     let t = q * q * q * q;
-    return color * (t / (t + rule.veil));
+    return color * (t / max(t + rule.veil, 1e-30));
 }
 
 fn composited(p: vec2u) -> vec4f {

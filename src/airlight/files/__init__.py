@@ -2,7 +2,19 @@
 
 from airlight.files.atomic import OUTPUTS, check_output, replacing
 from airlight.files.colour import encode, to_linear
+from airlight.files.decode import read_settings
 from airlight.files.images import Picture, read_image, read_mask
 from airlight.files.writing import write_image
 
-__all__ = ["OUTPUTS", "Picture", "check_output", "encode", "read_image", "read_mask", "replacing", "to_linear", "write_image"]
+__all__ = [
+    "OUTPUTS",
+    "Picture",
+    "check_output",
+    "encode",
+    "read_image",
+    "read_mask",
+    "read_settings",
+    "replacing",
+    "to_linear",
+    "write_image",
+]

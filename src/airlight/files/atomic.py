@@ -3,11 +3,14 @@
 import contextlib
 import errno
 import os
+import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
+from airlight import temporaries
 from airlight.errors import AirlightError, MachineError
 
 # Extension: OpenImageIO's format name and the bits that it can hold.
@@ -83,6 +86,7 @@ def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator
         try:
             # A short name: the target's may have the full 255 bytes already.
             temporary = os.path.join(folder, f".airlight-{os.urandom(6).hex()}")
+            temporaries.announce(temporary)
             with open(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
                 yield file
                 file.flush()
@@ -129,10 +133,26 @@ def _sync_folder(folder: str) -> None:
             os.close(handle)
 
 
+def _check_room(name: str, most: int, folder: str | None) -> None:
+    """Raise MachineError where `most` bytes might not fit: libjpeg ends the process then, and OpenImageIO's WebP hangs."""
+    if folder is not None and shutil.disk_usage(folder).free < most:
+        raise MachineError(f"{name}: the disk of {folder} is nearly full, {most >> 20} MiB are needed; make room or set TMPDIR")
+    if sys.platform != "win32":
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+        if limit != resource.RLIM_INFINITY and limit < most:
+            raise MachineError(f"{name}: files may have {limit} bytes here (ulimit -f), {most} are needed; raise the limit")
+
+
 @contextlib.contextmanager
-def scratch() -> Iterator[str]:
-    """The name of an empty file in memory, where libraries may write that would end the process on a full disk."""
+def scratch(name: str, most: int) -> Iterator[str]:
+    """The name of an empty file in memory, where libraries may write that would end the process on a full disk.
+
+    name: of the output, for the message; most: bytes that it may need. Raises MachineError where there is no room for them.
+    """
     if hasattr(os, "memfd_create") and os.path.isdir("/proc/self/fd"):
+        _check_room(name, most, None)
         handle = os.memfd_create("airlight")
         try:
             yield f"/proc/self/fd/{handle}"
@@ -140,4 +160,5 @@ def scratch() -> Iterator[str]:
             os.close(handle)
         return
     with tempfile.TemporaryDirectory() as folder:
+        _check_room(name, most, folder)
         yield os.path.join(folder, "scratch")

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, AirlightWarning
+from airlight.files import extras
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
 MAX_CHANNELS = 256
+# The settings of a run in an output's metadata: an attribute of EXR and PNG; in JPEG and TIFF, after MARK, the name of the software.
+SETTINGS, SOFTWARE, MARK = "airlight:settings", "Software", "Airlight "
 
 _MAGIC = (
     (b"\x89PNG\r\n\x1a\n", "png"),
@@ -103,6 +106,26 @@ def _sniff(head: bytes, path: str) -> str:
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR or HDR")
 
 
+def read_settings(path: str) -> str:
+    """The settings of the run that wrote an image. Raises AirlightError where there are none."""
+    import OpenImageIO as oiio
+
+    text = ""
+    with _opened(path) as (name, head):
+        with _quiet():
+            inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
+        problem(oiio)
+        if inp is not None:
+            with contextlib.suppress(UnicodeDecodeError):
+                software = inp.spec().get_string_attribute(SOFTWARE)
+                text = inp.spec().get_string_attribute(SETTINGS) or (software[len(MARK) :] if software.startswith(MARK) else "")
+            inp.close()
+            problem(inp)
+    if not text:
+        raise AirlightError(f"{path}: holds no settings of Airlight; EXR, PNG, TIFF and JPEG files that Airlight wrote do")
+    return text
+
+
 def _one_line(text: str, name: str) -> str:
     return " ".join(text.replace(name, "the file").split())[:200].rstrip(". ") or "no reason given"
 
@@ -144,8 +167,45 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
     return result if found else None
 
 
+def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) -> np.ndarray:
+    """The channels of an EXR's further parts behind those of the first, in `spec` too; a name that is taken gets the part's before it."""
+    names = list(spec.channelnames)
+    kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
+    found, lost = [pixels], []
+    for part in range(1, parts):
+        if not inp.seek_subimage(part, 0):
+            lost.append(str(part))
+            break
+        further = inp.spec()
+        name = further.get_string_attribute("oiio:subimagename", str(part))
+        box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
+        fresh = [f"{name}.{channel}" if channel in names else channel for channel in further.channelnames]
+        if further.deep or box[0] != box[1] or set(fresh) & set(names) or len(names) + len(fresh) > MAX_CHANNELS:
+            lost.append(name)
+            continue
+        if spec.width * spec.height * (len(names) + len(fresh)) * 4 > MAX_BYTES:
+            raise AirlightError(f"{path}: its {parts} parts are more than the limit of 4 GiB decoded; make it smaller first")
+        values = inp.read_image(part, 0, 0, further.nchannels, "float")
+        if values is None:
+            lost.append(name)
+            continue
+        found.append(np.reshape(values, (*pixels.shape[:2], len(fresh))))
+        names += fresh
+        kinds += [str(kind) for kind in further.channelformats] or [str(further.format)] * len(fresh)
+    if lost:
+        tell(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
+    spec.nchannels, spec.channelnames, spec.channelformats = len(names), tuple(names), tuple(_types(kinds))
+    return np.concatenate(found, axis=2, dtype=np.float32)
+
+
+def _types(kinds: list[str]) -> list[Any]:
+    import OpenImageIO as oiio
+
+    return [oiio.TypeDesc(kind) for kind in kinds]
+
+
 def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
-    """All channels of the first picture, with spec, format name and the file's first bytes."""
+    """All channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
 
     if on_damage not in ("error", "warn", "ignore"):
@@ -156,6 +216,11 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
     with _opened(path) as (name, head), contextlib.ExitStack() as quiet:
+        foreign = extras.kind(path, head)
+        if foreign is not None:
+            with open(name, "rb") as file:
+                codes, spec = (extras.decode_raw if foreign == "raw" else extras.decode_heic)(file, path, _check_header)
+            return np.reshape(codes, (spec.height, spec.width, spec.nchannels)), spec, foreign, head
         format = _sniff(head, path)
         if format == "png":
             quiet.enter_context(_quiet())
@@ -178,6 +243,9 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 problem(inp)
                 text = text or "rows are missing"
             parts = spec.get_int_attribute("oiio:subimages", 1)
+            if pixels is not None and format == "openexr" and parts > 1:
+                pixels = _with_parts(inp, spec, np.reshape(pixels, (spec.height, spec.width, spec.nchannels)), parts, path)
+                text += problem(inp)
         finally:
             inp.close()
             text += problem(inp) + problem(oiio)
@@ -186,6 +254,6 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
         raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
     if text and on_damage == "warn":
         tell(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
-    if parts > 1:
+    if parts > 1 and format != "openexr":
         tell(f"{path}: holds {parts} pictures; only the first is used", 5)
     return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head

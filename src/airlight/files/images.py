@@ -1,5 +1,6 @@
 """Pictures from files: checked, upright, and with all that is needed to write them back."""
 
+import difflib
 import os
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -7,12 +8,18 @@ from typing import Any, Literal
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.files import spaces
 from airlight.files.colour import LUMINANCE, Profile, alpha_of, decode_codes
 from airlight.files.decode import decode, tell
 from airlight.files.repair import repair
 
 OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
+
+
+def every(size: int, step: int) -> slice:
+    """Every step-th of size, from the middle of the first step; at least one."""
+    return slice(min(step // 2, size - 1), None, step)
 
 
 @dataclass
@@ -22,7 +29,10 @@ class Picture:
     codes: (H, W, C) uint8, uint16 or float32, C in 1..4: grey, grey + alpha, RGB, RGBA; alpha is unassociated in integer codes.
     alpha: (H, W) float32 in 0..1, or None. encoding: "srgb", "icc" (see `profile`) or "linear".
     extra: further EXR channels (H, W, len(extra_names)) float32, kept for writing. bits: of the stored colour (16 for half).
+    formats, extra_formats: how an EXR stores the picture's channels and the further ones, half or float.
     data_window, display_window: (x, y, width, height), `codes` fills the data window. spec: the file's metadata.
+    layer: the EXR layer that was asked for, whose channels are replaced when written; "": R G B A are.
+    to_709: (3, 3), the picture's linear RGB to linear Rec. 709; None where it is that. chromaticities: of the RGB, for writing.
     """
 
     codes: np.ndarray
@@ -37,11 +47,15 @@ class Picture:
     profile: Profile | None = None
     associated: bool = False
     lossless: bool = True
+    formats: tuple[str, ...] = ()
     extra: np.ndarray | None = None
     extra_names: tuple[str, ...] = ()
     extra_formats: tuple[str, ...] = ()
     data_window: Window = (0, 0, 0, 0)
     display_window: Window = (0, 0, 0, 0)
+    layer: str = ""
+    to_709: np.ndarray | None = None
+    chromaticities: tuple[float, ...] | None = None
 
     @property
     def height(self) -> int:
@@ -56,13 +70,22 @@ class Picture:
         """The codes without alpha, (H, W, 1 or 3)."""
         return self.codes[..., : 1 if self.codes.shape[2] < 3 else 3]
 
+    @property
+    def luminance(self) -> np.ndarray:
+        """(3,) float32: the weights of the luminance of the picture's linear RGB."""
+        return LUMINANCE if self.to_709 is None else (LUMINANCE @ self.to_709).astype(np.float32)
+
+    def rec709(self, pixels: np.ndarray) -> np.ndarray:
+        """(..., 3) in the picture's linear RGB as linear Rec. 709."""
+        return pixels if self.to_709 is None else pixels @ self.to_709.T.astype(np.float32)
+
     def linear(self, coarse: bool = False) -> np.ndarray:
-        """(H, W, 3) float32 scene-linear Rec. 709, grey expanded; straight colour for integer formats, as stored for EXR.
+        """(H, W, 3) float32 scene-linear, in the picture's own RGB; grey expanded; straight for integer formats, as stored for EXR.
 
         coarse: only every n-th row and column, some 1,500 of the longer.
         """
         step = max(1, max(self.width, self.height) // 1500) if coarse else 1
-        return decode_codes(self.colour_codes[step // 2 :: step, step // 2 :: step], self.profile, self.encoding == "linear")
+        return decode_codes(self.colour_codes[every(self.height, step), every(self.width, step)], self.profile, self.encoding == "linear")
 
 
 def upright(array: np.ndarray, orientation: int) -> np.ndarray:
@@ -104,16 +127,36 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
     return (corner[0] + x, corner[1] + y, width, height), (corner[0], corner[1], whole[0], whole[1])
 
 
-def _pick(names: list[str], alpha_channel: int, usable: list[bool]) -> list[int]:
-    """The indices of the picture's channels: R G B (A), or Y (A), else those of the first layer, else the first channel."""
-    layers = {name.rpartition(".")[0]: None for name in names}
-    for layer in sorted(layers, key=lambda layer: layer != ""):
+def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
+    """The layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
+    if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
+        alpha_channel = -1
+    found: dict[str, list[int]] = {}
+    for layer in {name.rpartition(".")[0]: None for name in names if not name.startswith("airlight.")}:
         place = {name.rpartition(".")[2].upper(): i for i, name in enumerate(names) if name.rpartition(".")[0] == layer and usable[i]}
         for colour in (("R", "G", "B"), ("Y",)):
-            if all(c in place for c in colour):
-                alpha = place.get("A", alpha_channel if layer == "" and alpha_channel >= 0 and usable[alpha_channel] else -1)
-                return [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
-    return [next(i for i, fine in enumerate(usable) if fine)]
+            if layer not in found and all(c in place for c in colour):
+                alpha = place.get("A", alpha_channel if layer == "" else -1)
+                found[layer] = [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
+    return found
+
+
+def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
+    """The layer that is meant by what the user wrote; `rgba` is the one without a name."""
+    if layer in found:
+        return layer
+    if layer.lower() == "rgba" and "" in found:
+        return ""
+    names = [name or "rgba" for name in found]
+    near = difflib.get_close_matches(layer, names, 1)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    raise AirlightError(f"{path}: has no layer {layer!r}{hint}; it has {', '.join(names) or 'none with R, G, B'}")
+
+
+def _stands_in(found: dict[str, list[int]]) -> str | None:
+    """The layer taken where none was asked for: the one without a name, else the beauty by its usual names, else the first."""
+    beauty = [name for name in found if name.rpartition(".")[2].lower() in ("combined", "beauty", "rgba")]
+    return "" if "" in found else next(iter(beauty + list(found)), None)
 
 
 def _straight(codes: np.ndarray) -> np.ndarray:
@@ -140,7 +183,24 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
         return icc, None
 
 
-def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
+def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
+    """Matrix to Rec. 709 and chromaticities of a picture: those of `colorspace`, else what its file says."""
+    if colorspace is not None:
+        if not real:
+            raise AirlightError(f"{name}: holds integers, whose colours its ICC profile tells; --colorspace is for EXR, HDR, float TIFF")
+        spec.erase_attribute("colorInteropID")
+        return spaces.by_name(colorspace)
+    value = spec.getattribute("chromaticities")
+    if not isinstance(value, tuple) or len(value) != 8:
+        return None, None
+    try:
+        return spaces.to_rec709(value), value
+    except ValueError as error:
+        tell(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
+        return None, None
+
+
+def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None) -> Picture:
     name = os.fsdecode(path)
     pixels, spec, format, head = decode(name, on_damage)
     orientation = spec.get_int_attribute("Orientation", 1)
@@ -157,14 +217,19 @@ def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
     usable = [format != "openexr" or kind != "uint" for kind in kinds]
     if not any(usable):
         raise AirlightError(f"{name}: holds only identifiers, no colours; choose a picture with R, G, B")
-    chosen = _pick(names, spec.alpha_channel, usable)
+    found = _layers(names, spec.alpha_channel, usable)
+    if layer is not None and format != "openexr":
+        raise AirlightError(f"{name}: --input-layer chooses among the layers of an EXR, which this is not; leave it out")
+    own = _named(layer, found, name) if layer is not None else ""
+    stand_in = _stands_in(found) if layer is None else own
+    chosen = found[stand_in] if stand_in is not None else [next(i for i, fine in enumerate(usable) if fine)]
     codes = np.ascontiguousarray(pixels[..., chosen])
     real = codes.dtype.kind == "f"
     has_alpha = len(chosen) in (2, 4)
 
-    # The picture's own R G B A (or Y A) are replaced when written; a layer that stood in for them is kept as well.
-    top = all("." not in names[i] for i in chosen) and (len(chosen) > 1 or names[chosen[0]].upper() == "Y")
-    rest = [i for i in range(len(names)) if usable[i] and not (top and i in chosen) and not names[i].startswith("airlight.")]
+    # R G B A (or Y A), or the layer that was asked for, are replaced when written; a layer that stood in for them is kept as well.
+    replaced = stand_in == own
+    rest = [i for i in range(len(names)) if usable[i] and not (replaced and i in chosen) and not names[i].startswith("airlight.")]
     lost = [names[i] for i in range(len(names)) if not usable[i]] if format == "openexr" else [names[i] for i in rest if i not in chosen]
     if lost:
         tell(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
@@ -175,6 +240,7 @@ def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
         associated = real
         codes = codes if real else _straight(codes)
     icc, profile = _profile(spec, name) if not real else (None, None)
+    to_709, chromaticities = _space(spec, real, name, colorspace)
     flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
     return Picture(
         codes=codes,
@@ -188,29 +254,34 @@ def _load(path: str | os.PathLike[str], on_damage: str) -> Picture:
         icc=icc,
         profile=profile,
         associated=associated,
-        lossless=format != "jpeg" and (format != "webp" or b"VP8 " not in head),
+        lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
+        formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
         extra=extra,
         extra_names=tuple(names[i] for i in rest) if extra is not None else (),
         extra_formats=tuple(kinds[i] for i in rest) if extra is not None else (),
         data_window=data_window,
         display_window=display_window,
+        layer=own,
+        to_709=to_709,
+        chromaticities=chromaticities,
     )
 
 
-def _checked(path: str | os.PathLike[str], on_damage: str) -> Picture:
+def _checked(path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None) -> Picture:
     try:
-        return _load(path, on_damage)
+        return _load(path, on_damage, layer, colorspace)
     except UnicodeDecodeError as error:  # from names within the file
         raise AirlightError(f"{os.fsdecode(path)}: is damaged (names that are not UTF-8); copy or export it again") from error
 
 
-def read_image(path: str | os.PathLike[str], on_damage: str = "error") -> Picture:
+def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: str | None = None, colorspace: str | None = None) -> Picture:
     """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
 
     `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
+    layer: of an EXR, instead of its R G B A. colorspace: what the floats are in, instead of what the file says (see `spaces.by_name`).
     NaN and Inf are mended (`repair`). Raises AirlightError for anything that is no usable picture; warns with AirlightWarning.
     """
-    picture = _checked(path, on_damage)
+    picture = _checked(path, on_damage, layer, colorspace)
     if picture.codes.dtype.kind == "f":
         picture.codes = repair(picture.codes, picture.path)
         if picture.alpha is not None:

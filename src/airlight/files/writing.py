@@ -10,32 +10,18 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.colour import alpha_of, encode_codes, is_neutral
-from airlight.files.decode import problem, tell
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, problem, tell
 from airlight.files.images import Picture
 
 HALF_MOST = 65504.0
-# Metadata that describes the old file's storage, not the picture.
-_STORAGE = (
-    "oiio:",
-    "openexr:",
-    "tiff:",
-    "png:",
-    "jpeg:",
-    "gif:",
-    "hdr:",
-    "bmp:",
-    "thumbnail_",
-    "ICCProfile",
-    "planarconfig",
-    "compression",
-    "screenWindow",
-    "dwaCompressionLevel",
-    "chromaticities",
-    "chunkCount",
-    "name",
-    "version",
-    "type",
-)
+# Metadata that describes the old file's storage, or the run that made it, not the picture.
+_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
+_NAMES = {
+    *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
+    *("chunkCount", "name", "version", "type"),
+}
+# Bytes of metadata in a JPEG: libjpeg ends the process where a block passes 64 KiB.
+MOST_TEXT, MOST_SETTINGS = 30_000, 20_000
 _LOSSLESS_EXR = ("none", "rle", "zip", "zips", "piz", "htj2k32", "htj2k256")
 
 
@@ -50,13 +36,16 @@ def write_image(
     overwrite: bool = False,
     bits: int | None = None,
     encoded: np.ndarray | None = None,
+    settings: str | None = None,
 ) -> None:
-    """Write (H, W, 3) linear Rec. 709 as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
+    """Write (H, W, 3) linear pixels as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
 
+    pixels: in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made Rec. 709.
     like: the input; its encoding, depth, alpha, metadata and further EXR channels are kept where the format can.
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
     alpha: (H, W) 0..1 instead of the input's. layer: (H, W, 3), in EXR written as airlight.R/G/B.
     bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes that the caller has encoded (then `pixels` may be None).
+    settings: a text about the run, kept in the metadata of EXR, PNG, TIFF and JPEG.
     Raises AirlightError before writing, MachineError when the disk is full; warns of what the format cannot hold.
     """
     name = os.fsdecode(path)
@@ -72,12 +61,15 @@ def write_image(
     if given is None or given.ndim != 3 or given.shape[2] != 3 or (like is not None and given.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
+    if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
+        pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
     if real:
         colour, keeps_icc = _real_colour(pixels, like, format, depth, changed, name), False
     else:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
-    if like is not None and like.colour_codes.shape[2] == 1 and is_neutral(colour if pixels is None or real else pixels):
+    grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
+    if grey and is_neutral(colour if pixels is None or real else pixels):
         colour = colour[..., :1]
     channels = [colour]
     transparency = _alpha(like, alpha, colour.dtype, real)
@@ -99,7 +91,9 @@ def write_image(
             tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
     codes = np.ascontiguousarray(np.concatenate(channels, axis=2) if len(channels) > 1 else colour)
     spec = _spec(codes, colour.shape[2], transparency is not None, layer is not None, like, format, depth, keeps_icc)
-    with scratch() as memory:
+    if settings is not None:
+        _note(spec, format, settings, name)
+    with scratch(name, codes.nbytes + (1 << 20)) as memory:
         _encode(memory, format, spec, codes, name)
         _verify(memory, codes, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
@@ -113,13 +107,11 @@ def _real_colour(
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     most = HALF_MOST if depth == 16 else float(np.finfo(np.float32).max)
     colour = np.nan_to_num(np.array(pixels, np.float32), nan=0.0, posinf=most, neginf=-most)
-    if depth == 16:
-        np.clip(colour, -most, most, out=colour)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
         colour *= like.alpha[..., None]
     elif like is not None and like.codes.dtype.kind == "f" and changed is not None:
         np.copyto(colour, like.colour_codes, where=~changed[..., None])
-    return colour
+    return np.clip(colour, -most, most, out=colour) if depth == 16 else colour
 
 
 def _integer_colour(
@@ -129,7 +121,7 @@ def _integer_colour(
     dtype = np.dtype(f"uint{depth}")
     integer = like is not None and like.codes.dtype.kind == "u"
     profile = like.profile if integer and like is not None and format != "webp" else None
-    flat = integer and like is not None and like.encoding == "linear" and format == "png"
+    flat = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png"
     encoding = "icc" if profile is not None else "linear" if flat else "srgb"
     keeps_icc = integer and like is not None and like.icc is not None and (encoding == "icc" or like.encoding == "srgb")
     same = like is not None and like.codes.dtype == dtype and like.encoding == encoding
@@ -154,7 +146,7 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
         if like is None or like.alpha is None:
             return None
         if like.codes.dtype == dtype:
-            return like.codes[..., -1]
+            return np.clip(like.codes[..., -1], -HALF_MOST, HALF_MOST) if real else like.codes[..., -1]
         alpha = like.alpha
     alpha = alpha_of(np.nan_to_num(np.asarray(alpha, np.float32)))
     return alpha if real else np.rint(alpha * np.iinfo(dtype).max).astype(dtype)
@@ -167,13 +159,15 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     kind = {8: "uint8", 16: "half" if format == "openexr" else "uint16", 32: "float"}[depth]
     spec = oiio.ImageSpec(width, height, channels, kind)
     names = (["R", "G", "B"] if colours == 3 else ["Y"]) + (["A"] if alpha else [])
+    if format == "openexr" and like is not None and like.layer:
+        names = list(like.channels) if len(names) == len(like.channels) else [f"{like.layer}.{name}" for name in names]
     if like is not None:
-        for item in like.spec.extra_attribs:
-            with contextlib.suppress(UnicodeDecodeError):  # text in an unknown encoding cannot be handed on
-                if not item.name.startswith(_STORAGE):
-                    spec.attribute(item.name, item.type, item.value)
+        _hand_on(spec, like, format)
     if format == "openexr":
-        kinds = [kind] * len(names) + (["half"] * 3 if layer else [])
+        kinds = [kind] * len(names)
+        if like is not None and len(like.formats) == len(names) and depth == like.bits:
+            kinds = list(like.formats)
+        kinds += ["half"] * 3 if layer else []
         names += ["airlight.R", "airlight.G", "airlight.B"] if layer else []
         compression = ""
         if like is not None and like.format == "openexr":
@@ -182,8 +176,12 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
             compression = like.spec.get_string_attribute("compression")
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
+            if like.spec.get_string_attribute("colorInteropID"):
+                spec.attribute("colorInteropID", like.spec.get_string_attribute("colorInteropID"))
         spec.channelformats = tuple(oiio.TypeDesc(k) for k in kinds)
         spec.attribute("compression", compression if compression in _LOSSLESS_EXR else "zips")
+        if like is not None and like.chromaticities is not None:
+            spec.attribute("chromaticities", "float[8]", like.chromaticities)
     spec.channelnames = tuple(names)
     if alpha:
         spec.alpha_channel = colours
@@ -192,8 +190,8 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     if like is not None and keeps_icc and like.icc is not None and (like.icc[16:20] == b"GRAY") == (colours == 1):
         spec.attribute("ICCProfile", f"uint8[{len(like.icc)}]", np.frombuffer(like.icc, np.uint8))
     elif depth < 32 and format != "openexr":
-        flat = like is not None and like.encoding == "linear" and like.codes.dtype.kind == "u" and format == "png"
-        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if flat else "srgb_rec709_scene")
+        linear = like is not None and like.encoding == "linear" and like.format != "raw" and like.codes.dtype.kind == "u"
+        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear and format == "png" else "srgb_rec709_scene")
     # Without it the time of writing would be put in: the same command gives the same bytes.
     if spec.getattribute("DateTime") is None:
         spec.attribute("DateTime", "")
@@ -208,6 +206,34 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
     elif format == "tiff":
         spec.attribute("compression", "zip")
     return spec
+
+
+def _hand_on(spec: Any, like: Picture, format: str) -> None:
+    """Give the spec the input's metadata."""
+    room, lost = MOST_TEXT, []
+    for item in like.spec.extra_attribs:
+        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
+            settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
+            if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings:
+                continue
+            size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
+            if format == "jpeg" and size > room:
+                lost.append(item.name)
+                continue
+            room -= size
+            spec.attribute(item.name, item.type, item.value)
+    if lost:
+        tell(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
+
+
+def _note(spec: Any, format: str, settings: str, name: str) -> None:
+    """Put the settings of the run into the spec."""
+    if format == "jpeg" and len(settings) > MOST_SETTINGS:
+        tell(f"{name}: the settings are too long for a JPEG and are left out", 4)
+    elif format in ("openexr", "png"):
+        spec.attribute(SETTINGS, settings)
+    else:
+        spec.attribute(SOFTWARE, MARK + settings)
 
 
 def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
@@ -238,7 +264,7 @@ def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
     inp = oiio.ImageInput.open(memory, hints)
     back, text = None, problem(oiio)
     if inp is not None:
-        kind = codes.dtype.name if codes.dtype.kind == "u" else "float"
+        kind = codes.dtype.name if codes.dtype.kind == "u" else "half" if format == "openexr" else "float"
         back = inp.read_image(0, 0, 0, codes.shape[2], kind)
         text += problem(inp)
         inp.close()

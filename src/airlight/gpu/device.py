@@ -4,6 +4,7 @@ import contextlib
 import os
 import sys
 import tempfile
+import threading
 from functools import lru_cache
 from typing import Any
 
@@ -46,34 +47,56 @@ def adapters() -> list[Any]:
     return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
 
 
+class Recording:
+    """A command encoder whose commands may also be carried out on the way, see `pause`."""
+
+    def __init__(self, device: "Device") -> None:
+        self.device = device
+        self._encoder = device.device.create_command_encoder()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._encoder, name)
+
+    def pause(self) -> None:
+        """Submit what was recorded and wait until it is done: between two long passes, so that an interrupt is answered."""
+        self.device.submit(self)
+        self.device.queue.read_buffer(self.device.buffer(size=16))  # waits for all submitted work
+        self._encoder = self.device.device.create_command_encoder()
+
+
 class Device:
     """A device, its queue, and the pipelines compiled so far (each once)."""
 
-    def __init__(self, adapter: Any) -> None:
+    def __init__(self, device: Any) -> None:
         self.wgpu = _wgpu()
-        self.info: dict[str, Any] = dict(adapter.info)
-        features = [f for f in WANTED_FEATURES if f in adapter.features]
-        side = adapter.limits["max-texture-dimension-2d"]
-        size = adapter.limits["max-storage-buffer-binding-size"]
-        buffer = adapter.limits["max-buffer-size"]
-        try:
-            self.device = adapter.request_device_sync(
-                required_features=features,
-                required_limits={
-                    "max-texture-dimension-2d": side,
-                    "max-storage-buffer-binding-size": size,
-                    "max-buffer-size": buffer,
-                },
-            )
-        except Exception as error:
-            raise MachineError(f"the adapter {self.name} gave no device ({error}); {cure()}") from None
-        self.queue = self.device.queue
-        self.max_side: int = side
+        self.device, self.queue = device, device.queue
+        self.info: dict[str, Any] = dict(device.adapter.info)
+        self.max_side: int = device.limits["max-texture-dimension-2d"]
         self.is_cpu = self.info.get("adapter_type") == "CPU"
-        self.timestamps = "timestamp-query" in features
+        self.timestamps = "timestamp-query" in device.features
+        self._lock = threading.Lock()
         self._pipelines: dict[Any, Any] = {}
         self._modules: dict[str, Any] = {}
         self._samplers: dict[str, Any] = {}
+
+    @classmethod
+    def of(cls, device: Any) -> "Device":
+        """A Device as it is, or made of a wgpu.GPUDevice that the caller holds."""
+        return device if isinstance(device, cls) else cls(device)
+
+    @classmethod
+    def on(cls, adapter: Any) -> "Device":
+        """A new device of an adapter, with as large textures and buffers as it gives. Raises MachineError."""
+        wanted = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
+        try:
+            return cls(
+                adapter.request_device_sync(
+                    required_features=[f for f in WANTED_FEATURES if f in adapter.features],
+                    required_limits={name: adapter.limits[name] for name in wanted},
+                )
+            )
+        except Exception as error:
+            raise MachineError(f"the adapter {adapter.info['device']} gave no device ({error}); {cure()}") from None
 
     @property
     def name(self) -> str:
@@ -90,16 +113,20 @@ class Device:
     def pipeline(self, path: str, entry: str, **constants: float) -> Any:
         """The compute pipeline of an entry point of a .wgsl file of the package, with its override constants."""
         key = (path, entry, tuple(sorted(constants.items())))
-        if key not in self._pipelines:
+        with self._lock:
+            if key in self._pipelines:
+                return self._pipelines[key]
             module, _, layout = self._module(path)
             compute = {"module": module, "entry_point": entry, "constants": {k: float(v) for k, v in constants.items()}}
             self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
-        return self._pipelines[key]
+            return self._pipelines[key]
 
     def raster(self, path: str, corners: str, pixels: str, **constants: float) -> Any:
         """The render pipeline of a vertex and a fragment entry point, of triangles onto one rgba16float image, which it replaces."""
         key = (path, corners, pixels, tuple(sorted(constants.items())))
-        if key not in self._pipelines:
+        with self._lock:
+            if key in self._pipelines:
+                return self._pipelines[key]
             module, _, layout = self._module(path)
             said = {k: float(v) for k, v in constants.items()}
             self._pipelines[key] = self.device.create_render_pipeline(
@@ -109,7 +136,7 @@ class Device:
                 primitive={"topology": "triangle-list"},
                 label=f"{path}:{pixels}",
             )
-        return self._pipelines[key]
+            return self._pipelines[key]
 
     def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
         """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on."""
@@ -155,10 +182,10 @@ class Device:
         data: memoryview = self.queue.read_texture({"texture": texture}, layout, (width, height, 1))
         return data
 
-    def encoder(self) -> Any:
-        return self.device.create_command_encoder()
+    def encoder(self) -> "Recording":
+        return Recording(self)
 
-    def submit(self, encoder: Any) -> None:
+    def submit(self, encoder: Recording) -> None:
         self.queue.submit([encoder.finish()])
 
 
@@ -179,4 +206,4 @@ def choose(name: str | None = None) -> Any:
 @lru_cache(maxsize=8)
 def open_device(name: str | None = None) -> Device:
     """The device to compute on; the same one for the same name. Raises MachineError with the cure where there is none."""
-    return Device(choose(name))
+    return Device.on(choose(name))

@@ -9,6 +9,7 @@ struct Knee {
     scale: f32,               // power of two that keeps the source in half floats
     apron: i32,               // texels of nothing around the source
     masked: u32,
+    luminance: vec3f,         // weights of the luminance of the picture's RGB
 }
 
 @group(0) @binding(0) var<uniform> knee: Knee;
@@ -24,7 +25,7 @@ fn rise(x: f32) -> f32 {
 }
 
 fn luminance(c: vec3f) -> f32 {
-    return dot(c, vec3f(0.2126, 0.7152, 0.0722));
+    return dot(c, knee.luminance);
 }
 
 /// RGB and m of a pixel of the picture.

@@ -24,17 +24,25 @@ def _shrink(image: Any, factor: int) -> Any:
 
 
 def layer(
-    rgb: Any, lights: Sequence[Light], p: Parameters, *, alpha: Any = None, depth: Any = None, mask: Any = None, fraction: bool = False
+    rgb: Any,
+    lights: Sequence[Light],
+    p: Parameters,
+    *,
+    alpha: Any = None,
+    depth: Any = None,
+    mask: Any = None,
+    fraction: bool = False,
+    luminance: Any = radial.REC709,
 ) -> Any:
     """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
     if p.method == "radial" and p.jitter in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.jitter} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]
     if fraction:
-        m = radial.mask(rgb, alpha, depth, p) * (1.0 if mask is None else mask)
+        m = radial.mask(rgb, alpha, depth, p, luminance) * (1.0 if mask is None else mask)
         emitted = np.repeat(m[..., None], 3, axis=2)
     else:
-        emitted = radial.source(rgb, p, alpha=alpha, depth=depth, user_mask=mask)
+        emitted = radial.source(rgb, p, alpha=alpha, depth=depth, user_mask=mask, luminance=luminance)
     factor = max(1, math.ceil(math.sqrt(height * width / PIXELS)))
     small = _shrink(emitted, factor)
     # whole small pixels may reach beyond the image: positions are scaled so that the two grids agree

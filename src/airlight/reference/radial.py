@@ -186,15 +186,16 @@ def finite(image: Array) -> Array:
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
-def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters) -> Array:
+def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Sequence[float] = REC709) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
-    luminance, contrast: smoothstep(threshold -+ smoothness) of the Rec. 709 luminance of image (H, W, 3), linear; alpha: 1 - alpha;
-    depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is missing.
+    luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
+    alpha: 1 - alpha; depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is
+    missing.
     """
     low, high = parameters.knee
     if parameters.occlusion in ("luminance", "contrast"):
-        return smoothstep(low, high, finite(image) @ np.asarray(REC709))
+        return smoothstep(low, high, finite(image) @ np.asarray(luminance))
     if parameters.occlusion == "alpha":
         if alpha is None:
             raise AirlightError("occlusion alpha needs an image with an alpha channel")
@@ -207,13 +208,19 @@ def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Par
 
 
 def source(
-    image: Array, parameters: Parameters, *, alpha: Array | None = None, depth: Array | None = None, user_mask: Array | None = None
+    image: Array,
+    parameters: Parameters,
+    *,
+    alpha: Array | None = None,
+    depth: Array | None = None,
+    user_mask: Array | None = None,
+    luminance: Sequence[float] = REC709,
 ) -> Array:
     """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
 
     contrast (13.5.3): I m + (1 - m) (C + (I - C) / 4), C the mean colour of what does not emit, weighted by 1 - m.
     """
-    m = mask(image, alpha, depth, parameters)
+    m = mask(image, alpha, depth, parameters, luminance)
     if user_mask is not None:
         m = m * np.clip(finite(user_mask), 0.0, 1.0)
     if parameters.method == "additive":  # a stencil draws a pixel or does not (13.5.2)
@@ -238,6 +245,7 @@ def layer(
     taps: int | None = None,
     points: Array | None = None,
     dtype: Any = np.float64,
+    luminance: Sequence[float] = REC709,
 ) -> Array:
     """What `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
 
@@ -245,7 +253,7 @@ def layer(
     at full resolution whatever `scale` says. offsets: one per point, needed where jitter is gradient or blue.
     """
     p = parameters
-    emitted = source(image, p, alpha=alpha, depth=depth, user_mask=user_mask)
+    emitted = source(image, p, alpha=alpha, depth=depth, user_mask=user_mask, luminance=luminance)
     height, width = emitted.shape[:2]
     total: Any = 0.0
     for light in lights:

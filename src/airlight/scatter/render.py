@@ -2,17 +2,17 @@
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule
-from airlight.composite.codes import composite
+from airlight.composite.blend import REC709, Rule
+from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, open_device
 from airlight.gpu.timing import Timer, timing
-from airlight.lights import Light
+from airlight.lights import Light, as_lights
 from airlight.parameters import Parameters, check_ray
 from airlight.scatter.additive.additive import AdditivePlan
 from airlight.scatter.bands.bands import BandsPlan
@@ -21,7 +21,9 @@ from airlight.scatter.multipass.multipass import MultipassPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
-KNEE = np.dtype([("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3)])
+KNEE = np.dtype(
+    [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
+)
 MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3, "contrast": 4}
 Array = np.ndarray
 
@@ -35,72 +37,68 @@ def check_size(device: Device, width: int, height: int) -> None:
         )
 
 
-def _upload(device: Device, picture: Array) -> Any:
-    """(H, W, 4) uint8 sRGB codes, or (H, W, 4) float32 linear, as a texture."""
-    height, width = picture.shape[:2]
-    eight = picture.dtype == np.uint8
-    texture = device.texture(width, height, "rgba8unorm" if eight else "rgba32float", target=False)
-    device.write(texture, np.ascontiguousarray(picture), width * (4 if eight else 16))
-    return texture
+class _Occluders:
+    """The pass that writes the mean colour of what does not emit into a buffer of one vec4f."""
+
+    def __init__(self, device: Device, knee: Any, picture: Any, aside: Any, codes: bool) -> None:
+        width, height, _ = picture.size
+        self.columns, self.blocks = -(-width // 64), -(-height // 64)
+        self.mean = device.buffer(size=16)
+        constants = {"MODE": MODES["contrast"], "CODES": codes}
+        self.pipelines = [device.pipeline(OCCLUDERS, entry, **constants) for entry in ("blocks", "whole")]
+        self.bind = device.bind(OCCLUDERS, knee, picture, aside, device.buffer(size=16 * width * self.blocks), self.mean)
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        run = encoder.begin_compute_pass(**timing(timer, "occluders"))
+        run.set_bind_group(0, self.bind)
+        for pipeline, count in zip(self.pipelines, ((self.columns, self.blocks), (1, 1)), strict=True):
+            run.set_pipeline(pipeline)
+            run.dispatch_workgroups(*count)
+        run.end()
 
 
-def _occluders(device: Device, encoder: Any, knee: Any, picture: Any, aside: Any, codes: bool, timer: Any) -> Any:
-    """Record the mean colour of what does not emit, into a buffer of one vec4f."""
-    width, height, _ = picture.size
-    blocks = -(-height // 64)
-    sums, mean = device.buffer(size=16 * width * blocks), device.buffer(size=16)
-    constants = {"MODE": MODES["contrast"], "CODES": codes}
-    pipelines = [device.pipeline(OCCLUDERS, entry, **constants) for entry in ("blocks", "whole")]
-    run = encoder.begin_compute_pass(**timing(timer, "occluders"))
-    run.set_bind_group(0, device.bind(OCCLUDERS, knee, picture, aside, sums, mean))
-    for pipeline, count in zip(pipelines, ((-(-width // 64), blocks), (1, 1)), strict=True):
-        run.set_pipeline(pipeline)
-        run.dispatch_workgroups(*count)
-    run.end()
-    return mean
+class _Source:
+    """The pass that writes S = I m (or m itself) into a half-float texture, with an apron of one texel for border black."""
 
+    def __init__(self, device: Device, picture: Any, p: Parameters, *, masked: bool, deep: bool, fraction: bool) -> None:
+        width, height, _ = picture.size
+        apron = 1 if p.border == "black" else 0
+        self.device = device
+        self.knee = np.zeros((), KNEE)
+        self.knee["low"], self.knee["high"] = p.knee
+        self.knee["apron"], self.knee["masked"] = apron, masked
+        self.aside = device.texture(width, height, "rgba32float", target=False) if masked or deep else picture
+        self.texture = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
+        codes = picture.format == "rgba8unorm"
+        constants = {"MODE": MODES[p.occlusion], "FRACTION": fraction, "CODES": codes, "STENCIL": p.method == "additive"}
+        self.pipeline = device.pipeline(SOURCE, "emit", **constants)
+        self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
+        self.occluders = _Occluders(device, self.uniform, picture, self.aside, codes) if p.occlusion == "contrast" else None
+        mean = self.occluders.mean if self.occluders else device.buffer(size=16)
+        self.bind = device.bind(SOURCE, self.uniform, picture, self.aside, self.texture, mean)
 
-def _source(
-    device: Device,
-    encoder: Any,
-    picture: Any,
-    p: Parameters,
-    mask: Array | None,
-    depth: Array | None,
-    fraction: bool,
-    scale: float,
-    timer: Any,
-) -> Any:
-    """Record S = I m (or m itself) into a half-float texture, with an apron of one texel for border black."""
-    width, height, _ = picture.size
-    apron = 1 if p.border == "black" else 0
-    knee = np.zeros((), KNEE)
-    knee["low"], knee["high"] = p.knee
-    knee["scale"], knee["apron"], knee["masked"] = scale, apron, mask is not None
-    aside = picture
-    if mask is not None or depth is not None:
-        both = np.zeros((height, width, 4), np.float32)
-        if mask is not None:
-            both[..., 0] = mask
-        if depth is not None:
-            both[..., 1] = depth
-        aside = device.texture(width, height, "rgba32float", target=False)
-        device.write(aside, both, width * 16)
-    source = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
-    codes = picture.format == "rgba8unorm"
-    pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes, STENCIL=p.method == "additive")
-    uniform = device.buffer(knee.tobytes(), uniform=True)
-    if p.occlusion == "contrast":
-        mean = _occluders(device, encoder, uniform, picture, aside, codes, timer)
-    else:
-        mean = device.buffer(size=16)
-    bind = device.bind(SOURCE, uniform, picture, aside, source, mean)
-    run = encoder.begin_compute_pass(**timing(timer, "source"))
-    run.set_pipeline(pipeline)
-    run.set_bind_group(0, bind)
-    run.dispatch_workgroups(-(-source.size[0] // 64), -(-source.size[1] // 8))
-    run.end()
-    return source
+    def write(self, mask: Array | None, depth: Array | None, scale: float, luminance: Array = REC709) -> None:
+        """Upload what varies from picture to picture. scale: what keeps the source in half floats; luminance: weights of the RGB."""
+        self.knee["scale"], self.knee["luminance"] = scale, luminance
+        self.device.queue.write_buffer(self.uniform, 0, self.knee.tobytes())
+        if mask is not None or depth is not None:
+            width, height, _ = self.aside.size
+            both = np.zeros((height, width, 4), np.float32)
+            if mask is not None:
+                both[..., 0] = mask
+            if depth is not None:
+                both[..., 1] = depth
+            self.device.write(self.aside, both, width * 16)
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        width, height, _ = self.texture.size
+        if self.occluders:
+            self.occluders.record(encoder, timer)
+        run = encoder.begin_compute_pass(**timing(timer, "source"))
+        run.set_pipeline(self.pipeline)
+        run.set_bind_group(0, self.bind)
+        run.dispatch_workgroups(-(-width // 64), -(-height // 8))
+        run.end()
 
 
 def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
@@ -130,8 +128,8 @@ def plan(
     apron = 1 if p.border == "black" else 0
     plans: list[Any] = []
     before = None
-    for light in lights:
-        target = layer if layer is not None and light is lights[-1] else device.texture(*size, "rgba16float")
+    for number, light in enumerate(lights, 1):
+        target = layer if layer is not None and number == len(lights) else device.texture(*size, "rgba16float")
         gain, base = gains(p, light, p.method)
         position, density = light.placed(*size, p.density)
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
@@ -169,8 +167,6 @@ def plan(
             rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}
             plans.append(AdditivePlan(device, size, position, **rest, **common))
         else:
-            if p.scale != 1 and before is not None:
-                common["before"] = before
             common["base"] = base or (0, 0, 0)
             plans.append(
                 RadialPlan(
@@ -190,48 +186,124 @@ def plan(
     return plans, before
 
 
-class _Job:
-    """One picture on the device: its texture, and the layer of its lights, submitted on construction."""
+class ImagePlan:
+    """All passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
+
+    picture: the texture that is read, rgba8unorm (sRGB codes) or rgba32float (linear); layer: the one that is written, rgba16float.
+    Either may be the caller's own. mask and depth are (H, W) if masked and deep say that they are given.
+    """
 
     def __init__(
         self,
         device: Device,
-        picture: Array,
-        lights: list[Light],
+        picture: Any,
+        lights: Sequence[Light],
         p: Parameters,
         *,
-        mask: Array | None = None,
-        depth: Array | None = None,
+        layer: Any = None,
+        masked: bool = False,
+        deep: bool = False,
         fraction: bool = False,
-        profile: list[tuple[str, float]] | None = None,
     ) -> None:
-        height, width = picture.shape[:2]
+        width, height, _ = picture.size
         check_size(device, width, height)
-        self.device, self.profile = device, profile
-        self.timer = Timer(device) if profile is not None else None
+        self.device, self.picture = device, picture
+        self.scales = not fraction and p.method != "additive"  # whose buffer holds 0 to 1
+        self.timer: Timer | None = None
         self.scale = 1.0
-        if picture.dtype != np.uint8 and not fraction and p.method != "additive":  # whose buffer holds 0 to 1
-            peak = float(picture[..., :3].max())
+        self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
+        self.source.write(None, None, 1.0)
+        self.plans, self.layer = plan(device, (width, height), list(lights), p, self.source.texture, layer)
+        self.composites: dict[Any, CodesComposite] = {}
+
+    def record(self, encoder: Any, timer: Timer | None = None) -> None:
+        """Record the passes from picture to layer."""
+        self.source.record(encoder, timer)
+        for step in self.plans:
+            step.record(encoder, timer)
+
+    def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
+        """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
+        self.scale = 1.0
+        if picture.dtype != np.uint8 and self.scales:
+            peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
-        encoder = device.encoder()
-        self.picture = _upload(device, picture)
-        source = _source(device, encoder, self.picture, p, mask, depth, fraction, self.scale, self.timer)
-        plans, self.layer = plan(device, (width, height), lights, p, source)
-        for step in plans:
-            step.record(encoder, self.timer)
-        self._submit(encoder)
+        self.source.write(mask, depth, self.scale, luminance)
+        self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
 
-    def _submit(self, encoder: Any) -> None:
-        if self.timer:
-            self.timer.resolve(encoder)
+    def submit(self, *recorded: Callable[[Any, Timer | None], None], profile: list[tuple[str, float]] | None = None) -> None:
+        """Record and submit some passes; their times (label, ms) are added to `profile`."""
+        if profile is not None and self.timer is None:
+            self.timer = Timer(self.device)
+        timer = self.timer if profile is not None else None
+        encoder = self.device.encoder()
+        for record in recorded:
+            record(encoder, timer)
+        if timer:
+            timer.resolve(encoder)
         self.device.submit(encoder)
-        self.note()
+        if timer and profile is not None:
+            profile += timer.milliseconds()
 
-    def note(self) -> None:
-        """Take down the times of the passes since the last call."""
-        if self.timer and self.profile is not None:
-            self.profile += self.timer.milliseconds()
+    def codes(self, rule: Rule, profile: list[tuple[str, float]] | None = None) -> tuple[Array, Rule]:
+        """The picture's codes with the layer on them, (H, W, 4) uint8, and the rule as it was measured."""
+        key = rule.blend, rule.veil > 0
+        if key not in self.composites:
+            self.composites[key] = CodesComposite(self.device, self.picture, self.layer, rule)
+        composite = self.composites[key]
+        rule = composite.measure(rule)
+        self.submit(composite.record, profile=profile)
+        width, height, _ = self.picture.size
+        return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4), rule
+
+
+class Renderer:
+    """Renders many pictures on one device; plans of the last few kinds of picture are kept. Give it as `device` to the functions of
+    airlight, or call its methods of the same names. Not to be shared between threads; several may share a device.
+
+    device: the name of an adapter, a `Device`, or a wgpu.GPUDevice; None for the fastest adapter. keep: number of plans.
+    Raises MachineError where there is no adapter.
+    """
+
+    def __init__(self, device: Any = None, *, keep: int = 2) -> None:
+        self.device = open_device(device) if device is None or isinstance(device, str) else Device.of(device)
+        self.keep = keep
+        self._plans: dict[Any, ImagePlan] = {}
+
+    def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[Light], p: Parameters, **kind: bool) -> ImagePlan:
+        """The kept plan for such pictures, or a new one. size: (width, height)."""
+        key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
+        found = self._plans.pop(key, None)
+        if found is None:
+            check_size(self.device, *size)
+            picture = self.device.texture(*size, "rgba8unorm" if eight else "rgba32float", target=False)
+            found = ImagePlan(self.device, picture, lights, p, **kind)
+        while len(self._plans) >= max(self.keep, 1):
+            del self._plans[next(iter(self._plans))]
+        if self.keep:
+            self._plans[key] = found
+        return found
+
+    def light_shafts(self, image: Any, light: Any, **keywords: Any) -> Array:
+        """As airlight.light_shafts."""
+        from airlight import api
+
+        return api.light_shafts(image, light, device=self, **keywords)
+
+    def add_light_shafts(self, image: Any, light: Any, **keywords: Any) -> Any:
+        """As airlight.add_light_shafts."""
+        from airlight import api
+
+        return api.add_light_shafts(image, light, device=self, **keywords)
+
+    def texture_plan(self, picture: Any, layer: Any, light: Any, **parameters: Any) -> ImagePlan:
+        """For textures that the caller holds, of this renderer's device: nothing is copied.
+
+        picture: rgba32float (linear) or rgba8unorm (sRGB codes), TEXTURE_BINDING; layer: rgba16float of the same size,
+        STORAGE_BINDING, TEXTURE_BINDING and RENDER_ATTACHMENT. Call `record(encoder)` of the result whenever the picture has changed.
+        """
+        return ImagePlan(self.device, picture, as_lights(light), Parameters(**parameters), layer=layer)
 
 
 @contextlib.contextmanager
@@ -245,22 +317,49 @@ def _within_memory(device: Device, picture: Array) -> Iterator[None]:
         raise MachineError(f"{device.name} has not enough memory for an image of {size} pixels: scale it down") from None
 
 
-def render_layer(device: Device, picture: Array, lights: list[Light], p: Parameters, **options: Any) -> Array:
+def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, options: dict[str, Any]) -> ImagePlan:
+    """The plan of a picture that is uploaded and whose layer is submitted."""
+    mask, depth = options.get("mask"), options.get("depth")
+    height, width = picture.shape[:2]
+    kind = {"masked": mask is not None, "deep": depth is not None, "fraction": options.get("fraction", False)}
+    found = renderer.plan((width, height), picture.dtype == np.uint8, lights, p, **kind)
+    found.upload(picture, mask, depth, options.get("luminance", REC709))
+    found.submit(found.record, profile=options.get("profile"))
+    return found
+
+
+def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
     """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
-    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added.
+    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
+    luminance: (3,) weights of the luminance of the picture's RGB.
     """
-    with _within_memory(device, picture):
-        job = _Job(device, picture, lights, p, **options)
-        half = np.frombuffer(device.read(job.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
+    with _within_memory(renderer.device, picture):
+        done = _planned(renderer, picture, lights, p, options)
+        half = np.frombuffer(renderer.device.read(done.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
     out = half[..., :3].astype(np.float32)
-    return out if job.scale == 1.0 else out / np.float32(job.scale)
+    return out if done.scale == 1.0 else out / np.float32(done.scale)
 
 
-def render_codes(device: Device, picture: Array, lights: list[Light], p: Parameters, rule: Rule, **options: Any) -> Array:
-    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture. Options as render_layer."""
-    with _within_memory(device, picture):
-        job = _Job(device, picture, lights, p, **options)
-        result = composite(device, job.picture, job.layer, rule, job.timer)
-        job.note()
-        return np.frombuffer(device.read(result, 4), np.uint8).reshape(picture.shape)
+def emitted(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
+    """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
+    with _within_memory(renderer.device, picture):
+        done = _planned(renderer, picture, [], p, options)
+    return done.source.texture, done.scale
+
+
+def render_source(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> Array:
+    """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
+    source, scale = emitted(renderer, picture, p, **options)
+    width, height, _ = source.size
+    apron = (width - picture.shape[1]) // 2
+    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, width, 4)
+    return half[apron : height - apron, apron : width - apron, :3].astype(np.float32) / np.float32(scale)
+
+
+def render_codes(
+    renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, rule: Rule, **options: Any
+) -> tuple[Array, Rule]:
+    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the rule as measured. Options as render_layer."""
+    with _within_memory(renderer.device, picture):
+        return _planned(renderer, picture, lights, p, options).codes(rule, options.get("profile"))

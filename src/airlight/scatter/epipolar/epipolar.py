@@ -12,9 +12,10 @@ from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixtu
 from airlight.scatter.epipolar.wayback import WayBack
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
+NOWHERE = (1 << 32) - 1  # scan.wgsl
 ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
 BUNDLE = np.dtype(
-    [(n, "u4") for n in ("line", "lines", "stride", "run", "steps", "row", "state_in", "lines_in", "state_out", "keep")]
+    [(n, "u4") for n in ("line", "lines", "stride", "run", "steps", "row", "skip", "state_in", "lines_in", "state_out")]
     + [("end", "f4"), ("column", "u4")]
     + [(n, "f4", 4) for n in ("c", "beyond_c", "gain")]
 )
@@ -105,15 +106,16 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             record = np.zeros((), BUNDLE)
             record["lines"], record["stride"] = lines, stride
             record["run"], record["column"] = texels, q.column0
-            record["row"] = (q.row0 + begin - q.stored + zone) % (1 << 32)
+            record["row"], record["skip"] = (q.row0 + begin - q.stored + zone) % (1 << 32), max(q.stored - begin, 0)
             record["end"] = -mix.ratio if mix.opposite else mix.ratio
             record["c"][: len(mix.c)] = mix.c
             record["beyond_c"][: min(4, len(mix.beyond_c))] = mix.beyond_c[:4]
             record["gain"] = *gain, mix.beyond_c[4] if len(mix.beyond_c) > 4 else 0
             record["state_in"], record["lines_in"] = inherited
+            record["state_out"] = NOWHERE
             if zone + 1 < fine.zones:
                 inherited = (states, lines)
-                record["state_out"], record["keep"] = states, 1
+                record["state_out"] = states
                 states += components * lines
             marched = [_run(grid, q, apron, q.u[begin], q.u[begin], same if zone else _first_step(mix, q.lit))]
             marched += [_run(grid, q, apron, q.u[a], q.u[b], steps[a:b]) for a, b in runs(q.u, begin, end)]

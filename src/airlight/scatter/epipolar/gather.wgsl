@@ -3,7 +3,6 @@
 override ADD: bool = false;   // add to what earlier lights gave
 override BASE: bool = false;  // Listing 13-1: the pixel itself, unweighted
 const NEAR = 20u;             // pixels around the light that take the direct sum
-const TAPS = 64u;
 
 struct Frame {
     size: vec2u,
@@ -11,7 +10,7 @@ struct Frame {
     diagonal: vec2f,          // x - y and x + y of the light
     scale: vec2f,             // 1 / size of the sums' texture
     base: vec4f,              // gain of the pixel itself; w: the source's apron in pixels
-    ray: vec4f,               // density, lambda; z: weight of a tap that makes the sum of all exact for constant light
+    ray: vec4f,               // density, lambda; z: weight of a tap that makes the sum of all exact for constant light; w: taps
     gain: vec4f,
     first: vec4u,             // of the ways of the quadrants right, left, down, up
 }
@@ -42,8 +41,8 @@ fn direct_sum(p: vec2u) -> vec3f {
     let x = vec2f(p) + 0.5;
     let way = frame.ray.x * (x - frame.light);
     var sum = vec3f(0.0);
-    for (var i = 0u; i < TAPS; i++) {
-        let s = (f32(i) + 0.5) / f32(TAPS);
+    for (var i = 0u; i < u32(frame.ray.w); i++) {
+        let s = (f32(i) + 0.5) / frame.ray.w;
         let at = (x - s * way + frame.base.w) / vec2f(textureDimensions(source));
         sum += exp(-frame.ray.y * s) * textureSampleLevel(source, bilinear, at, 0.0).rgb;
     }

@@ -34,8 +34,8 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
-    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 2, 2, 2e-3, 1.6),
-    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 2.0),
+    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 1, 2, 2e-3, 1.1),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 1.2),
 }
 
 
@@ -85,36 +85,45 @@ class Grid:
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
         parallel = farthest > PARALLEL * max(size)
-        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a light very far away is no short ray
+        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
-        if farthest > 0.75 * max(size):  # detail that lies far from the light is as fine as that near it
-            fine = dataclasses.replace(fine, largest=min(fine.largest, 2))
+        # what is bright lies far from a light at the edge, where its detail is as fine as near it
+        self.at_edge = inside and not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
+        if self.at_edge or farthest > 0.75 * max(size):
+            fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
             step = 1 if parallel else fine.beside  # samples of longer steps blur what lies along a diagonal
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
+        while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
+            steps = 2 * fine.largest
+            fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
+
+    def _fits(self, fine: Fineness, length: float, max_side: int) -> bool:
+        """Make the quadrants; whether their sums fit into a texture."""
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
         for q in self.quadrants:
             self._march(q)
-        self._lay_out(max_side)
+        return self._lay_out(max_side)
 
-    def _lay_out(self, max_side: int) -> None:
-        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less."""
+    def _lay_out(self, max_side: int) -> bool:
+        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
         widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
-        # the first nodes, which are not stored, take rows before: out of the texture, or else rows that are nobody's
-        leads = [q.stored if i else 0 for i, q in enumerate(self.quadrants)]
-        below, beside = (max(widths), sum(heights) + sum(leads)), (sum(widths), max(heights))
-        choices = [size for size in (below, beside) if max(size) <= max_side] or [below]
+        below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
+        choices = [size for size in (below, beside) if max(size) <= max_side]
+        if not choices:
+            return False
         self.columns, self.rows = min(choices, key=lambda size: size[0] * size[1])
         for i, q in enumerate(self.quadrants):
             if (self.columns, self.rows) == beside:
                 q.column0 = sum(widths[:i])
             else:
-                q.row0 = sum(heights[:i]) + sum(leads[: i + 1])
+                q.row0 = sum(heights[:i])
+        return True
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
         """The lines that the image's pixel centres see in one direction, None if they see none."""
@@ -130,7 +139,7 @@ class Grid:
             return None
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
-        closer = min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
+        closer = 0.375 if self.at_edge else min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)

@@ -9,17 +9,19 @@ override POWERS: u32 = 1u;    // on the pixel's side, 1..3
 override BEYOND: u32 = 0u;    // beyond the light, 0..5
 override FAR_END: bool = false; // whether the far end counts
 
+const NOWHERE = 0xffffffffu;
+
 struct Bundle {               // one workgroup's lines
     line: u32,                // first line, counted in the zone's stride
     lines: u32,               // of the zone
     stride: u32,              // lines of the finest zone between two of this
     run: u32,                 // first texel of the first run of steps
     steps: u32,
-    row: u32,                 // texture row of the zone's first node, wrapped below 0 where the first nodes are not stored
+    row: u32,                 // texture row of the zone's first node, if it were stored
+    skip: u32,                // first nodes that are not stored
     state_in: u32,            // where the nearer zone left its state, and how many lines it had
     lines_in: u32,            // 0: there is none
-    state_out: u32,
-    keep: u32,                // 1: a farther zone goes on from here
+    state_out: u32,           // NOWHERE: no farther zone goes on from here
     end: f32,                 // 1 - D: the way of the far end over that of the sample
     column: u32,              // texture column of line 0
     c: vec4f,                 // of the powers
@@ -85,7 +87,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var i3: Rgb;
     var sum: Rgb;             // zeroed by hand: the translator does not, within a loop
     var at = bundle.run;
-    var row = bundle.row;
+    var node = 0u;
     var left = bundle.steps;
     while (left > 0u) {
         let first = texel(at);
@@ -106,11 +108,12 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             //! each k of 3: if (k < POWERS) { let w = texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
             //! each k of 5: if (k < BEYOND) { let w = texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
             at += POWERS + BEYOND;
-            store_all(bundle.column + line, row, bundle.gain.rgb, sum);
-            row++;
+            // a store beyond the texture is dropped
+            store_all(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
+            node++;
         }
     }
-    if (bundle.keep == 1u) {
+    if (bundle.state_out != NOWHERE) {
         //! each k of 3: if (k < POWERS) { keep_all(bundle, line, k, a[k]); }
         //! each k of 5: if (k < BEYOND) { keep_all(bundle, line, POWERS + k, b[k]); }
     }

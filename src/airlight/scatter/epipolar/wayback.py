@@ -1,5 +1,6 @@
 """The way back from epipolar lines to pixels: triangles for adapters that run on a CPU, a pixel an invocation for GPUs."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from airlight.scatter.epipolar.grid import Grid, Quadrant, runs
 from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
-NEAR, NEAR_TAPS = 20, 64  # gather.wgsl
+NEAR = 20  # gather.wgsl
 FRAME = np.dtype(
     [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
     + [("ray", "f4", 4), ("gain", "f4", 4), ("first", "u4", 4)]
@@ -120,8 +121,9 @@ class WayBack:
         frame["size"], frame["light"] = grid.size, grid.light
         frame["diagonal"] = grid.light[0] - grid.light[1], grid.light[0] + grid.light[1]
         frame["scale"] = 1 / grid.columns, 1 / grid.rows
-        step = 0.5 * lam / NEAR_TAPS
-        frame["ray"][:3] = density, lam, (np.sinh(step) / step if step > 0 else 1.0) / NEAR_TAPS
+        taps = min(4096, max(64, math.ceil(3 * density * NEAR), math.ceil(2 * lam)))
+        step = 0.5 * lam / taps
+        frame["ray"] = density, lam, (math.sinh(step) / step if step > 0 else 1.0) / taps, taps
         frame["gain"][:3] = gain
         frame["base"] = *(base or (0, 0, 0)), apron
         has_near = all(-NEAR < grid.light[a] < grid.size[a] + NEAR for a in (0, 1))

@@ -1,10 +1,11 @@
 """The direct sum of chapter 13, planned and recorded. Its cost grows with samples; `epipolar` is its limit."""
 
+import time
 from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import timing
 from airlight.noise import blue_noise
 
@@ -15,6 +16,7 @@ RAYS = np.dtype(
     + [("gain", "f4", 4), ("base", "f4", 4), ("row", "u4"), ("", "u4", 3)]
 )
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
+MANY = 8  # dispatches from which on they are waited for on the way
 
 
 def _noise_texture(device: Device) -> Any:
@@ -67,15 +69,16 @@ class RadialPlan:
         target = layer
         small = source
         if scale != 1:
-            # low-resolution black borders need no apron of their own: the filter has averaged it away, so one is kept
+            spare = before if before is not None else source
             small = device.texture(self.low[0] + 2 * apron, self.low[1] + 2 * apron, "rgba16float")
             rays["apron"] = apron
-            self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor)
-            self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small)
+            self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor, APRON=apron)
+            self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small, spare)
             self.small = small
             target = device.texture(*self.low, "rgba16float")
-            self.up = device.pipeline(RESAMPLE, "up")
-            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer)
+            self.up = device.pipeline(RESAMPLE, "up", ADD=before is not None)
+            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer, spare)
+            before = None  # lights are added where the sums are large again
         self.pipeline = device.pipeline(
             RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None
         )
@@ -84,15 +87,21 @@ class RadialPlan:
         self.parts = []
         for row in range(0, self.low[1], per):
             rays["row"] = row
-            uniform = device.buffer(rays.tobytes(), uniform=True)
-            bind = device.bind(RADIAL, uniform, small, device.sampler(), target, before if before is not None else source, noise)
+            values = device.buffer(rays.tobytes())
+            bind = device.bind(RADIAL, values, small, device.sampler(), target, before if before is not None else source, noise)
             self.parts.append((bind, min(per, self.low[1] - row)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the sum, and at lower resolutions the filters around it."""
+        """Record the sum, and at lower resolutions the filters around it; a long sum is carried out on the way if the encoder is ours."""
         if self.factor > 1:
             _dispatch(self.device, encoder, self.down, self.down_bind, self.small.size[0], self.small.size[1], "radial down", timer)
+        together, recorded, start = 1, 0, time.perf_counter()
         for bind, rows in self.parts:
             _dispatch(self.device, encoder, self.pipeline, bind, self.low[0], rows, "radial sum", timer)
+            recorded += 1
+            if recorded == together and len(self.parts) > MANY and isinstance(encoder, Recording):
+                encoder.pause()
+                together, recorded = together * (2 if time.perf_counter() - start < 0.05 else 1), 0  # a fast adapter stops seldom
+                start = time.perf_counter()
         if self.factor > 1:
             _dispatch(self.device, encoder, self.up, self.up_bind, *self.full, "radial up", timer)

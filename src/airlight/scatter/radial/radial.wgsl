@@ -17,7 +17,7 @@ struct Rays {
     row: u32,                 // first row of this dispatch
 }
 
-@group(0) @binding(0) var<uniform> rays: Rays;
+@group(0) @binding(0) var<storage, read> rays: Rays; // lavapipe compiles a shader anew for each value of a uniform that ends a loop
 @group(0) @binding(1) var source: texture_2d<f32>;
 @group(0) @binding(2) var bilinear: sampler;
 @group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
@@ -50,9 +50,11 @@ fn direct(@builtin(global_invocation_id) id: vec3u) {
     let stride = way * scale;
     var weight = select(pow(rays.decay, first), 1.0, LISTING);
     var sum = vec3f(0.0);
-    for (var i = 0u; i < rays.samples; i++) {
+    let samples = rays.samples;
+    let decay = rays.decay;
+    for (var i = 0u; i < samples; i++) {
         sum += weight * textureSampleLevel(source, bilinear, at, 0.0).rgb;
-        weight *= rays.decay;
+        weight *= decay;
         at -= stride;
     }
     var out = rays.gain.rgb * sum;

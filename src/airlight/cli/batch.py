@@ -1,0 +1,169 @@
+"""Many pictures: which files become which, and reading, rendering and writing them at the same time."""
+
+import contextlib
+import os
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from airlight.errors import AirlightError, MachineError
+
+AHEAD = 2  # pictures that are read, and that wait to be written, beyond the one that is rendered
+
+
+@dataclass(frozen=True)
+class Task:
+    """The files of one picture."""
+
+    source: str
+    output: str
+    layer: str | None = None
+    fraction: str | None = None
+    mask: str | None = None
+    depth: str | None = None
+
+    @property
+    def outputs(self) -> list[str]:
+        return [path for path in (self.output, self.layer, self.fraction) if path is not None]
+
+
+def tasks(
+    sources: Sequence[str],
+    output: str,
+    layer: str | None,
+    fraction: str | None,
+    mask: str | None,
+    depth: str | None,
+    frames: str | None,
+) -> tuple[list[Task], bool]:
+    """What is to be done, and whether it is a sequence of frames. Patterns stand for the files that there are, or for `frames`."""
+    from airlight.files.sequence import frames as read_frames
+    from airlight.files.sequence import numbered
+
+    given: list[tuple[int | None, str]] = []
+    sequence = False
+    for source in sources:
+        pattern = numbered(source)
+        if pattern is None:
+            given.append((None, source))
+            continue
+        numbers = read_frames(frames) if frames is not None else pattern.on_disk()
+        if not numbers:
+            raise AirlightError(f"{source}: there are no such files; check the pattern, or give --frames")
+        given += [(number, pattern.frame(number)) for number in numbers]
+        sequence = True
+    if frames is not None and not sequence:
+        raise AirlightError("--frames needs a pattern for the input, as in shot.####.exr")
+
+    def place(target: str | None, number: int | None, source: str) -> str | None:
+        if target is None:
+            return None
+        pattern = numbered(target)
+        if pattern is not None:
+            if number is None:
+                raise AirlightError(f"{target}: the inputs have no numbers; name a folder")
+            return pattern.frame(number)
+        if os.path.isdir(target) or target.endswith(("/", os.sep)):
+            return os.path.join(target, os.path.basename(source))
+        if len(given) > 1:
+            raise AirlightError(f"{target}: {len(given)} pictures do not go into one file; name a folder or a pattern such as out.####.exr")
+        return target
+
+    def beside(path: str | None, number: int | None) -> str | None:
+        pattern = None if path is None or number is None else numbered(path)
+        return path if pattern is None or number is None else pattern.frame(number)
+
+    found = []
+    for number, source in given:
+        outputs = [place(target, number, source) for target in (output, layer, fraction)]
+        found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], beside(mask, number), beside(depth, number)))
+    _refuse_collisions(found)
+    return found, sequence
+
+
+def _refuse_collisions(found: Sequence[Task]) -> None:
+    seen: dict[str, str] = {}
+    inputs = {os.path.realpath(task.source) for task in found}
+    for task in found:
+        for path in task.outputs:
+            key = os.path.realpath(path)
+            if key in inputs:
+                raise AirlightError(f"{path}: is also an input; choose another output name")
+            if key in seen and seen[key] != task.source:
+                raise AirlightError(f"{path}: both {seen[key]} and {task.source} would go there; name a pattern or do them apart")
+            if key in seen:
+                raise AirlightError(f"{path}: is named for two outputs; give each a name of its own")
+            seen[key] = task.source
+
+
+def run(
+    todo: Sequence[Task],
+    read: Callable[[Task], Any],
+    render: Callable[[Task, Any], Any],
+    write: Callable[[Task, Any, Any], None],
+) -> list[tuple[Task, AirlightError]]:
+    """Do all tasks, reading ahead and writing behind; the pictures that failed, each told at once.
+
+    A MachineError, or Ctrl-C, ends the run: what is being written is finished, nothing else begun.
+    """
+    failed: list[tuple[Task, AirlightError]] = []
+    reading: deque[tuple[Task, Future[Any]]] = deque()
+    writing: deque[tuple[Task, Future[Any]]] = deque()
+    waiting = iter(todo)
+    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(1) as writer, _progress(len(todo)) as advance:
+
+        @contextlib.contextmanager
+        def told(task: Task) -> Iterator[None]:
+            try:
+                yield
+            except MachineError:
+                raise
+            except AirlightError as error:
+                failed.append((task, error))
+                click.echo(f"airlight: {' '.join(str(error).split())}", err=True)
+                advance()
+
+        def finish() -> None:
+            task, future = writing.popleft()
+            with told(task):
+                future.result()
+                advance()
+
+        try:
+            for _ in range(AHEAD):
+                reading.extend((task, reader.submit(read, task)) for task in [next(waiting, None)] if task is not None)
+            while reading:
+                task, future = reading.popleft()
+                reading.extend((following, reader.submit(read, following)) for following in [next(waiting, None)] if following is not None)
+                with told(task):
+                    loaded = future.result()
+                    done = render(task, loaded)
+                    while len(writing) >= AHEAD:
+                        finish()
+                    writing.append((task, writer.submit(write, task, loaded, done)))
+            while writing:
+                finish()
+        finally:
+            for pool in (reader, writer):
+                pool.shutdown(wait=False, cancel_futures=True)
+    return failed
+
+
+@contextlib.contextmanager
+def _progress(total: int) -> Iterator[Callable[[], None]]:
+    """A bar on a terminal, nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda: None
+        return
+    columns = TextColumn("airlight"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(elapsed_when_finished=True)
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("pictures", total=total)
+        yield lambda: bar.advance(task)

@@ -1,0 +1,52 @@
+"""The settings of a run: what is kept in its outputs, and how `--settings-from` takes it up again."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from airlight.cli.light import LightText
+from airlight.cli.options import declared
+from airlight.errors import AirlightError
+
+# Options beside the declared parameters that shape the result; files by their names as written.
+_OPTIONS = ("mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace")
+_PRESET = "airlight.preset"  # in ctx.meta
+
+
+def record(ctx: click.Context, values: dict[str, Any], lights: Sequence[LightText], preset: str | None) -> str:
+    """One line of JSON: the values that are not the defaults, the lights as they were resolved, the preset's name."""
+    defaults = {p.name: p.default for p in declared()}
+    options = {p.name: p.default for p in ctx.command.params if p.name in _OPTIONS}
+    said = {name: value for name, value in values.items() if value != defaults[name]}
+    said |= {name: ctx.params[name] for name in _OPTIONS if ctx.params[name] not in (None, False, options[name])}
+    for name, parallel in (("light", False), ("angle", True)):
+        texts = [light.text for light in lights if (light.angle is not None) == parallel]
+        said |= {name: texts} if texts else {}
+    preset = preset or ctx.meta.get(_PRESET)
+    return json.dumps(said | ({"preset": preset} if preset else {}), sort_keys=True)
+
+
+def recall(ctx: click.Context, _: click.Parameter, path: str | None) -> None:
+    """Callback of `--settings-from`: what the image at `path` records becomes the default of each option."""
+    if path is None or ctx.resilient_parsing:
+        return
+    from airlight.files import read_settings
+
+    try:
+        said = json.loads(read_settings(path))
+    except (ValueError, RecursionError):
+        said = None
+    if not isinstance(said, dict):
+        raise AirlightError(f"{path}: its settings are damaged; give them on the command line or as a preset")
+    known = {p.name for p in declared()} | {*_OPTIONS, "light", "angle", "preset"}
+    for name, value in said.items():
+        many = name in ("light", "angle") and isinstance(value, list)
+        if name not in known or not all(isinstance(one, (str, int, float)) for one in (value if many else [value])):
+            raise AirlightError(f"{path}: its settings hold {name!r}, unknown to this version of Airlight; use the one that wrote it")
+    ctx.meta[_PRESET] = said.pop("preset", None)
+    for name, parameter in (("light", "written"), ("angle", "angles")):
+        if name in said:
+            said[parameter] = said.pop(name)
+    ctx.default_map = {**(ctx.default_map or {}), **said}

@@ -1,0 +1,116 @@
+"""The command in a child process, so that what ends a process outright becomes one line and leaves nothing behind.
+
+A failed submit aborts within the GPU library, a driver may crash, the kernel may end what takes too much memory: Python can catch
+none of it. A long dispatch or a decoder does not return for Ctrl-C. The parent, forked before anything heavy is loaded, can wait.
+"""
+
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from airlight import temporaries
+
+STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+GRACE = 0.7  # seconds in which the child may end by itself once it is told to stop
+DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+def stop_once(got: int, _: Any) -> NoReturn:
+    """Handler: unwind, so that temporary files are removed, which no second signal may disturb."""
+    for number in STOPS:
+        signal.signal(number, signal.SIG_IGN)
+    if got == signal.SIGINT:
+        raise KeyboardInterrupt
+    sys.exit(128 + got)
+
+
+def supervised(work: Callable[[], int], say: Callable[[str], None]) -> int:
+    """The exit code of `work`, in a child process on Linux; its death by a signal becomes one line (`say`) and 1, or 128 + a stop's number.
+
+    Elsewhere `work` is simply called: Windows has no fork, and Apple's libraries do not work in a forked process.
+    What libraries write to stderr by themselves is not shown, unless AIRLIGHT_TRACEBACK is set.
+    """
+    if sys.platform != "linux":
+        return work()
+    noise = os.memfd_create("stderr")
+    reader, writer = os.pipe()
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+    parent, child = os.getpid(), os.fork()
+    if child == 0:
+        os.close(reader)
+        _be_child(work, writer, noise, parent)
+    os.close(writer)
+    return _watch(child, reader, noise, say)
+
+
+def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> NoReturn:
+    code: Any = 1
+    try:
+        import ctypes
+
+        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGTERM)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
+        if sys.stderr is not None and not os.environ.get("AIRLIGHT_TRACEBACK"):
+            sys.stderr = os.fdopen(os.dup(2), "w", buffering=1, encoding=sys.stderr.encoding, errors="backslashreplace")
+            os.dup2(noise, 2)
+
+        def announce(path: str) -> None:
+            os.write(writer, os.fsencode(path) + b"\0")
+
+        temporaries.announce = announce
+        if os.getppid() == parent:
+            code = work()
+            announce("")  # it has ended by itself
+    except KeyboardInterrupt:
+        code = 128 + signal.SIGINT
+    except SystemExit as error:
+        code = error.code
+    finally:
+        os._exit(code)  # at once: what a driver still computes is waited for no longer
+
+
+def _watch(child: int, reader: int, noise: int, say: Callable[[str], None]) -> int:
+    stopped: list[int] = []
+
+    def tell(number: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(child, number)
+
+    def stop(got: int, _: Any) -> None:
+        if not stopped:
+            tell(got)
+            signal.setitimer(signal.ITIMER_REAL, GRACE)
+        stopped.append(got)
+
+    signal.signal(signal.SIGALRM, lambda *_: tell(signal.SIGKILL))
+    for number in STOPS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, stop)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
+    names = b""
+    while part := os.read(reader, 1 << 16):  # until the child is gone
+        names += part
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    if code >= 0 and (stopped or names.endswith(b"\0\0") or names == b"\0"):
+        return code
+    for name in names.split(b"\0")[:-1]:
+        with contextlib.suppress(OSError):
+            os.unlink(name)
+    if stopped:
+        say("stopped; nothing half-written is left")
+        return 128 + stopped[0]
+    if code == -signal.SIGKILL:
+        say("the system ended the work, most likely for want of memory; use a smaller picture or --quality draft")
+        return 1
+    last = os.pread(noise, 8192, max(0, os.fstat(noise).st_size - 8192)).decode(errors="replace")
+    _, begin, rest = last.partition("panicked at")  # as Rust, and so wgpu, begins
+    last = " ".join((begin + rest.partition("stack backtrace")[0]).split())[:200]
+    what = (signal.Signals(-code).name if code < 0 else f"exit {code}") + (f": {last}" if last else "")
+    say(f"the graphics driver or another library failed ({what}); nothing half-written is left; try another --device or a smaller picture")
+    return 1

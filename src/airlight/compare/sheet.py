@@ -1,0 +1,98 @@
+"""A comparison as one image: for each variant the picture and its difference, with name, error and cost below them."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.compare import words
+from airlight.compare.measure import Comparison, fit
+from airlight.errors import MachineError
+from airlight.files.colour import encode_codes
+
+Codes = npt.NDArray[np.uint8]
+PANEL, GAP, SIZE, LINE = 320, 16, 17, 24  # px: a picture's longer side, between cells, height of the text, from line to line
+PAPER, INK, FAINT = 24, (0.94, 0.94, 0.94), (0.66, 0.66, 0.66)
+
+
+def codes_of(linear: npt.NDArray[Any], box: int) -> Codes:
+    """(h, w, 3) sRGB codes of (H, W, 3) linear, or (H, W) as grey, fitted into box x box pixels."""
+    small = fit(linear, box)
+    rgb = small if small.ndim == 3 else np.repeat(small[..., None], 3, axis=2)
+    return np.asarray(encode_codes(rgb, np.uint8, dither=False))
+
+
+class _Paper:
+    """A grey image to put pictures and text on."""
+
+    def __init__(self, width: int, height: int) -> None:
+        import OpenImageIO as oiio
+
+        self.oiio = oiio
+        self.codes = np.full((height, width, 3), PAPER, np.uint8)
+        self.texts: list[tuple[int, int, str, int, tuple[float, float, float]]] = []
+
+    def put(self, x: int, y: int, picture: Codes) -> None:
+        self.codes[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
+
+    def write(self, x: int, y: int, text: str, room: int, color: tuple[float, float, float] = INK, size: int = SIZE) -> None:
+        """A line of text below y, cut to `room` pixels."""
+        wide = self._width(text, size)
+        if wide > room:
+            while text and self._width(text + "…", size) > room:
+                text = text[:-1]
+            text += "…"
+        self.texts.append((x, y + size, text, size, color))
+
+    def wrap(self, text: str, room: int, size: int = SIZE) -> list[str]:
+        lines = [""]
+        for word in text.split():
+            longer = f"{lines[-1]} {word}".strip()
+            if self._width(longer, size) > room and lines[-1]:
+                lines.append(word)
+            else:
+                lines[-1] = longer
+        return lines
+
+    def _width(self, text: str, size: int) -> int:
+        roi = self.oiio.ImageBufAlgo.text_size(text, size)
+        return int(roi.xend - roi.xbegin) if roi.defined else 0
+
+    def done(self) -> Codes:
+        sheet = self.oiio.ImageBuf(self.codes)
+        for x, y, text, size, color in self.texts:
+            if not self.oiio.ImageBufAlgo.render_text(sheet, x, y, text, size, "", color):
+                reason = " ".join(sheet.geterror().split())
+                raise MachineError(f"this OpenImageIO cannot draw text ({reason}): write an .html page instead")
+        return np.asarray(sheet.get_pixels(self.oiio.UINT8))
+
+
+def sheet(result: Comparison, title: str, amplify: float) -> Codes:
+    """(h, w, 3) sRGB codes."""
+    pairs = [[codes_of(part, PANEL) for part in (row.shown, amplify * row.difference)] for row in result.rows]
+    high, wide = pairs[0][0].shape[:2]
+    differ = len({words.limit(row.parameters) for row in result.rows}) > 1
+    room = max(2 * wide, 420)  # for the text
+    cell = (room + GAP, high + GAP + (4 if differ else 3) * LINE)
+    columns = 2 if len(pairs) > 2 else 1
+    rows = -(-len(pairs) // columns)
+    width = GAP + columns * cell[0]
+    measure = _Paper(1, 1)
+    heading = measure.wrap(title, width - 2 * GAP, SIZE + 4)
+    notes = [line for note in words.notes(result, amplify) for line in measure.wrap(note, width - 2 * GAP)]
+    top = GAP + len(heading) * (LINE + 6)
+    paper = _Paper(width, top + GAP + rows * cell[1] + GAP + len(notes) * LINE + GAP)
+    for i, line in enumerate(heading):
+        paper.write(GAP, GAP + i * (LINE + 6), line, width, size=SIZE + 4)
+    for i, (row, pair) in enumerate(zip(result.rows, pairs, strict=True)):
+        x, y = GAP + i % columns * cell[0], top + GAP + i // columns * cell[1]
+        for k, picture in enumerate(pair):
+            paper.put(x + k * wide, y, picture)
+        error, p99, worst, cost = words.figures(row)
+        lines = [(row.variant.name, INK), (f"error {error}, 99 % {p99}, max {worst}", INK), (cost, INK)]
+        lines += [(f"limit: {words.limit(row.parameters)}", FAINT)] if differ else []
+        for k, (text, color) in enumerate(lines):
+            paper.write(x, y + high + 4 + k * LINE, text, room, color)
+    for i, line in enumerate(notes):
+        paper.write(GAP, top + GAP + rows * cell[1] + GAP + i * LINE, line, width, FAINT)
+    return paper.done()

@@ -1,0 +1,89 @@
+"""RAW and HEIC, which OpenImageIO's wheel does not read: by rawpy and pillow-heif, where they are installed."""
+
+from importlib import import_module
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError
+
+# RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
+RAW = ".3fr .arw .cr2 .cr3 .crw .dcr .dng .erf .fff .iiq .kdc .mef .mos .nef .nrw .orf .pef .raf .raw .rw2 .rwl .sr2 .srf .srw .x3f"
+_RAW_MAGIC = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"FOVb", b"\0MRM")
+_BRANDS = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1", b"mif2"}
+# nclx codes: colour primaries that are Rec. 709 or unsaid; transfer curves that are taken as sRGB.
+_PLAIN_PRIMARIES, _PLAIN_TRANSFER = (0, 1, 2), (1, 2, 6, 13, 14, 15)
+
+
+def kind(path: str, head: bytes) -> str | None:
+    """`raw`, `heic` or None, by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
+    if head[4:8] == b"ftyp":
+        brands = {head[i : i + 4] for i in (8, *range(16, min(int.from_bytes(head[:4], "big"), 256), 4))}
+        return "raw" if b"crx " in brands else "heic" if head[8:12] in _BRANDS or brands & (_BRANDS - {b"mif1", b"msf1", b"mif2"}) else None
+    if head.startswith(_RAW_MAGIC):
+        return "raw"
+    tiff = head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+    return "raw" if tiff and PurePath(path).suffix.lower() in RAW.split() else None
+
+
+def _library(module: str, extra: str, path: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError:
+        raise AirlightError(f"{path}: reading {extra.upper()} needs an extra: pip install airlight[{extra}]") from None
+
+
+def _damaged(path: str, error: Any) -> AirlightError:
+    text = error.decode(errors="replace") if isinstance(error, bytes) else str(error)
+    return AirlightError(f"{path}: cannot be decoded ({' '.join(text.split())[:150] or 'no reason given'}); copy or export it again")
+
+
+def decode_raw(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
+    """(H, W, 3) uint16, linear Rec. 709 with the camera's white balance and white at the sensor's, upright; and its spec.
+
+    file: a binary file at its start. check: called with a spec before anything is decoded, raises AirlightError.
+    """
+    import OpenImageIO as oiio
+
+    rawpy = _library("rawpy", "raw", path)
+    try:
+        with rawpy.imread(file) as raw:
+            check(oiio.ImageSpec(raw.sizes.iwidth, raw.sizes.iheight, 3, "uint16"), path)
+            pixels = raw.postprocess(
+                output_bps=16, gamma=(1, 1), no_auto_bright=True, use_camera_wb=True, output_color=rawpy.ColorSpace.sRGB
+            )
+    except rawpy.LibRawError as error:
+        raise _damaged(path, error.args[0] if error.args else error) from None
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint16")
+    spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    return pixels, spec
+
+
+def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
+    """(H, W, 1 to 4) uint8 and its spec, with the ICC profile or, of nclx, the chromaticities. Arguments as `decode_raw`."""
+    import OpenImageIO as oiio
+
+    from airlight.files.decode import tell
+
+    heif = _library("pillow_heif", "heic", path)
+    try:
+        image = heif.open_heif(file, convert_hdr_to_8bit=True)
+        channels = {"L": 1, "LA": 2, "RGB": 3, "RGBA": 4}.get(image.mode)
+        if channels is None:
+            raise AirlightError(f"{path}: is a HEIC of an unusual kind ({image.mode}); export it as PNG or TIFF")
+        spec = oiio.ImageSpec(image.size[0], image.size[1], channels, "uint8")
+        check(spec, path)
+        pixels = np.asarray(image)
+    except (ValueError, EOFError, SyntaxError, RuntimeError, OSError) as error:
+        raise _damaged(path, error) from None
+    icc, nclx = image.info.get("icc_profile"), image.info.get("nclx_profile")
+    if icc:
+        spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
+    elif nclx:
+        if nclx["transfer_characteristics"] not in _PLAIN_TRANSFER:
+            tell(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
+        if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
+            numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
+            spec.attribute("chromaticities", "float[8]", tuple(numbers))
+    return pixels, spec

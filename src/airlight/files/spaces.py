@@ -1,0 +1,86 @@
+"""Linear RGB spaces of float pictures: named by an OpenColorIO config, or by chromaticities."""
+
+import difflib
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError
+from airlight.files.colour import XYZ_TO_709
+
+CONFIG = "ocio://studio-config-latest"  # where $OCIO names none
+D65 = (0.3127, 0.3290)
+# x, y of red, green, blue and white: what OpenEXR's attribute `chromaticities` says of these spaces.
+CHROMATICITIES = (
+    (0.6400, 0.3300, 0.3000, 0.6000, 0.1500, 0.0600, *D65),  # Rec. 709
+    (0.7080, 0.2920, 0.1700, 0.7970, 0.1310, 0.0460, *D65),  # Rec. 2020
+    (0.6800, 0.3200, 0.2650, 0.6900, 0.1500, 0.0600, *D65),  # P3-D65
+    (0.6400, 0.3300, 0.2100, 0.7100, 0.1500, 0.0600, *D65),  # Adobe RGB
+    (0.7130, 0.2930, 0.1650, 0.8300, 0.1280, 0.0440, 0.32168, 0.33767),  # ACEScg, AP1
+    (0.7347, 0.2653, 0.0000, 1.0000, 0.0001, -0.0770, 0.32168, 0.33767),  # ACES2065-1, AP0
+)
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+
+
+def _xyz(x: float, y: float) -> np.ndarray:
+    return np.array([x, y, 1 - x - y]) / y
+
+
+def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
+    """(3, 3): linear RGB of these chromaticities (x, y of red, green, blue, white) to linear Rec. 709; None where they are the same.
+
+    White goes to white by the Bradford transform. Raises ValueError for numbers that span no colours.
+    """
+    with np.errstate(all="ignore"):
+        red, green, blue, white = (_xyz(x, y) for x, y in np.asarray(chromaticities, np.float64).reshape(4, 2))
+        columns = np.stack([red, green, blue], axis=1)
+        try:
+            columns = columns * np.linalg.solve(columns, white)
+            cones = _BRADFORD @ _xyz(*D65) / (_BRADFORD @ white)
+            matrix = XYZ_TO_709 @ np.linalg.inv(_BRADFORD) @ np.diag(cones) @ _BRADFORD @ columns
+        except np.linalg.LinAlgError:
+            matrix = np.full((3, 3), np.nan)
+    if not (np.isfinite(matrix).all() and np.abs(matrix).max() < 100 and abs(np.linalg.det(matrix)) > 1e-3):
+        raise ValueError("chromaticities that span no colours")
+    return None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix
+
+
+def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
+    """A linear space of $OCIO's config, else of the built-in one: its matrix to linear Rec. 709 (None: it is that), and its
+    chromaticities where they are among CHROMATICITIES. Raises AirlightError for a name that is unknown or not linear."""
+    import PyOpenColorIO as ocio
+
+    own = os.environ.get("OCIO")
+    try:
+        config = ocio.Config.CreateFromEnv() if own else ocio.Config.CreateFromBuiltinConfig(CONFIG)
+    except (ocio.Exception, ocio.ExceptionMissingFile) as error:
+        raise AirlightError(f"the OpenColorIO config that $OCIO names cannot be used ({_short(error)}); correct or unset OCIO") from None
+    space = config.getColorSpace(name)
+    linear = [n for n in config.getColorSpaceNames() if config.isColorSpaceLinear(n, ocio.REFERENCE_SPACE_SCENE)]
+    if space is None:
+        names = {n.lower(): n for s in linear for n in (s, *config.getColorSpace(s).getAliases())}
+        near = [names[n] for n in difflib.get_close_matches(name.lower(), names, 3, 0.4)] or linear[:6]
+        where = "$OCIO" if own else "OpenColorIO's studio config"
+        raise AirlightError(f"colorspace {name!r} is not in {where}; the nearest: {', '.join(near)}")
+    if space.getName() not in linear:
+        raise AirlightError(f"colorspace {name!r} is not linear, and only linear light adds up; convert the picture first, to ACEScg say")
+    try:
+        processor = config.GetProcessorToBuiltinColorSpace(config, space.getName(), "lin_rec709_scene")
+        rows = np.eye(3, dtype=np.float32).reshape(1, 3, 3)
+        processor.getOptimizedCPUProcessor(ocio.OPTIMIZATION_LOSSLESS).applyRGB(rows)
+    except ocio.Exception as error:
+        raise AirlightError(f"colorspace {name!r} has no known relation to Rec. 709 ({_short(error)}); use another") from None
+    matrix = rows[0].T.astype(np.float64)
+    known = next((c for c in CHROMATICITIES if np.abs(matrix - _matrix(c)).max() < 2e-3), None)
+    return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), known
+
+
+def _matrix(chromaticities: Sequence[float]) -> np.ndarray:
+    matrix = to_rec709(chromaticities)
+    return np.eye(3) if matrix is None else matrix
+
+
+def _short(error: Any) -> str:
+    return " ".join(str(error).split())[:120].rstrip(". ")

@@ -1,0 +1,198 @@
+"""Many pictures in one run: names, order, what is done again, and what one bad file does."""
+
+import os
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from airlight.cli import batch, main
+from airlight.errors import AirlightError, MachineError
+from airlight.files import read_image, write_image
+from airlight.files.sequence import frames, numbered
+
+LIGHT = ["--light", "0.4,0.3"]
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("7", [7]),
+        ("1-4", [1, 2, 3, 4]),
+        ("1-10x4,20", [1, 5, 9, 20]),
+        ("3-1", [3, 2, 1]),
+        ("-2-1", [-2, -1, 0, 1]),
+        ("1-3,2-4", [1, 2, 3, 4]),
+    ],
+)
+def test_frames(text, numbers):
+    assert frames(text) == numbers
+
+
+@pytest.mark.parametrize("text", ["", "1-", "a", "1-5x0", "1:5", "1-999999999", "1.5"])
+def test_bad_frames(text):
+    with pytest.raises(AirlightError, match="frames"):
+        frames(text)
+
+
+def test_patterns(tmp_path):
+    for name, number, expected in (
+        ("shot.####.exr", 7, "shot.0007.exr"),
+        ("shot.#.exr", 12, "shot.0012.exr"),
+        ("shot.%04d.exr", 12345, "shot.12345.exr"),
+        ("s##_%03d.png", 5, "s##_005.png"),
+        ("a%d.png", -3, "a-3.png"),
+    ):
+        assert numbered(str(tmp_path / name)).frame(number) == str(tmp_path / expected)
+    assert numbered("plain.exr") is None and numbered("sh#ots/plain.exr") is None
+    for name in ("a.0001.x", "a.0010.x", "a.12345.x", "a.1.x", "a.00001.x", "b.0002.x", "a.-0004.x", "a.0003.xx"):
+        (tmp_path / name).touch()
+    assert numbered(str(tmp_path / "a.####.x")).on_disk() == [-4, 1, 10, 12345]
+    (tmp_path / "real#.png").touch()
+    assert numbered(str(tmp_path / "real#.png")) is None  # a file of that name
+
+
+@pytest.fixture
+def shots(tmp_path: Path) -> Path:
+    random = np.random.default_rng(3)
+    for i in range(1, 6):
+        pixels = random.random((12, 16, 3)).astype(np.float32)
+        pixels[3, 6] = 1
+        write_image(tmp_path / f"shot.{i:04d}.png", pixels)
+    return tmp_path
+
+
+def call(*args: object) -> int:
+    return main(["image", *[str(a) for a in args]])
+
+
+def test_a_sequence_by_pattern(shots, capsys):
+    assert call(shots / "shot.####.png", "-o", shots / "out.%04d.exr", *LIGHT, "--frames", "1-5x2", "--threshold", "0.5") == 0
+    assert sorted(p.name for p in shots.glob("out*")) == ["out.0001.exr", "out.0003.exr", "out.0005.exr"]
+    assert capsys.readouterr().err == "3 of 3 pictures written\n"
+    alone = shots / "alone.exr"
+    assert call(shots / "shot.0003.png", "-o", alone, *LIGHT, "--threshold", "0.5") == 0
+    assert np.array_equal(read_image(alone).codes, read_image(shots / "out.0003.exr").codes)
+
+
+def test_into_a_folder_with_layers_and_masks_of_the_same_frame(shots):
+    (shots / "out").mkdir()
+    for i in range(1, 6):
+        write_image(shots / f"mask.{i:04d}.png", np.full((12, 16, 3), 1.0 if i == 2 else 0.0, np.float32))
+    args = [shots / "shot.#.png", "-o", shots / "out", *LIGHT, "--mask", shots / "mask.####.png", "--layer", shots / "layer.####.exr"]
+    assert call(*args, "--occlusion", "none") == 0
+    assert len(list((shots / "out").iterdir())) == 5
+    lit = [read_image(shots / f"layer.{i:04d}.exr").codes.max() > 0 for i in range(1, 6)]
+    assert lit == [False, True, False, False, False]
+
+
+def test_one_bad_file_is_told_and_the_rest_done(shots, capsys):
+    (shots / "shot.0002.png").write_bytes(b"no picture")
+    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT) == 2
+    err = capsys.readouterr().err.splitlines()
+    assert len(err) == 2 and "shot.0002.png" in err[0] and err[1] == "4 of 5 pictures written"
+    assert len(list(shots.glob("out.*"))) == 4
+
+
+def test_resume_does_what_is_missing_or_damaged(shots, capsys):
+    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT) == 0
+    whole = {p.name: p.read_bytes() for p in shots.glob("out.*")}
+    (shots / "out.0001.png").unlink()
+    (shots / "out.0004.png").write_bytes(whole["out.0004.png"][:100])
+    stamps = {p.name: p.stat().st_mtime_ns for p in shots.glob("out.*")}
+    capsys.readouterr()
+    args = [shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT]
+    assert call(*args) == 2
+    assert "3 more" in capsys.readouterr().err
+    assert call(*args, "--resume") == 0
+    assert capsys.readouterr().err.splitlines() == ["3 of 5 exist: skipped", "2 of 2 pictures written"]
+    assert {p.name: p.read_bytes() for p in shots.glob("out.*")} == whole
+    assert all((shots / name).stat().st_mtime_ns == stamps[name] for name in ("out.0002.png", "out.0003.png", "out.0005.png"))
+    assert call(*args, "--resume") == 0 and call(*args, "-n") == 0
+
+
+def test_frames_keep_what_the_first_settled(shots, tmp_path):
+    """The same picture twice as bright later gets the same threshold, veil and mix: no flicker. Alone it would not."""
+    random = np.random.default_rng(4)
+    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
+    pixels[8:20, 20:36] = 0.6
+    for i, factor in ((1, 1.0), (2, 0.5)):
+        write_image(tmp_path / f"f.{i:04d}.png", pixels * np.float32(factor))
+    assert call(tmp_path / "f.#.png", "-o", tmp_path / "o.#.png", *LIGHT, "--layer", tmp_path / "l.#.exr") == 0
+    assert call(tmp_path / "f.0002.png", "-o", tmp_path / "alone.png", *LIGHT, "--layer", tmp_path / "alone.exr") == 0
+    together, alone = (read_image(tmp_path / name).codes for name in ("l.0002.exr", "alone.exr"))
+    assert together.max() < 0.2 * alone.max()  # half as bright is below the first frame's threshold
+
+
+def test_what_cannot_be_named(shots, capsys):
+    (shots / "out").mkdir()
+    for args, says in (
+        (["shot.####.png", "-o", "one.png"], "folder or a pattern"),
+        (["shot.0001.png", "-o", "out.####.png"], "no numbers"),
+        (["none.####.png", "-o", "out.####.png"], "no such files"),
+        (["shot.0001.png", "-o", "x.png", "--frames", "1-3"], "--frames"),
+        (["shot.####.png", "-o", "out.####.png", "--frames", "1-"], "frames"),
+        (["shot.0001.png", "./shot.0001.png", "-o", "out"], "would go there"),
+        (["shot.0001.png", "shot.0002.png", "-o", "."], "also an input"),
+        (["shot.0001.png", "shot.0002.png", "-o", "nosuch/"], "does not exist"),
+        (["shot.0001.png", "-o", "a.png", "-y", "--resume"], "exclude"),
+    ):
+        here = os.getcwd()
+        os.chdir(shots)
+        try:
+            assert call(*args, *LIGHT) == 2
+        finally:
+            os.chdir(here)
+        err = capsys.readouterr().err
+        assert says in err and err.count("\n") == 1, err
+    assert len(list(shots.iterdir())) == 6
+
+
+def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch):
+    from airlight import api
+
+    true, calls = api.render_picture, []
+
+    def third(error):
+        def render(*args, **more):
+            calls.append(1)
+            if len(calls) == 3:
+                raise error
+            return true(*args, **more)
+
+        return render
+
+    for error, code in ((KeyboardInterrupt(), 130), (MachineError("the disk is full"), 1)):
+        calls.clear()
+        monkeypatch.setattr(api, "render_picture", third(error))
+        assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, "-y") == code
+        written = sorted(p.name for p in shots.glob("out.*"))
+        assert set(written) <= {"out.0001.png", "out.0002.png"} and not list(shots.glob(".airlight*"))
+        for name in written:
+            read_image(shots / name)
+            (shots / name).unlink()
+
+
+def test_work_overlaps():
+    """While one picture is rendered the next is read and the last is written, a bounded number of them."""
+    log: list[tuple[str, int]] = []
+    todo = [batch.Task(str(i), str(i)) for i in range(8)]
+
+    def step(name):
+        def work(task, *_):
+            log.append((name, int(task.source)))
+            return task.source
+
+        return work
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert batch.run(todo, step("read"), step("render"), step("write")) == []
+    for name in ("read", "render", "write"):
+        assert [i for n, i in log if n == name] == list(range(8))
+    reads = [at for at, (n, _) in enumerate(log) if n == "read"]
+    renders = [at for at, (n, _) in enumerate(log) if n == "render"]
+    assert all(reads[i + 1] < renders[i + 1] for i in range(7))
+    ahead = max(sum(1 for n, _ in log[:at] if n == "read") - sum(1 for n, _ in log[:at] if n == "render") for at in range(len(log)))
+    assert 1 <= ahead <= batch.AHEAD + 1
