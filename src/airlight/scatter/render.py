@@ -70,8 +70,8 @@ class _Source:
         self.aside = device.texture(width, height, "rgba32float", target=False) if masked or deep else picture
         self.texture = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
         codes = picture.format == "rgba8unorm"
-        stencil = p.method == "additive"
-        self.pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes, STENCIL=stencil)
+        constants = {"MODE": MODES[p.occlusion], "FRACTION": fraction, "CODES": codes, "STENCIL": p.method == "additive"}
+        self.pipeline = device.pipeline(SOURCE, "emit", **constants)
         self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
         self.occluders = _Occluders(device, self.uniform, picture, self.aside, codes) if p.occlusion == "contrast" else None
         mean = self.occluders.mean if self.occluders else device.buffer(size=16)
@@ -207,12 +207,12 @@ class ImagePlan:
     ) -> None:
         width, height, _ = picture.size
         check_size(device, width, height)
-        self.device, self.picture, self.fraction = device, picture, fraction
+        self.device, self.picture = device, picture
+        self.scales = not fraction and p.method != "additive"  # whose buffer holds 0 to 1
         self.timer: Timer | None = None
         self.scale = 1.0
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
-        self.scaled = p.method != "additive"  # whose buffer holds 0 to 1
         self.plans, self.layer = plan(device, (width, height), list(lights), p, self.source.texture, layer)
         self.composites: dict[Any, CodesComposite] = {}
 
@@ -225,7 +225,7 @@ class ImagePlan:
     def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
-        if picture.dtype != np.uint8 and not self.fraction and self.scaled:
+        if picture.dtype != np.uint8 and self.scales:
             peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))

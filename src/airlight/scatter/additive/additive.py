@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import timing
 
 ADDITIVE = "scatter/additive/additive.wgsl"
@@ -13,6 +13,7 @@ BLENDS = np.dtype(
     + [("gain", "f4", 4), ("row", "u4"), ("", "u4", 3)]
 )
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan
+MANY = 8  # dispatches from which on they are waited for on the way
 
 
 class AdditivePlan:
@@ -35,7 +36,7 @@ class AdditivePlan:
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
         drawn = device.texture(source.size[0], source.size[1], "rgba16float")
-        self.size, self.whole = size, drawn.size
+        self.size, self.whole = size, drawn.size[:2]
         self.quantise = device.pipeline(ADDITIVE, "quantise")
         self.blend = device.pipeline(ADDITIVE, "blend", ADD=before is not None)
         blends = np.zeros((), BLENDS)
@@ -43,22 +44,22 @@ class AdditivePlan:
         blends["samples"], blends["step"], blends["decay"] = samples, density / samples, decay
         blends["gain"] = *(g / 255 for g in gain), weight / samples
         spare, bilinear = before if before is not None else source, device.sampler()
-        self.first = device.bind(ADDITIVE, device.buffer(blends.tobytes(), uniform=True), source, bilinear, drawn, spare)
+        self.first = device.bind(ADDITIVE, device.buffer(blends.tobytes()), source, bilinear, drawn, spare)
         rows = max(1, TAPS_A_DISPATCH // (samples * size[0]))
         self.parts = []
         for row in range(0, size[1], rows):
             blends["row"] = row
-            bind = device.bind(ADDITIVE, device.buffer(blends.tobytes(), uniform=True), drawn, bilinear, layer, spare)
+            bind = device.bind(ADDITIVE, device.buffer(blends.tobytes()), drawn, bilinear, layer, spare)
             self.parts.append((bind, min(rows, size[1] - row)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the quantisation of the source and the blends."""
-        run = encoder.begin_compute_pass(**timing(timer, "additive blends"))
-        run.set_pipeline(self.quantise)
-        run.set_bind_group(0, self.first)
-        run.dispatch_workgroups(-(-self.whole[0] // 64), self.whole[1])
-        run.set_pipeline(self.blend)
-        for bind, rows in self.parts:
+        """Record the quantisation of the source and the blends; long ones are carried out on the way if the encoder is ours."""
+        steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
+        for pipeline, bind, (width, height) in steps:
+            run = encoder.begin_compute_pass(**timing(timer, "additive"))
+            run.set_pipeline(pipeline)
             run.set_bind_group(0, bind)
-            run.dispatch_workgroups(-(-self.size[0] // 64), rows)
-        run.end()
+            run.dispatch_workgroups(-(-width // 64), height)
+            run.end()
+            if len(self.parts) > MANY and isinstance(encoder, Recording):
+                encoder.pause()

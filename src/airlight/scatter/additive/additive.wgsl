@@ -15,7 +15,7 @@ struct Blends {
     row: u32,                 // first row of this dispatch
 }
 
-@group(0) @binding(0) var<uniform> blends: Blends;
+@group(0) @binding(0) var<storage, read> blends: Blends; // lavapipe compiles anew for each value of a uniform that ends a loop
 @group(0) @binding(1) var source: texture_2d<f32>;
 @group(0) @binding(2) var bilinear: sampler;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
@@ -37,13 +37,15 @@ fn blend(@builtin(global_invocation_id) id: vec3u) {
     let inner = vec2f(textureDimensions(source)) - 2.0 * blends.apron;
     let x = (vec2f(p) + 0.5) / vec2f(blends.size);
     let way = (x - blends.light) * blends.step;
+    let samples = blends.samples;
+    let decay = blends.decay;
     var factor = blends.gain.w;
     var total = vec3f(0.0);
-    for (var i = 0u; i < blends.samples; i++) {
+    for (var i = 0u; i < samples; i++) {
         let at = ((x - f32(i) * way) * inner + blends.apron) / vec2f(textureDimensions(source));
         let drawn = min(factor, 1.0) * textureSampleLevel(source, bilinear, at, 0.0).rgb;
         total = min(total + floor(drawn + 0.5), vec3f(WHITE));
-        factor *= blends.decay;
+        factor *= decay;
     }
     var out = blends.gain.rgb * total;
     if (ADD) {

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import timing
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
 
 BANDS = "scatter/bands/bands.wgsl"
 TOLERANCE = 2e-3  # of the weight's fit
+TOGETHER = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
 FRAME = np.dtype(
     [("light", "f4", 2), ("density", "f4"), ("apron", "i4"), ("home", "i4", 2), ("size", "i4", 2), ("first", "i4"), ("taps", "u4")]
     + [("lanes", "i4"), ("", "u4"), ("c", "f4", 4), ("start", "f4", 4), ("gain", "f4", 4)]
@@ -74,16 +75,20 @@ class BandsPlan:
         self.rings = [device.pipeline(BANDS, "ring", ODD=odd, **constants) for odd in (False, True)]
         self.count, self.groups = last - first + 1, -(-2 * sum(size) // 64)
         spare = before if before is not None else source
-        uniform = device.buffer(frame.tobytes(), uniform=True)
-        self.bind = device.bind(BANDS, uniform, source, device.sampler(), layer, spare, *tables, state, device.buffer(size=8))
+        images = (source, device.sampler(), layer, spare)
+        self.bind = device.bind(BANDS, device.buffer(frame.tobytes()), *images, *tables, state, device.buffer(size=8))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the rings, each of which waits for the one before."""
-        run = encoder.begin_compute_pass(**timing(timer, "bands"))
-        run.set_bind_group(0, self.bind)
-        run.set_pipeline(self.reset)
-        run.dispatch_workgroups(1)
-        for i in range(self.count):
-            run.set_pipeline(self.rings[i % 2])
-            run.dispatch_workgroups(self.groups)
-        run.end()
+        """Record the rings, each of which waits for the one before; some at a time are carried out if the encoder is ours."""
+        for first in range(0, self.count, TOGETHER):
+            run = encoder.begin_compute_pass(**timing(timer, "bands"))
+            run.set_bind_group(0, self.bind)
+            if first == 0:
+                run.set_pipeline(self.reset)
+                run.dispatch_workgroups(1)
+            for i in range(first, min(first + TOGETHER, self.count)):
+                run.set_pipeline(self.rings[i % 2])
+                run.dispatch_workgroups(self.groups)
+            run.end()
+            if isinstance(encoder, Recording):
+                encoder.pause()

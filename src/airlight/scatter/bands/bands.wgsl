@@ -20,7 +20,7 @@ struct Frame {
     gain: vec4f,
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(0) var<storage, read> frame: Frame; // lavapipe compiles anew for each value of a uniform that ends a loop
 @group(0) @binding(1) var source: texture_2d<f32>;
 @group(0) @binding(2) var bilinear: sampler;
 @group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
@@ -83,6 +83,7 @@ fn ring(@builtin(global_invocation_id) id: vec3u) {
     let low_lane = clamp(lane + i32(floor(-shift)), max(0, home - ring + 1), min(length - 1, home + ring - 1));
     let high_lane = clamp(lane + i32(floor(-shift)) + 1, max(0, home - ring + 1), min(length - 1, home + ring - 1));
     let part = fract(-shift);
+    let taps = frame.taps;
     var sum = vec3f(0.0);
     for (var k = 0u; k < POWERS; k++) {
         let f = factors[u32((ring - frame.first) * 4 + side) * POWERS + k];
@@ -92,7 +93,7 @@ fn ring(@builtin(global_invocation_id) id: vec3u) {
             m = frame.start[k] * own;
             middle = m;
         } else if (enters_here) {
-            for (var t = 0u; t < frame.taps; t++) {
+            for (var t = 0u; t < taps; t++) {
                 m += enters[t][k + 1u] * light_at(vec2f(p) + 0.5 - enters[t].x * way);
             }
             middle = m;

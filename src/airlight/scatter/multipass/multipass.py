@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import timing
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
 
@@ -12,6 +12,7 @@ MULTIPASS = "scatter/multipass/multipass.wgsl"
 TAPS, PASSES = 8, 3
 LEAST = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
 TOLERANCE = 2e-3  # of the weight's fit
+MANY = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
 FRAME = np.dtype(
     [("light", "f4", 2), ("size", "u4", 2), ("apron", "f4"), ("inset", "f4"), ("", "u4", 2)]
     + [("taps", "f4", (TAPS, 4)), ("gain", "f4", 4), ("nearest", "f4", 4)]
@@ -74,10 +75,12 @@ class MultipassPlan:
             before = target
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record all passes."""
-        run = encoder.begin_compute_pass(**timing(timer, "multipass"))
+        """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
         for pipeline, bind, size in self.steps:
+            run = encoder.begin_compute_pass(**timing(timer, "multipass"))
             run.set_pipeline(pipeline)
             run.set_bind_group(0, bind)
             run.dispatch_workgroups(-(-size[0] // 64), size[1])
-        run.end()
+            run.end()
+            if size[0] * size[1] > MANY and isinstance(encoder, Recording):
+                encoder.pause()
