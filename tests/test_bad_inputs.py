@@ -10,7 +10,7 @@ import fuzzing
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from fuzzing import HEIGHT, WIDTH, png_chunk, seeds
+from fuzzing import HEIGHT, WIDTH, mended_png, png_chunk, seeds
 
 from airlight.cli import main
 from airlight.files import read_image, write_image
@@ -94,6 +94,15 @@ def test_no_pictures(tmp_path, capsys):
     assert "20000x20000" in refused(capsys, tmp_path, tmp_path / "huge.png", "-o", out)
     for option in ("--mask", "--depth", "--preset"):
         assert "huge.png" in refused(capsys, tmp_path, tmp_path / "huge.png", "-o", out, option, tmp_path / "huge.png")
+
+
+@pytest.mark.timeout(40)
+def test_rows_that_are_missing(files, tmp_path, capsys):
+    """A header that claims 300,000 rows: what is there is looked for in seconds, and the size is refused by the adapter."""
+    data = (files / "rgba16.png").read_bytes()
+    (tmp_path / "a.png").write_bytes(mended_png(data[:20] + struct.pack(">I", 300_000) + data[24:]))
+    line = refused(capsys, tmp_path, tmp_path / "a.png", "-o", tmp_path / "b.png", "--light", "0.4,0.3", "--on-damage", "ignore")
+    assert "300000" in line
 
 
 def test_a_wrong_extension_does_not_matter(files, tmp_path, capsys):

@@ -159,6 +159,7 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
         end = min(y + step, spec.y + spec.height)
         rows = inp.read_scanlines(0, 0, y, end, 0, 0, spec.nchannels, kind)
         if rows is None:
+            problem(inp)  # or the texts pile up, and each costs as much as all before it
             continue
         if result is None:
             result = np.zeros((spec.height, spec.width, spec.nchannels), rows.dtype)
