@@ -114,7 +114,10 @@ def test_the_death_of_the_worker_is_one_line(tmp_path, death, code, says):
     )
     assert done.returncode == code and time.monotonic() - start < 8
     assert done.stdout == "ready\n"
-    assert done.stderr.count("\n") == bool(says) and says in done.stderr and done.stderr.startswith("airlight: " if says else "")
+    if not says:  # told to stop, it goes by itself, unless the machine is too slow for that
+        assert done.stderr in ("", "airlight: stopped; nothing half-written is left\n")
+    else:
+        assert done.stderr.count("\n") == 1 and says in done.stderr and done.stderr.startswith("airlight: ")
     assert [p.name for p in tmp_path.iterdir()] == ["out.png"] and target.read_bytes() == b"old"
 
 

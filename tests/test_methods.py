@@ -17,6 +17,7 @@ from airlight.lights import Light
 from airlight.noise import blue_noise
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage
+from airlight.scatter import render
 from airlight.scatter.epipolar.moments import mixture
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
@@ -317,3 +318,28 @@ def test_numpy_numbers_are_numbers() -> None:
     assert p == airlight.Parameters(density=0.5, samples=50, decay=float(np.exp(-0.03))) and type(p.samples) is int
     with pytest.raises(AirlightError):
         airlight.Parameters(samples=np.float64(50.5))
+
+
+@settings(max_examples=20)
+@given(cases())
+def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> None:
+    """Small images would take the direct sum: here they take the lines, but around the light."""
+    image, place, keywords = case
+    image = np.repeat(np.repeat(image, 4, axis=0), 4, axis=1)[:90]
+    p = airlight.Parameters(method="epipolar", occlusion="none", **keywords)
+    truth = reference.layer(image, [Light(place)], p)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(render, "direct_taps", lambda *_: 0)
+        out = airlight.light_shafts(image, place, quality="final", occlusion="none", **keywords)
+    assert out.min() >= 0
+    assert np.sqrt(((out - truth) ** 2).mean()) <= 0.02 * max(truth.max(), 1e-3)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+def test_floats_stay_finite(dtype: type) -> None:
+    image = np.full((40, 50, 3), 0.02, dtype)
+    image[10:14, 20:24] = 60000
+    image[30, 30] = np.nan
+    with pytest.warns(AirlightWarning, match="mended"):
+        out = airlight.add_light_shafts(image, (0.45, 0.3), exposure=50.0)
+    assert out.dtype == dtype and np.isfinite(out).all()

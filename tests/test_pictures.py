@@ -30,7 +30,7 @@ def test_pleasant_by_default(path: Path) -> None:
     before, after, layer = before_and_after(path)
     luminance = before @ REC709
     rise = (after - before).mean(axis=-1)
-    outside = layer < 0.1
+    outside = layer < 0.2
     if outside.any():
         dark = outside & (luminance <= np.percentile(luminance[outside], 5))
         assert rise[dark].mean() <= 2  # no veil

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
@@ -93,9 +94,9 @@ def _layer(
 
 
 def _pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
-    """(H, W, 4) as the GPU takes them."""
+    """(H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
-    pixels[..., :3] = np.nan_to_num(rgb, nan=0.0, posinf=0.0, neginf=0.0)
+    pixels[..., :3] = rgb
     pixels[..., 3] = 1.0 if alpha is None else alpha
     return pixels
 
@@ -189,16 +190,20 @@ def add_light_shafts(
         codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, parameters, chosen, rule.adapt > 0)
-    out, added = blend_layer(to_linear(array)[0], layer, rule)
+    linear, _ = to_linear(array)
+    out, added = blend_layer(linear, layer, rule)
     changed = (added != 0).any(axis=-1) | (rule.adapt > 0)
     if not is_float:
         return shown(encode(out, array.dtype, changed, array))
-    result = array.copy()
+    most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
+    result = np.where(np.isfinite(array), array, 0).astype(array.dtype)
     if array.ndim == 2 or array.shape[2] == 1:
-        weights = np.array(reference.REC709, np.float32)
-        result[...] = np.where(changed, out @ weights, array.reshape(changed.shape)).reshape(array.shape)
+        values = out @ np.array(reference.REC709, np.float32)
+        kept = ~changed & np.isfinite(array.reshape(changed.shape))
+        result[...] = np.where(kept, array.reshape(changed.shape), np.clip(values, -most, most)).reshape(array.shape)
     else:
-        result[..., :3] = np.where(changed[..., None], out, array[..., :3])
+        kept = ~changed[..., None] & np.isfinite(array[..., :3])
+        result[..., :3] = np.where(kept, array[..., :3], np.clip(out, -most, most))
     return shown(result)
 
 
@@ -215,6 +220,8 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
+    if p.method == "additive":  # eight bits are too few for a fraction
+        plain = msgspec.structs.replace(plain, method="radial")
     plain = _settled(plain, image, lights)
     lit = _layer(
         rgb,

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from airlight.errors import AirlightError
 
-THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.3  # where none are given
+THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -37,9 +37,12 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     """What shapes the light shafts of an image. Validated on construction; raises AirlightError."""
 
     method: Annotated[
-        Literal["epipolar", "radial"],
+        Literal["epipolar", "radial", "bands", "multipass", "additive"],
         _meta(
-            "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum", "method", "Airlight; " + _GG3
+            "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum; bands: ring by ring around the"
+            " light; multipass: three passes of eight samples; additive: scaled copies added in an 8-bit buffer, with a stencil",
+            "method",
+            "Airlight; " + _GG3,
         ),
     ] = "epipolar"
     samples: Annotated[
@@ -110,6 +113,10 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             raise AirlightError(f"scale = {self.scale!r}: use 1, 0.5 or 0.25")
         if self.scale != 1.0 and self.method == "epipolar":
             raise AirlightError("scale goes with method radial: epipolar is faster than half resolution already; use quality draft")
+        if self.scale != 1.0 and self.method != "radial":
+            raise AirlightError(f"scale goes with method radial: {self.method} works at full resolution")
+        if self.normalization == "listing" and self.method not in ("epipolar", "radial"):
+            raise AirlightError(f"normalization listing goes with methods epipolar and radial: with {self.method} use mean")
 
     @property
     def knee(self) -> tuple[float, float]:
@@ -122,6 +129,12 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     def lam(self) -> float:
         """lambda = -samples ln(decay): the optical length of the whole ray."""
         return -self.samples * math.log(self.decay)
+
+
+def check_ray(method: str, density: float) -> None:
+    """Raise AirlightError for a ray that the method cannot follow. density: in ways to the light."""
+    if method in ("bands", "multipass") and density > 1:
+        raise AirlightError(f"the rays of method {method} end at the light: use a density of at most 1, or method epipolar or radial")
 
 
 class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):

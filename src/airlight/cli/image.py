@@ -286,8 +286,8 @@ class _Work:
             depth=loaded.far,
             device=self._where,
             profile=self.passes,
-            float_output=_is_float(task.output),
-            codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output),
+            float_output=_is_float(task.output, picture),
+            codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output, picture),
         )
         if self.keep:
             self._kept = written, parameters, done.rule
@@ -399,8 +399,9 @@ def _open_device(name: str | None) -> None:
         open_device(name)
 
 
-def _is_float(path: str) -> bool:
-    return path.lower().endswith((".exr", ".hdr"))
+def _is_float(path: str, picture: "Picture") -> bool:
+    """Whether the output holds floats: EXR, HDR, and a TIFF made from floats."""
+    return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
 
 
 def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], overwrite: bool) -> None:

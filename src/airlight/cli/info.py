@@ -38,7 +38,7 @@ def _adapters() -> list[str]:
     except Exception as error:
         return [f"adapter: {error}"]
     if best is None:
-        _line("adapter", "none: NumPy computes instead, with the same result, slowly")
+        _line("adapter", "none: NumPy computes instead, slowly, and large pictures with less detail")
         return [f"adapter: {device.cure()}"]
     for adapter in found:
         one = adapter.info

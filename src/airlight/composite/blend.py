@@ -13,7 +13,7 @@ from airlight.parameters import VEIL, Composite
 FloatArray = npt.NDArray[np.float32]
 REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 WHITE = 0.9911  # screen's limit: code 254 of 255, so that nothing clips which did not
-COVER = 0.045  # mean luminance of a layer from which the automatic mix takes less of it
+COVER = 0.035  # mean luminance of a layer from which the automatic mix takes less of it
 
 
 @dataclass(frozen=True)

@@ -264,7 +264,7 @@ def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
     inp = oiio.ImageInput.open(memory, hints)
     back, text = None, problem(oiio)
     if inp is not None:
-        kind = codes.dtype.name if codes.dtype.kind == "u" else "float"
+        kind = codes.dtype.name if codes.dtype.kind == "u" else "half" if format == "openexr" else "float"
         back = inp.read_image(0, 0, 0, codes.shape[2], kind)
         text += problem(inp)
         inp.close()

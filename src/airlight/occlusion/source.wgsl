@@ -2,6 +2,7 @@
 //! include "gpu/half.wgsl"
 //! include "occlusion/mask.wgsl"
 override FRACTION: bool = false; // write m itself, for D(phi)
+override STENCIL: bool = false; // m is 0 or 1 (13.5.2)
 const KEPT = 0.25;            // of the occluders' contrast; twin: KEPT in reference/radial.py
 
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
@@ -15,7 +16,8 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
         let p = vec2i(q) - knee.apron;
         var color = vec3f(0.0);
         if (all(p >= vec2i(0)) && all(p < vec2i(size))) {
-            let pixel = seen(p);
+            var pixel = seen(p);
+            if (STENCIL) { pixel.a = select(0.0, 1.0, pixel.a >= 0.5); }
             color = pixel.rgb * pixel.a;
             if (MODE == 4u) { color += (1.0 - pixel.a) * mix(mean.rgb, pixel.rgb, KEPT); }
             color = select(min(color * knee.scale, vec3f(65504.0)), vec3f(pixel.a), FRACTION);

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.parameters import Parameters, check_ray
 
 Array = npt.NDArray[np.floating[Any]]
 REC709 = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
@@ -223,6 +223,8 @@ def source(
     m = mask(image, alpha, depth, parameters, luminance)
     if user_mask is not None:
         m = m * np.clip(finite(user_mask), 0.0, 1.0)
+    if parameters.method == "additive":  # a stencil draws a pixel or does not (13.5.2)
+        m = np.where(m >= 0.5, 1.0, 0.0)
     emitted = np.ones(3) if parameters.occlusion == "alpha" else finite(image)
     if parameters.occlusion == "contrast":
         occluder = 1 - m[..., None]
@@ -289,6 +291,16 @@ def summed(
             points=points,
             dtype=dtype,
         )
+    if p.method in ("additive", "bands", "multipass"):
+        from airlight.reference import additive, bands, multipass  # which use this module
+
+        check_ray(p.method, p.density)
+        if p.method == "additive":
+            full = additive.additive(emitted, at, p)
+        else:
+            own = bands.bands if p.method == "bands" else multipass.multipass
+            full = p.exposure * p.weight * own(emitted, at, density=p.density, lam=p.lam, border=p.border)
+        return _at(full, points, p.border)
     one = converged(emitted, at, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
     if p.normalization == "listing":
         terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1

@@ -13,8 +13,11 @@ from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.timing import Timer, timing
 from airlight.lights import Light, as_lights
-from airlight.parameters import Parameters
+from airlight.parameters import Parameters, check_ray
+from airlight.scatter.additive.additive import AdditivePlan
+from airlight.scatter.bands.bands import BandsPlan
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.multipass.multipass import MultipassPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
@@ -67,7 +70,8 @@ class _Source:
         self.aside = device.texture(width, height, "rgba32float", target=False) if masked or deep else picture
         self.texture = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
         codes = picture.format == "rgba8unorm"
-        self.pipeline = device.pipeline(SOURCE, "emit", MODE=MODES[p.occlusion], FRACTION=fraction, CODES=codes)
+        constants = {"MODE": MODES[p.occlusion], "FRACTION": fraction, "CODES": codes, "STENCIL": p.method == "additive"}
+        self.pipeline = device.pipeline(SOURCE, "emit", **constants)
         self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
         self.occluders = _Occluders(device, self.uniform, picture, self.aside, codes) if p.occlusion == "contrast" else None
         mean = self.occluders.mean if self.occluders else device.buffer(size=16)
@@ -151,6 +155,17 @@ def plan(
         elif p.method == "epipolar":
             at = (position[0] * size[0], position[1] * size[1])
             plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
+        elif p.method in ("bands", "multipass"):
+            check_ray(p.method, density)
+            del common["base"]
+            at = (position[0] * size[0], position[1] * size[1])
+            kind: Any = BandsPlan if p.method == "bands" else MultipassPlan
+            plans.append(kind(device, size, at, density=density, lam=p.lam, **common))
+        elif p.method == "additive":
+            del common["base"]
+            common["gain"] = tuple(p.exposure * c for c in light.rgb)
+            rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}
+            plans.append(AdditivePlan(device, size, position, **rest, **common))
         else:
             common["base"] = base or (0, 0, 0)
             plans.append(
@@ -192,7 +207,8 @@ class ImagePlan:
     ) -> None:
         width, height, _ = picture.size
         check_size(device, width, height)
-        self.device, self.picture, self.fraction = device, picture, fraction
+        self.device, self.picture = device, picture
+        self.scales = not fraction and p.method != "additive"  # whose buffer holds 0 to 1
         self.timer: Timer | None = None
         self.scale = 1.0
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
@@ -209,7 +225,7 @@ class ImagePlan:
     def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
-        if picture.dtype != np.uint8 and not self.fraction:
+        if picture.dtype != np.uint8 and self.scales:
             peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))

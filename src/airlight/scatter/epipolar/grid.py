@@ -89,7 +89,7 @@ class Grid:
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         # what is bright lies far from a light at the edge, where its detail is as fine as near it
-        self.at_edge = not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
+        self.at_edge = inside and not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
         if self.at_edge or farthest > 0.75 * max(size):
             fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
         if not inside:  # and all nodes are far

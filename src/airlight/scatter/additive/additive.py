@@ -1,0 +1,65 @@
+"""The fixed-function additive multipass of Fig. 13-5, planned and recorded: historical, with the precision of its 8-bit buffer."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device, Recording
+from airlight.gpu.timing import timing
+
+ADDITIVE = "scatter/additive/additive.wgsl"
+BLENDS = np.dtype(
+    [("size", "u4", 2), ("light", "f4", 2), ("apron", "f4"), ("samples", "u4"), ("step", "f4"), ("decay", "f4")]
+    + [("gain", "f4", 4), ("row", "u4"), ("", "u4", 3)]
+)
+TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan
+MANY = 8  # dispatches from which on they are waited for on the way
+
+
+class AdditivePlan:
+    """The passes of one light. light: normalised; gain: exposure times the light's colour; weight: of a blend before its decay."""
+
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        *,
+        samples: int,
+        density: float,
+        decay: float,
+        weight: float,
+        source: Any,
+        layer: Any,
+        apron: int = 0,
+        before: Any = None,
+        gain: tuple[float, ...] = (1, 1, 1),
+    ) -> None:
+        drawn = device.texture(source.size[0], source.size[1], "rgba16float")
+        self.size, self.whole = size, drawn.size[:2]
+        self.quantise = device.pipeline(ADDITIVE, "quantise")
+        self.blend = device.pipeline(ADDITIVE, "blend", ADD=before is not None)
+        blends = np.zeros((), BLENDS)
+        blends["size"], blends["light"], blends["apron"] = size, light, apron
+        blends["samples"], blends["step"], blends["decay"] = samples, density / samples, decay
+        blends["gain"] = *(g / 255 for g in gain), weight / samples
+        spare, bilinear = before if before is not None else source, device.sampler()
+        self.first = device.bind(ADDITIVE, device.buffer(blends.tobytes()), source, bilinear, drawn, spare)
+        rows = max(1, TAPS_A_DISPATCH // (samples * size[0]))
+        self.parts = []
+        for row in range(0, size[1], rows):
+            blends["row"] = row
+            bind = device.bind(ADDITIVE, device.buffer(blends.tobytes()), drawn, bilinear, layer, spare)
+            self.parts.append((bind, min(rows, size[1] - row)))
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        """Record the quantisation of the source and the blends; long ones are carried out on the way if the encoder is ours."""
+        steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
+        for pipeline, bind, (width, height) in steps:
+            run = encoder.begin_compute_pass(**timing(timer, "additive"))
+            run.set_pipeline(pipeline)
+            run.set_bind_group(0, bind)
+            run.dispatch_workgroups(-(-width // 64), height)
+            run.end()
+            if len(self.parts) > MANY and isinstance(encoder, Recording):
+                encoder.pause()

@@ -1,0 +1,94 @@
+"""The concentric rectangular bands of 13.8, planned and recorded: a dispatch for each ring around the light, one new sample a pixel."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device, Recording
+from airlight.gpu.timing import timing
+from airlight.scatter.epipolar.moments import Array, Mixture, mixture
+
+BANDS = "scatter/bands/bands.wgsl"
+TOLERANCE = 2e-3  # of the weight's fit
+TOGETHER = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
+FRAME = np.dtype(
+    [("light", "f4", 2), ("density", "f4"), ("apron", "i4"), ("home", "i4", 2), ("size", "i4", 2), ("first", "i4"), ("taps", "u4")]
+    + [("lanes", "i4"), ("", "u4"), ("c", "f4", 4), ("start", "f4", 4), ("gain", "f4", 4)]
+)
+
+
+def entering_taps(size: tuple[int, int], light: tuple[float, float], density: float) -> int:
+    """Taps of the direct sum with which a ray enters the image: one a pixel of the longest ray, 16 to 4,096. light: in pixels."""
+    longest = math.hypot(*(max(abs(light[a]), abs(size[a] - light[a])) for a in (0, 1)))
+    return max(16, min(4096, math.ceil(density * longest)))
+
+
+def factors(mix: Mixture, rings: Array, into: Array, density: float) -> Array:
+    """(rings, 4 sides, powers, 4): g and k to the band's far border, g and k to its middle. into: (x, y) of the light in its pixel."""
+    sides = np.array([0.5 - into[0], into[0] - 0.5, 0.5 - into[1], into[1] - 0.5])
+    u = np.maximum(rings[:, None] + sides, 0.5 + 1e-9)[..., None]  # less only on the light's own pixel, which has none
+    q = mix.p + 1
+    logs = np.stack([np.log1p(-1 / (u + 0.5)), np.log1p(-0.5 / u)], axis=-1) * q[:, None]
+    return np.stack([np.exp(logs), -np.expm1(logs) / q[:, None] / density], axis=-1).reshape(len(rings), 4, len(q), 4)
+
+
+class BandsPlan:
+    """The passes of one light. light: in pixels; density <= 1. `record` allocates nothing."""
+
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        *,
+        density: float,
+        lam: float,
+        source: Any,
+        layer: Any,
+        apron: int = 0,
+        before: Any = None,
+        gain: tuple[float, ...] = (1, 1, 1),
+    ) -> None:
+        mix = mixture(density, lam, TOLERANCE)
+        home = [math.floor(v) for v in light]
+        into = np.array(light) - home
+        nearest = [max(0, -home[a], home[a] - size[a] + 1) for a in (0, 1)]
+        farthest = [max(abs(home[a]), abs(size[a] - 1 - home[a])) for a in (0, 1)]
+        first, last = max(nearest), max(farthest)
+        taps = entering_taps(size, light, density)
+        s = (np.arange(taps) + 0.5) / taps
+        enters = np.zeros((taps, 4))
+        enters[:, 0] = density * s
+        enters[:, 1 : 1 + len(mix.p)] = np.exp(np.log1p(-density * s)[:, None] * mix.p) / taps
+        frame = np.zeros((), FRAME)
+        frame["light"], frame["density"], frame["apron"], frame["home"] = into, density, apron, home
+        frame["size"], frame["first"], frame["taps"], frame["lanes"] = size, first, taps, max(size)
+        frame["c"][: len(mix.c)] = mix.c * density
+        frame["start"][: len(mix.p)] = (1 - mix.before) / (mix.p + 1) / density
+        frame["gain"][:3] = gain
+        table = factors(mix, np.arange(first, last + 1, dtype=float), into, density)
+        state = device.buffer(size=4 * 3 * 8 * max(size) * len(mix.p))
+        tables = [device.buffer(t.astype(np.float32).tobytes()) for t in (table, enters, np.pad(mix.before, (0, 4 - len(mix.p))))]
+        constants = {"POWERS": len(mix.p), "ADD": before is not None, "FAR_END": mix.ratio > 0}
+        self.reset = device.pipeline(BANDS, "reset")
+        self.rings = [device.pipeline(BANDS, "ring", ODD=odd, **constants) for odd in (False, True)]
+        self.count, self.groups = last - first + 1, -(-2 * sum(size) // 64)
+        spare = before if before is not None else source
+        images = (source, device.sampler(), layer, spare)
+        self.bind = device.bind(BANDS, device.buffer(frame.tobytes()), *images, *tables, state, device.buffer(size=8))
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        """Record the rings, each of which waits for the one before; some at a time are carried out if the encoder is ours."""
+        for first in range(0, self.count, TOGETHER):
+            run = encoder.begin_compute_pass(**timing(timer, "bands"))
+            run.set_bind_group(0, self.bind)
+            if first == 0:
+                run.set_pipeline(self.reset)
+                run.dispatch_workgroups(1)
+            for i in range(first, min(first + TOGETHER, self.count)):
+                run.set_pipeline(self.rings[i % 2])
+                run.dispatch_workgroups(self.groups)
+            run.end()
+            if isinstance(encoder, Recording):
+                encoder.pause()

@@ -1,0 +1,86 @@
+"""The log-n multipass in its exact, geometric form, planned and recorded: three passes of eight taps a power of the weight."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device, Recording
+from airlight.gpu.timing import timing
+from airlight.scatter.epipolar.moments import Array, Mixture, mixture
+
+MULTIPASS = "scatter/multipass/multipass.wgsl"
+TAPS, PASSES = 8, 3
+LEAST = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
+TOLERANCE = 2e-3  # of the weight's fit
+MANY = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
+FRAME = np.dtype(
+    [("light", "f4", 2), ("size", "u4", 2), ("apron", "f4"), ("inset", "f4"), ("", "u4", 2)]
+    + [("taps", "f4", (TAPS, 4)), ("gain", "f4", 4), ("nearest", "f4", 4)]
+)
+
+
+def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Array, float]:
+    """For each power and pass the taps (8, 2): part of the way to the light, weight, of sum 1; the factors of each power's sum and of
+    the nearest sample; and where that lies. The sum's derivation is in docs/methods.md."""
+    q = mix.p + 1
+    ends = 1 - density >= LEAST
+    log_low = float(np.log1p(-density) if ends else np.log(LEAST))
+    all_taps = []
+    for each in q:
+        passes = []
+        for stage in range(PASSES):
+            k = np.arange(TAPS) * float(TAPS**stage)
+            weights = np.exp(k * each * log_low / TAPS**PASSES)
+            shifts = -np.expm1((k + (0.5 if stage == 0 else 0.0)) * log_low / TAPS**PASSES)
+            passes.append(np.stack([shifts, weights / weights.sum()], axis=1))
+        all_taps.append(passes)
+    nearest = np.zeros_like(q) if ends else mix.c * (LEAST**q - max(1 - density, 0) ** q) / q
+    return all_taps, mix.c * -np.expm1(q * log_low) / q, nearest, 1 - (LEAST + 1 - density) / 2
+
+
+class MultipassPlan:
+    """The passes of one light. light: in pixels; density <= 1."""
+
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        light: tuple[float, float],
+        *,
+        density: float,
+        lam: float,
+        source: Any,
+        layer: Any,
+        apron: int = 0,
+        before: Any = None,
+        gain: tuple[float, ...] = (1, 1, 1),
+    ) -> None:
+        taps, factors, nearest, place = stages(mixture(density, lam, TOLERANCE), density)
+        between = [device.texture(source.size[0], source.size[1], "rgba16float") for _ in range(PASSES - 1)]
+        self.steps = []
+        for i, passes in enumerate(taps):
+            target = layer if i == len(taps) - 1 else device.texture(*size, "rgba16float")
+            ways = zip(passes, [source, *between], [*between, target], strict=True)
+            for stage, (own, given, result) in enumerate(ways):
+                last = stage == PASSES - 1
+                frame = np.zeros((), FRAME)
+                frame["light"], frame["size"], frame["apron"], frame["inset"] = light, result.size[:2], apron, apron if last else 0
+                frame["taps"][:, :2] = own
+                frame["gain"][:3], frame["nearest"] = factors[i] * np.array(gain), [*(nearest[i] * np.array(gain)), place]
+                flags = {"LAST": last, "ADD": last and before is not None, "NEAREST": last and bool(nearest[i])}
+                pipeline = device.pipeline(MULTIPASS, "eight", **flags)
+                uniform, spare = device.buffer(frame.tobytes(), uniform=True), before if before is not None else source
+                bind = device.bind(MULTIPASS, uniform, given, device.sampler(), result, spare, source)
+                self.steps.append((pipeline, bind, result.size))
+            before = target
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
+        for pipeline, bind, size in self.steps:
+            run = encoder.begin_compute_pass(**timing(timer, "multipass"))
+            run.set_pipeline(pipeline)
+            run.set_bind_group(0, bind)
+            run.dispatch_workgroups(-(-size[0] // 64), size[1])
+            run.end()
+            if size[0] * size[1] > MANY and isinstance(encoder, Recording):
+                encoder.pause()
