@@ -139,6 +139,18 @@ WORDS = [b'"mean"', b'"""', b"9" * 30, b"9" * 5000, b"[" * 3000, b"[table]\n", b
 WORDS += b'nan inf -inf -1 0 0.5 2 1e999 1e-320 0x7fffffffffffffff true "x" [] {} [[[[]]]] 1979-05-27'.split()
 
 
+# As `airlight image` stores them.
+SETTINGS = {b"decay": b"0.9", b"light": b'["0.4,0.3;color=1,0.8,0.6"]', b"samples": b"60", b"mask_invert": b"false", b"preset": b'"soft"'}
+
+
+def mutated_settings(random: random.Random) -> bytes:
+    held = dict(SETTINGS)
+    for name in random.sample(list(held), random.choice((1, 1, 2))):
+        held[name] = random.choice((*WORDS, b"NaN", b"-Infinity", b"null", b'["nan,nan"]', b'"/dev/zero"', b'"0.5"'))
+    text = b"{" + b", ".join(b'"' + name + b'": ' + value for name, value in held.items()) + b"}"
+    return (mutate(random, text, text) if random.random() < 0.2 else text).translate(None, b"\n\0")
+
+
 def mutate(random: random.Random, data: bytes, other: bytes, header: int = 96) -> bytes:
     """One to four changes: bits, bytes, length fields, cuts, pieces doubled, moved or taken from `other`; half of them near the start."""
     out = bytearray(data)
@@ -198,12 +210,17 @@ def mutated_toml(random: random.Random, data: bytes, other: bytes) -> bytes:
 
 
 def mutants(number: int, pictures: dict[str, bytes], presets: dict[str, bytes], seed: int) -> Iterator[Mutant]:
-    """`number` mutants, the same for the same seed: of every eight one is a preset, one a mask or depth map, the others are pictures."""
+    """`number` mutants, the same for the same seed: of eight one is a preset, one a mask, depth map or settings, six are pictures."""
     for i in range(number):
         chance = random.Random(f"{seed}:{i}")
         if i % 8 == 7:
             one, other = (presets[chance.choice(list(presets))] for _ in range(2))
             yield "mutant.toml", mutated_toml(chance, one, other), ["--preset", "FILE", "--light", "0.4,0.3"]
+            continue
+        if i % 16 == 14:
+            data = pictures["rgb8.png"]
+            data = data[:33] + png_chunk(b"tEXt", b"Software\0Airlight " + mutated_settings(chance)) + data[33:]  # behind IHDR
+            yield "mutant.png", data, ["--settings-from", "FILE"]
             continue
         name = list(pictures)[(i - i // 8) % len(pictures)]
         alike = [n for n in pictures if Path(n).suffix == Path(name).suffix]

@@ -42,9 +42,11 @@ def recall(ctx: click.Context, _: click.Parameter, path: str | None) -> None:
         raise AirlightError(f"{path}: its settings are damaged; give them on the command line or as a preset")
     known = {p.name for p in declared()} | {*_OPTIONS, "light", "angle", "preset"}
     for name, value in said.items():
-        many = name in ("light", "angle") and isinstance(value, list)
-        if name not in known or not all(isinstance(one, (str, int, float)) for one in (value if many else [value])):
+        many = name in ("light", "angle") and isinstance(value, list) and value != []
+        if name not in known or not all(isinstance(one, str if many else (str, int, float)) for one in (value if many else [value])):
             raise AirlightError(f"{path}: its settings hold {name!r}, unknown to this version of Airlight; use the one that wrote it")
+    # numbers as they would be typed, so that each option refuses what it cannot be
+    said = {name: value if isinstance(value, (bool, list)) else str(value) for name, value in said.items()}
     ctx.meta[_PRESET] = said.pop("preset", None)
     for name, parameter in (("light", "written"), ("angle", "angles")):
         if name in said:
