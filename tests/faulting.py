@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.cli import supervisor
+from airlight import supervisor
 from airlight.errors import AirlightError, MachineError
 from airlight.files import atomic, write_image
 
@@ -96,7 +96,7 @@ def tried(folder: Path, extension: str, overwrite: bool, number: int) -> tuple[i
     if number:
         write_image(target, PIXELS)
     else:  # in a child: a fork after the codecs' threads were started would hang
-        supervisor.supervised(lambda: write_image(target, PIXELS) or 0, print)
+        supervisor.supervised(lambda: write_image(target, PIXELS) or 0)
     new, old = target.read_bytes(), b"old" if overwrite else None
     wrong, at = [], 0
     while True:
@@ -105,6 +105,7 @@ def tried(folder: Path, extension: str, overwrite: bool, number: int) -> tuple[i
         if old is not None:
             target.write_bytes(old)
         fault, raised, said = Fault(at, fail(number) if number else kill), None, []
+        supervisor.say = said.append
         if number:
             try:
                 fault.run(target, overwrite)
@@ -112,7 +113,7 @@ def tried(folder: Path, extension: str, overwrite: bool, number: int) -> tuple[i
                 raised = error
             done = not fault.failed
         else:
-            code = supervisor.supervised(lambda: fault.run(target, overwrite) or 0, said.append)  # noqa: B023
+            code = supervisor.supervised(lambda: fault.run(target, overwrite) or 0)  # noqa: B023
             done = code == 0
             if not done and (code != 1 or len(said) != 1):
                 wrong.append(f"killed at call {at}: exit code {code}, {said}")

@@ -15,7 +15,7 @@ from fuzzing import HEIGHT, WIDTH, mended_png, png_chunk, seeds
 from airlight.cli import main
 from airlight.files import read_image, write_image
 
-COMMAND = [sys.executable, "-c", "import sys; from airlight.cli import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-m", "airlight"]
 BLACK = np.zeros((HEIGHT, WIDTH, 3), np.float32)
 
 

@@ -21,7 +21,7 @@ from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.parameters import Parameters
 
 ROOT = Path(__file__).parents[1]
-COMMAND = [sys.executable, "-c", "import sys; from airlight.cli import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-m", "airlight"]
 
 
 class Stub(types.SimpleNamespace):

@@ -406,7 +406,7 @@ def test_long_metadata_does_not_end_a_jpeg(tmp_path, text):
     import subprocess
     import sys
 
-    command = [sys.executable, "-c", "import sys; from airlight.cli import main; sys.exit(main())", "image"]
+    command = [sys.executable, "-m", "airlight", "image"]
     done = subprocess.run(
         [*command, source, "-o", tmp_path / "o.jpg", "--light", "0,0", *QUICK], capture_output=True, text=True, timeout=100
     )

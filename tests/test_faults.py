@@ -19,7 +19,7 @@ from airlight.scatter.radial import radial
 
 FAULTING = Path(__file__).with_name("faulting.py")
 FORMATS = ("png", "jpg", "tif", "webp", "exr", "hdr")
-COMMAND = [sys.executable, "-c", "import sys; from airlight.cli import main; sys.exit(main())"]
+COMMAND = [sys.executable, "-m", "airlight"]
 linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the command has no process of its own")
 
 
@@ -64,7 +64,7 @@ def test_a_limit_on_files_is_told_before_a_codec_meets_it(tmp_path, monkeypatch,
 
 DEATHS = """
 import os, signal, sys
-from airlight.cli import _prepare_process, _say, supervisor
+from airlight.supervisor import prepare_process, supervised
 def work():
     from airlight.files import replacing
     with replacing({target!r}, True) as file:
@@ -74,8 +74,8 @@ def work():
         print("ready", flush=True)
         {death}
     return 0
-_prepare_process()
-sys.exit(supervisor.supervised(work, _say))
+prepare_process()
+sys.exit(supervised(work))
 """
 SUBMIT = (
     "from airlight.gpu.device import open_device; d = open_device(); a, b = d.buffer(size=64), d.buffer(size=64); e = d.encoder(); "
@@ -119,6 +119,11 @@ def test_the_death_of_the_worker_is_one_line(tmp_path, death, code, says):
     else:
         assert done.stderr.count("\n") == 1 and says in done.stderr and done.stderr.startswith("airlight: ")
     assert [p.name for p in tmp_path.iterdir()] == ["out.png"] and target.read_bytes() == b"old"
+
+
+def test_the_supervisor_is_there_before_anything_is_imported():
+    code = "import sys, airlight.__main__; print(sorted({'click', 'numpy', 'wgpu', 'OpenImageIO'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60).stdout == "[]\n"
 
 
 @linux

@@ -13,7 +13,6 @@ from airlight.files import write_image
 from airlight.reference.scenes import foliage
 
 SIZE = (4240, 2832)
-RUN = "import sys; from airlight.cli import main; sys.exit(main())"
 ALONE = """
 import sys, OpenImageIO as oiio
 source = oiio.ImageInput.open(sys.argv[1])
@@ -50,7 +49,7 @@ def frames(device_name: str | None) -> dict[str, float]:
         named = [] if device_name is None else ["--device", device_name]
         source, out = Path(folder, "in.####.exr"), Path(folder, "out.####.exr")
         commands = {
-            "airlight image, frames": ["-c", RUN, "image", source, "-o", out, "--light", "0.6,0.35", *named],
+            "airlight image, frames": ["-m", "airlight", "image", source, "-o", out, "--light", "0.6,0.35", *named],
             "read and write alone, frames": ["-c", ALONE_EXR, folder, FRAMES],
         }
         times = {}
@@ -68,7 +67,7 @@ def measure(device_name: str | None, runs: int = 5) -> dict[str, list[float]]:
         write_image(photo, np.minimum(foliage(*SIZE), 1.0))
         named = [] if device_name is None else ["--device", device_name]
         commands: dict[str, list[Any]] = {
-            "airlight image": ["-c", RUN, "image", photo, "-o", out, "-y", "--light", "0.6,0.35", *named],
+            "airlight image": ["-m", "airlight", "image", photo, "-o", out, "-y", "--light", "0.6,0.35", *named],
             "read and write alone": ["-c", ALONE, photo, out],
         }
         times: dict[str, list[float]] = {name: [] for name in commands}

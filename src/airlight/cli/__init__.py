@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import signal
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -11,8 +10,9 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli import bench, compare, image, info, supervisor
+from airlight.cli import bench, compare, image, info
 from airlight.errors import AirlightError
+from airlight.supervisor import say
 
 
 class _Stopped(Exception):
@@ -43,13 +43,6 @@ def cli(ctx: click.Context) -> None:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run a command and return the exit code: 0 done, 2 wrong usage or bad input, 1 a failure of the machine, 130 Ctrl-C."""
-    if args is None:
-        _prepare_process()
-        return supervisor.supervised(lambda: _run(None), _say)
-    return _run(args)
-
-
-def _run(args: Sequence[str] | None) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("default", UserWarning)
         warnings.showwarning = _show_warning
@@ -63,40 +56,33 @@ def _guarded(work: Callable[[], Any]) -> int:
         code = work()
         return code if isinstance(code, int) else 0
     except (_Stopped, KeyboardInterrupt, click.Abort):
-        _say("stopped; nothing half-written is left")
+        say("stopped; nothing half-written is left")
         return 130
     except click.ClickException as error:
-        _say(error.format_message())
+        say(error.format_message())
         return 2
     except AirlightError as error:
-        _say(str(error))
+        say(str(error))
         return error.exit_code
     except BrokenPipeError:  # `airlight info | head -1`
         _drop_stdout()
         return 1
     except MemoryError:
-        _say("not enough memory; use a smaller picture or --quality draft")
+        say("not enough memory; use a smaller picture or --quality draft")
     except OSError as error:
-        _say(f"{error.filename or 'output'}: {error.strerror or error}")
+        say(f"{error.filename or 'output'}: {error.strerror or error}")
         _drop_stdout()
     except Exception as error:
         if os.environ.get("AIRLIGHT_TRACEBACK"):
             import traceback
 
             traceback.print_exc()
-        _say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
+        say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
     return 1
 
 
-def _say(text: str) -> None:
-    """One line on stderr, whatever the text holds."""
-    line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
-    with contextlib.suppress(OSError, ValueError):
-        click.echo(f"airlight: {line}", err=True)
-
-
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    _say(f"warning: {message}")
+    say(f"warning: {message}")
 
 
 def _flush() -> None:
@@ -108,17 +94,3 @@ def _drop_stdout() -> None:
     """Stdout cannot be written to: what is left in its buffer goes nowhere, or Python would complain at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _prepare_process() -> None:
-    for handle in range(3):  # a closed one would be given to the next file that is opened, which prints would then land in
-        try:
-            os.fstat(handle)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")  # file names that are not text, symbols that the locale lacks
-    for number in supervisor.STOPS:
-        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
-            signal.signal(number, supervisor.stop_once)

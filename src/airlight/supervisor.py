@@ -1,7 +1,8 @@
 """The command in a child process, so that what ends a process outright becomes one line and leaves nothing behind.
 
 A failed submit aborts within the GPU library, a driver may crash, the kernel may end what takes too much memory: Python can catch
-none of it. A long dispatch or a decoder does not return for Ctrl-C. The parent, forked before anything heavy is loaded, can wait.
+none of it. A long dispatch or a decoder does not return for Ctrl-C. The parent can wait. It forks before anything is imported, for
+memory that both hold is copied page by page once the child writes to it.
 """
 
 import contextlib
@@ -27,8 +28,31 @@ def stop_once(got: int, _: Any) -> NoReturn:
     sys.exit(128 + got)
 
 
-def supervised(work: Callable[[], int], say: Callable[[str], None]) -> int:
-    """The exit code of `work`, in a child process on Linux; its death by a signal becomes one line (`say`) and 1, or 128 + a stop's number.
+def say(text: str) -> None:
+    """One line on stderr, whatever the text holds."""
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    with contextlib.suppress(OSError, ValueError):
+        if sys.stderr is not None:
+            print(f"airlight: {line}", file=sys.stderr, flush=True)
+
+
+def prepare_process() -> None:
+    """Standard streams that can be written to, and an exit that removes temporary files for every signal that asks for one."""
+    for handle in range(3):  # a closed one would be given to the next file that is opened, which prints would then land in
+        try:
+            os.fstat(handle)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # file names that are not text, symbols that the locale lacks
+    for number in STOPS:
+        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, stop_once)
+
+
+def supervised(work: Callable[[], int]) -> int:
+    """The exit code of `work`, in a child process on Linux; its death by a signal becomes one line and 1, or 128 + a stop's number.
 
     Elsewhere `work` is simply called: Windows has no fork, and Apple's libraries do not work in a forked process.
     What libraries write to stderr by themselves is not shown, unless AIRLIGHT_TRACEBACK is set.
@@ -45,7 +69,7 @@ def supervised(work: Callable[[], int], say: Callable[[str], None]) -> int:
         os.close(reader)
         _be_child(work, writer, noise, parent)
     os.close(writer)
-    return _watch(child, reader, noise, say)
+    return _watch(child, reader, noise)
 
 
 def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> NoReturn:
@@ -74,7 +98,7 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
         os._exit(code)  # at once: what a driver still computes is waited for no longer
 
 
-def _watch(child: int, reader: int, noise: int, say: Callable[[str], None]) -> int:
+def _watch(child: int, reader: int, noise: int) -> int:
     stopped: list[int] = []
 
     def tell(number: int) -> None:
