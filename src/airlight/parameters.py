@@ -172,3 +172,50 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
             le=1,
         ),
     ] = 0.0
+
+
+class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the shafts of a rendered 3-D scene need beside Parameters. Validated on construction; raises AirlightError."""
+
+    occluders: Annotated[
+        Literal["stencil", "prepass", "contrast"],
+        _meta(
+            "how occluders are found: stencil: from the picture's own depth; prepass: drawn once more, black, also beyond the view; "
+            "contrast: the picture itself, its occluders flattened and fogged as the light is faced",
+            "scene",
+            _GG3 + ", sec. 13.5",
+        ),
+    ] = "stencil"
+    resolution: Annotated[float, _meta("size of source and shafts", "scene", "Vesper", "of the view", ge=0.125, le=1)] = 0.5
+    region: Annotated[
+        float,
+        _meta(
+            "with prepass: how much wider and higher than the view the occluders are drawn, so that none flickers at its border",
+            "scene",
+            _GG3 + ", sec. 13.6",
+            "of the view",
+            ge=1,
+            le=2,
+        ),
+    ] = 1.2
+    depth_aware: Annotated[
+        float,
+        _meta(
+            "distance from the eye over which shafts gather, so that they do not draw over what is nearer; 0: they draw over everything",
+            "scene",
+            _GG3 + ", sec. 13.6",
+            "m",
+            ge=0,
+            le=1e6,
+        ),
+    ] = 0.0
+    clear: Annotated[
+        Annotated[str, Meta(pattern="^#[0-9a-fA-F]{6}$")] | None,
+        _meta("colour of the source where nothing is drawn, sRGB as #101010; unset: the scene's background", "scene", "Vesper"),
+    ] = None
+    adapt_seconds: Annotated[
+        float, _meta("time in which light adaptation follows the picture", "scene", _GG3 + ", sec. 13.8", "s", ge=0, le=60)
+    ] = 0.5
+    tone: Annotated[
+        Literal["filmic", "none"], _meta("how linear light becomes a picture: a filmic curve, or cut off at 1", "scene", "Airlight")
+    ] = "filmic"

@@ -18,12 +18,12 @@ LARGEST = 1 << 20  # bytes; a preset has a few hundred
 
 
 @functools.cache
-def structs() -> tuple[type[msgspec.Struct], ...]:
-    """The declarations: every Struct of airlight.parameters. Options, presets and docs follow from them."""
+def structs(scenes: bool = True) -> tuple[type[msgspec.Struct], ...]:
+    """The declarations: every Struct of airlight.parameters. Options, presets and docs follow from them. scenes: of 3-D ones too."""
     found = [
         v for v in vars(parameters).values() if isinstance(v, type) and issubclass(v, msgspec.Struct) and not v.__name__.startswith("_")
     ]
-    return tuple(s for s in found if s.__module__ == parameters.__name__)
+    return tuple(s for s in found if s.__module__ == parameters.__name__ and (scenes or s is not parameters.InScene))
 
 
 def keys() -> list[str]:

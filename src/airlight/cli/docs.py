@@ -15,9 +15,9 @@ def _row(p: Declared) -> str:
 
 def page() -> str:
     lines = ["# Parameters", "", "Made by `python -m airlight.cli.docs` from `airlight/parameters.py` and the presets; do not edit."]
-    for group in dict.fromkeys(p.group for p in declared()):
+    for group in dict.fromkeys(p.group for p in declared(scenes=True)):
         lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |"]
-        lines += ["|---|---|---|---|---|---|", *(_row(p) for p in declared() if p.group == group)]
+        lines += ["|---|---|---|---|---|---|", *(_row(p) for p in declared(scenes=True) if p.group == group)]
     lines += ["", "## Presets", "", "| name | what it is | values |", "|---|---|---|"]
     for name in presets.names():
         values = ", ".join(f"{key} {value}" for key, value in presets.load(name).items())

@@ -47,9 +47,9 @@ class Declared:
 
 
 @functools.cache
-def declared() -> tuple[Declared, ...]:
-    """Every parameter of every declaration, in order."""
-    return tuple(_declared(field) for struct in presets.structs() for field in msgspec.structs.fields(struct))
+def declared(scenes: bool = False) -> tuple[Declared, ...]:
+    """Every parameter of every declaration, in order. scenes: those of 3-D scenes too."""
+    return tuple(_declared(field) for struct in presets.structs(scenes) for field in msgspec.structs.fields(struct))
 
 
 def _declared(field: msgspec.structs.FieldInfo) -> Declared:
