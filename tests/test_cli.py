@@ -79,7 +79,7 @@ def refused(capsys, *args, code=2):
 def test_every_parameter_is_an_option_with_its_default_and_source():
     known = {option for p in cli.commands["image"].params for option in p.opts}
     assert {p.option for p in declared()} <= known
-    assert {p.name for p in declared()} == set(presets.keys())
+    assert {p.name for p in declared(scenes=True)} == set(presets.keys())
     assert len(declared()) >= len(msgspec.structs.fields(Parameters))
     for p in declared():
         assert p.description and p.group != "other", p.name
