@@ -246,7 +246,6 @@ class _Loader:
             for thing in self._drawn:
                 points = vertices(thing)
                 low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
-        self._half = (high - low) / 2
         return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
 
     def _finish_cameras(self) -> None:
@@ -255,14 +254,15 @@ class _Loader:
             away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
             right = np.cross([0.0, 1.0, 0.0], away)
             right /= np.linalg.norm(right)
-            corners = self._half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-            high, wide, near = np.abs(corners @ np.cross(away, right)), np.abs(corners @ right), corners @ away
+            points = np.concatenate([vertices(thing) for thing in self._drawn]) - self._center
+            high, wide, near = np.abs(points @ np.cross(away, right)), np.abs(points @ right), points @ away
             slope = math.tan(math.radians(FOV / 2)) * FILL
             distance = float(np.max(near + np.maximum(high / slope, wide / (slope * 16 / 9))))
+            distance = max(distance, 1.01 * float(near.max()), self._radius / 10)
             camera.local.position = self._center + away * distance
             camera.look_at(self._center)
             self._cameras["view"] = camera
-            camera.depth_range = (max(distance - self._radius, distance / 50) / 10, 0.0)
+            camera.depth_range = (max(distance - float(near.max()), distance / 20) / 4, 0.0)
         for i, cameras in self._camera_nodes.items():
             for camera in cameras:
                 self._look(i, camera)

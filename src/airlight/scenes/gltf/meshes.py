@@ -24,6 +24,17 @@ def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
     return np.stack([first, np.where(odd, third, second), np.where(odd, second, third)], axis=1)
 
 
+def turned_out(positions: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(T, 3) faces whose front is where the normals point to, if nearly all of them (by area) had it at the back.
+
+    Such meshes come of careless converters; taken literally, one would look into them from outside.
+    """
+    a, b, c = (positions[faces[:, i]].astype(np.float64) for i in range(3))
+    agree = np.einsum("ij,ij->i", np.cross(b - a, c - a), normals[faces].sum(axis=1, dtype=np.float64))
+    inside_out = -agree[agree < 0].sum() > 0.95 * np.abs(agree).sum()
+    return faces[:, ::-1] if inside_out else faces
+
+
 class Meshes:
     """Makes each geometry once."""
 
@@ -81,6 +92,8 @@ class Meshes:
         faces = triangles(indices, primitive.mode)
         if not len(faces):
             return None
+        if "NORMAL" in primitive.attributes:
+            faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
         arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
         for name, index in primitive.attributes.items():
             if name == "NORMAL":
