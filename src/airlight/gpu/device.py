@@ -60,7 +60,9 @@ class Recording:
     def pause(self) -> None:
         """Submit what was recorded and wait until it is done: between two long passes, so that an interrupt is answered."""
         self.device.submit(self)
-        self.device.queue.read_buffer(self.device.buffer(size=16))  # waits for all submitted work
+        if "fence" not in self.device.kept:
+            self.device.kept["fence"] = self.device.buffer(size=16)
+        self.device.queue.read_buffer(self.device.kept["fence"])  # waits for all submitted work
         self._encoder = self.device.device.create_command_encoder()
 
 
@@ -74,6 +76,7 @@ class Device:
         self.max_side: int = device.limits["max-texture-dimension-2d"]
         self.is_cpu = self.info.get("adapter_type") == "CPU"
         self.timestamps = "timestamp-query" in device.features
+        self.kept: dict[str, Any] = {}  # what plans share
         self._lock = threading.Lock()
         self._pipelines: dict[Any, Any] = {}
         self._modules: dict[str, Any] = {}
@@ -121,9 +124,9 @@ class Device:
             self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
             return self._pipelines[key]
 
-    def raster(self, path: str, corners: str, pixels: str, **constants: float) -> Any:
-        """The render pipeline of a vertex and a fragment entry point, of triangles onto one rgba16float image, which it replaces."""
-        key = (path, corners, pixels, tuple(sorted(constants.items())))
+    def raster(self, path: str, corners: str, pixels: str, format: str = "rgba16float", **constants: float) -> Any:
+        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces."""
+        key = (path, corners, pixels, format, tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
                 return self._pipelines[key]
@@ -132,14 +135,14 @@ class Device:
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": "rgba16float"}]},
+                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": format}]},
                 primitive={"topology": "triangle-list"},
                 label=f"{path}:{pixels}",
             )
             return self._pipelines[key]
 
-    def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
-        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on."""
+    def texture(self, width: int, height: int, format: str, *, target: bool = True, roomy: bool = False) -> Any:
+        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on; `roomy`: it may be larger."""
         usage = self.wgpu.TextureUsage
         flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC
         if target:
