@@ -230,14 +230,17 @@ def test_a_turning_camera_takes_nothing_new_and_follows(stage: Stage, monkeypatc
     made: list[str] = []
     inside = False
     device = stage.renderer.device
-    for name in [n for n in dir(device) if n.startswith("create_")]:
 
-        def counted(*args: Any, original: Any = getattr(device, name), name: str = name, **keywords: Any) -> Any:
+    def counted(name: str, original: Any) -> Any:
+        def call(*args: Any, **keywords: Any) -> Any:
             if inside:
                 made.append(name)
             return original(*args, **keywords)
 
-        monkeypatch.setattr(device, name, counted, raising=False)
+        return call
+
+    for name in [n for n in dir(device) if n.startswith("create_")]:
+        monkeypatch.setattr(device, name, counted(name, getattr(device, name)), raising=False)
     record = shafts.render
 
     def watched(*args: Any) -> None:
@@ -351,14 +354,18 @@ def test_an_instance_for_each_place(stage: Stage) -> None:
 
 def plain(level: float) -> Any:
     """A scene of flat colours, all times a level, and its sun."""
+
+    def color(*rgb: float) -> Any:
+        return gfx.Color.from_physical(*(level * c for c in rgb))
+
     scene = gfx.Scene()
-    scene.add(gfx.Background(None, gfx.BackgroundMaterial(gfx.Color.from_physical(*(level * np.array([0.2, 0.3, 0.5]))))))
+    scene.add(gfx.Background(None, gfx.BackgroundMaterial(color(0.2, 0.3, 0.5))))
     rng = np.random.default_rng(8)
     for _ in range(20):
-        box = gfx.Mesh(gfx.box_geometry(0.7, 0.9, 0.6), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*(level * rng.uniform(0.02, 0.5, 3)))))
+        box = gfx.Mesh(gfx.box_geometry(0.7, 0.9, 0.6), gfx.MeshBasicMaterial(color=color(*rng.uniform(0.02, 0.5, 3))))
         box.local.position = (rng.uniform(-5, 5), rng.uniform(-3, 3), rng.uniform(-3, 1))
         scene.add(box)
-    sun = gfx.Mesh(gfx.sphere_geometry(0.5), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*(level * np.array([4, 3.5, 3]))), depth_write=False))
+    sun = gfx.Mesh(gfx.sphere_geometry(0.5), gfx.MeshBasicMaterial(color=color(4, 3.5, 3), depth_write=False))
     sun.local.position = (0.8, 1.3, -6)
     scene.add(sun)
     return scene, sun

@@ -3,7 +3,7 @@
 import pytest
 
 pytest.importorskip("pygfx")
-from pygfx.renderers.wgpu.engine.blender import Blender  # noqa: E402
+from pygfx.renderers.wgpu.engine.blender import Blender
 
 
 @pytest.mark.parametrize("name", ["_texture_info", "_textures", "texture_info"])
