@@ -8,6 +8,7 @@ MAX_PIXELS = 2**27  # of all images together
 MAX_NODES = 20_000
 MAX_DEPTH = 256
 MAX_DRAWS = 4096  # primitives times the nodes that show them
+MAX_VERTICES = 2**24  # of all that is drawn, and six times as many indices
 MAX_JOINTS = 1024  # of a skin: what a uniform buffer holds
 MAX_TARGETS = 256  # morph targets of a primitive: layers of a texture
 MAX_EXTENT = 1e9  # greatest coordinate in the world, and greatest number in the file

@@ -27,7 +27,7 @@ def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
 class Track:
     """What moves one property of one node.
 
-    times: (K,) seconds, growing. values: (K, n), or (K, 3, n) for CUBICSPLINE: tangent in, value, tangent out.
+    times: (K,) float32 seconds, growing. values: float32 (K, n), or (K, 3, n) for CUBICSPLINE: tangent in, value, tangent out.
     """
 
     node: int
@@ -37,27 +37,29 @@ class Track:
     values: np.ndarray
 
     def at(self, t: float) -> np.ndarray:
-        """(n,) the value at t seconds; before the first and after the last time that of the nearest."""
+        """(n,) float64, the value at t seconds; before the first and after the last time that of the nearest."""
         last = len(self.times) - 1
         i = int(np.searchsorted(self.times, t, "right")) - 1
-        values = self.values[:, 1] if self.interpolation == "CUBICSPLINE" else self.values
         if i < 0 or i >= last or self.interpolation == "STEP":
-            found = values[min(max(i, 0), last)]
-            return unit(found) if self.path == "rotation" else found
-        step = float(self.times[i + 1] - self.times[i])
-        share = (t - float(self.times[i])) / step
+            return self._finished(self._value(min(max(i, 0), last)))
+        before, after = self._value(i), self._value(i + 1)
+        step = float(self.times[i + 1]) - float(self.times[i])
+        share = min(max((t - float(self.times[i])) / step, 0.0), 1.0)
         if self.interpolation == "LINEAR":
-            if self.path == "rotation":
-                return slerp(unit(values[i]), unit(values[i + 1]), share)
-            return values[i] + (values[i + 1] - values[i]) * share
+            return slerp(unit(before), unit(after), share) if self.path == "rotation" else before + (after - before) * share
         square, cube = share**2, share**3
-        found = (
-            (2 * cube - 3 * square + 1) * values[i]
-            + step * (cube - 2 * square + share) * self.values[i, 2]
-            + (-2 * cube + 3 * square) * values[i + 1]
-            + step * (cube - square) * self.values[i + 1, 0]
+        return self._finished(
+            (2 * cube - 3 * square + 1) * before
+            + step * (cube - 2 * square + share) * self.values[i, 2].astype(np.float64)
+            + (-2 * cube + 3 * square) * after
+            + step * (cube - square) * self.values[i + 1, 0].astype(np.float64)
         )
-        return unit(found) if self.path == "rotation" else found
+
+    def _value(self, i: int) -> np.ndarray:
+        return (self.values[i, 1] if self.interpolation == "CUBICSPLINE" else self.values[i]).astype(np.float64)
+
+    def _finished(self, value: np.ndarray) -> np.ndarray:
+        return unit(value) if self.path == "rotation" else value
 
 
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:

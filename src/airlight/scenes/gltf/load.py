@@ -1,6 +1,8 @@
 """A stage from a glTF file."""
 
 import math
+from collections.abc import Callable
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -9,12 +11,12 @@ import pygfx as gfx
 from airlight.files.decode import tell
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage
-from airlight.scenes.environment import Environment, load_environment
-from airlight.scenes.gltf import MAX_EXTENT, schema
-from airlight.scenes.gltf.animate import Track, compose, unit
+from airlight.scenes.environment import load_environment
+from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.materials import colour
-from airlight.scenes.gltf.meshes import Meshes, vertices
-from airlight.scenes.gltf.validate import PATHS, Gltf
+from airlight.scenes.gltf.meshes import vertices
+from airlight.scenes.gltf.model import Model
+from airlight.scenes.gltf.validate import Gltf
 
 MAX_LIGHTS = 8  # the brightest; each has a shadow map
 LOW_SUN = math.radians(25)  # up to here the sunrise suits a file's sun, above the sky
@@ -30,133 +32,44 @@ def load(path: str, environment: str | None = None) -> Stage:
     return _Loader(Gltf(path), environment).stage()
 
 
+def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
+    """A model that comes with Airlight (by its name) or a file's, without its cameras and lights, and pose(t) of its looped animation."""
+    path = name_or_path
+    if not path.lower().endswith((".glb", ".gltf")):
+        path = str(resources.files("airlight") / "data" / "scenes" / "models" / f"{path}.glb")
+    found = Model(Gltf(path))
+    return found.root, found.pose
+
+
 class _Loader:
     def __init__(self, gltf: Gltf, environment: str | None) -> None:
         self._gltf, self._environment = gltf, environment
         self._document = gltf.document
+        self._model = Model(gltf)
+        self._nodes, self._moving = self._model.nodes, self._model.moving
         self._scene = gfx.Scene()
-        self._tracks = self._chosen_tracks()
-        self._duration = max((float(track.times[-1]) for track in self._tracks), default=0.0)
-        self._check_extent()
-        self._nodes: dict[int, gfx.Group] = {}
-        self._drawn: list[gfx.WorldObject] = []
-        self._morphed: dict[int, list[gfx.Mesh]] = {}
-        self._rest: dict[int, list[np.ndarray]] = {}  # translation, rotation, scale of the nodes that move
-        self._moving: set[int] = set()
+        self._scene.add(self._model.root)
         self._cameras: dict[str, gfx.PerspectiveCamera] = {}
         self._camera_nodes: dict[int, list[gfx.PerspectiveCamera]] = {}
         self._lights: dict[int, gfx.Light] = {}
         self._described: dict[int, schema.Light] = {}
 
-    # ---------------------------------------------------------------- animation
-
-    def _chosen_tracks(self) -> list[Track]:
-        """The first clip, and each further one that moves nothing which one before it moves."""
-        document, gltf = self._document, self._gltf
-        chosen: dict[tuple[int, str], Track] = {}
-        shown = set(gltf.order)
-        for animation in document.animations:
-            clip: dict[tuple[int, str], Track] = {}
-            for channel in animation.channels:
-                node, path = channel.target.node, channel.target.path
-                if node is None or node not in shown or path not in PATHS:
-                    continue
-                sampler = animation.samplers[channel.sampler]
-                times = gltf.floats(sampler.input)[:, 0].astype(np.float64)
-                values = gltf.floats(sampler.output).astype(np.float64)
-                shape = (len(times), 3, -1) if sampler.interpolation == "CUBICSPLINE" else (len(times), -1)
-                clip[node, path] = Track(node, path, sampler.interpolation, times, values.reshape(shape))  # type: ignore[arg-type]
-            if not clip.keys() & chosen.keys():
-                chosen |= clip
-        return list(chosen.values())
-
-    def _check_extent(self) -> None:
-        """Refuse what reaches beyond MAX_EXTENT at any time: bounds of scale and place, from the roots down."""
-        gltf, nodes = self._gltf, self._document.nodes
-        reach: dict[tuple[int, str], float] = {}
-        for track in self._tracks:
-            values = track.values[:, 1] if track.interpolation == "CUBICSPLINE" else track.values
-            reach[track.node, track.path] = float(np.abs(values).max())
-        scales, places = [1.0] * len(nodes), [0.0] * len(nodes)
-        for i in gltf.order:
-            node, parent = nodes[i], gltf.parents[i]
-            if node.matrix is not None:
-                matrix = np.reshape(node.matrix, (4, 4)).T
-                scale, place = float(np.linalg.norm(matrix[:3, :3])), float(np.linalg.norm(matrix[:3, 3]))
-            else:
-                scale, place = max(map(abs, node.scale)), math.hypot(*node.translation)
-            scale = max(scale, reach.get((i, "scale"), 0.0))
-            place = max(place, 2 * reach.get((i, "translation"), 0.0))
-            above, beyond = (1.0, 0.0) if parent == -1 else (scales[parent], places[parent])
-            scales[i], places[i] = above * scale, beyond + above * place
-            size = 0.0
-            if node.mesh is not None:
-                for primitive in self._document.meshes[node.mesh].primitives:
-                    size = max(size, float(np.abs(gltf.floats(primitive.attributes["POSITION"])).max()))
-            if max(scales[i], places[i] + 2 * size * scales[i]) > MAX_EXTENT:
-                gltf.refuse(f"node {i} reaches farther than {MAX_EXTENT:g}", "scale the scene down")
-
     # ---------------------------------------------------------------- building
 
     def stage(self) -> Stage:
-        gltf, nodes = self._gltf, self._document.nodes
-        animated = {track.node for track in self._tracks}
-        for i in gltf.order:
-            parent = gltf.parents[i]
-            thing = gfx.Group(name=nodes[i].name[:80])
-            (self._scene if parent == -1 else self._nodes[parent]).add(thing)
-            self._nodes[i] = thing
-            if i in animated or parent in self._moving:
-                self._moving.add(i)
-            self._place(i, nodes[i], i in animated)
-        meshes = Meshes(gltf)
-        for i in gltf.order:
-            node = nodes[i]
-            if node.mesh is not None:
-                self._add_mesh(i, node, meshes)
+        for i in self._gltf.order:
+            node = self._document.nodes[i]
             if node.camera is not None:
                 self._add_camera(i, self._document.cameras[node.camera], node.name)
-        if not self._drawn:
-            gltf.refuse("shows nothing", "export it with its meshes")
         self._add_lights()
-        center, radius = self._bounds()
-        self._center, self._radius = center, radius
-        self._pose(0.0)
+        self._center, self._radius = center, radius = self._bounds()
         self._finish_cameras()
         sun = self._surround()
         lights = self._scene_lights(sun)
         fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
         movable = next((light for light in lights if light.target in fixed), None)
-        return Stage(gltf.container.path, self._scene, self._cameras, lights, self._duration, self.pose, center, radius, movable)
-
-    def _place(self, i: int, node: schema.Node, animated: bool) -> None:
-        local = self._nodes[i].local
-        local.state_basis = "matrix"  # keeps what no translation, rotation and scale can say
-        if node.matrix is not None and not animated:
-            local.matrix = np.reshape(node.matrix, (4, 4)).T
-            return
-        parts = [np.array(part, float) for part in (node.translation, node.rotation, node.scale)]
-        local.matrix = compose(parts[0], unit(parts[1]), parts[2])
-        if animated:
-            self._rest[i] = parts
-
-    def _add_mesh(self, i: int, node: schema.Node, meshes: Meshes) -> None:
-        assert node.mesh is not None
-        skeleton = None
-        if node.skin is not None:
-            skin = self._document.skins[node.skin]
-            if all(joint in self._nodes for joint in skin.joints):
-                inverses = [np.eye(4)] * len(skin.joints)
-                if skin.inverse_bind_matrices is not None:
-                    matrices = self._gltf.floats(skin.inverse_bind_matrices)[: len(skin.joints)]
-                    inverses = list(matrices.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64))
-                skeleton = gfx.Skeleton([self._nodes[joint] for joint in skin.joints], inverses)
-        for thing in meshes.objects(node.mesh, node.weights, skeleton):
-            skinned = isinstance(thing, gfx.SkinnedMesh)
-            (self._scene if skinned else self._nodes[i]).add(thing)  # the joints alone place a skin
-            self._drawn.append(thing)
-            if isinstance(thing, gfx.Mesh) and getattr(thing.geometry, "morph_positions", None):
-                self._morphed.setdefault(i, []).append(thing)
+        path, duration = self._gltf.container.path, self._model.duration
+        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
         lens, flat = described.perspective, described.orthographic
@@ -189,19 +102,7 @@ class _Loader:
 
     def pose(self, t: float, camera: Any = None) -> None:
         """Everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
-        self._pose(t % self._duration if self._duration > 0 else 0.0, camera)
-
-    def _pose(self, t: float, camera: Any = None) -> None:
-        now = {i: list(parts) for i, parts in self._rest.items()}
-        for track in self._tracks:
-            value = track.at(t)
-            if track.path == "weights":
-                for mesh in self._morphed.get(track.node, ()):
-                    mesh.morph_target_influences = value
-            else:
-                now[track.node][("translation", "rotation", "scale").index(track.path)] = value
-        for i, (translation, rotation, scale) in now.items():
-            self._nodes[i].local.matrix = compose(translation, unit(rotation), scale)
+        self._model.pose(t)
         for i, light in self._lights.items():
             if i in self._moving:
                 self._aim(i, light)
@@ -239,14 +140,12 @@ class _Loader:
 
     def _bounds(self) -> tuple[np.ndarray, float]:
         """A sphere around the vertices, at a few times if they move."""
-        self._center, self._radius = np.zeros(3), 1.0
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for t in np.arange(4) / 4 * self._duration if self._tracks else (0.0,):
-            self._pose(float(t))
-            for thing in self._drawn:
+        for share in (0.25, 0.5, 0.75, 0.0) if self._model.duration else (0.0,):
+            self._model.pose(share * self._model.duration)
+            for thing in self._model.drawn:
                 points = vertices(thing)
                 low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
-        self._half = (high - low) / 2
         return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
 
     def _finish_cameras(self) -> None:
@@ -255,14 +154,15 @@ class _Loader:
             away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
             right = np.cross([0.0, 1.0, 0.0], away)
             right /= np.linalg.norm(right)
-            corners = self._half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-            high, wide, near = np.abs(corners @ np.cross(away, right)), np.abs(corners @ right), corners @ away
+            points = np.concatenate([vertices(thing) for thing in self._model.drawn]) - self._center
+            high, wide, near = np.abs(points @ np.cross(away, right)), np.abs(points @ right), points @ away
             slope = math.tan(math.radians(FOV / 2)) * FILL
             distance = float(np.max(near + np.maximum(high / slope, wide / (slope * 16 / 9))))
+            distance = max(distance, 1.01 * float(near.max()), self._radius / 10)
             camera.local.position = self._center + away * distance
             camera.look_at(self._center)
             self._cameras["view"] = camera
-            camera.depth_range = (max(distance - self._radius, distance / 50) / 10, 0.0)
+            camera.depth_range = (max(distance - float(near.max()), distance / 20) / 4, 0.0)
         for i, cameras in self._camera_nodes.items():
             for camera in cameras:
                 self._look(i, camera)
@@ -293,25 +193,18 @@ class _Loader:
                 chosen = "sunrise" if towards is None or math.asin(min(max(towards[1], -1), 1)) < LOW_SUN else "sky"
         if chosen == "none":
             self._scene.add(gfx.Background.from_color("#06070a", "#14161c"), gfx.AmbientLight(intensity=0.25))
-            if self._lights:
-                return None
-            surroundings = load_environment("sunrise")  # for its sun alone
-        else:
-            surroundings = load_environment(chosen)
+            return None if self._lights else self._add_sun(np.array([0.45, 0.6, 0.66]), np.full(3, 3.0))
+        surroundings = load_environment(chosen)
         if towards is None:
             camera = next(iter(self._cameras.values()))
             ahead = np.asarray(camera.world.forward, float)
             turn = math.atan2(ahead[0], -ahead[2]) + SUN_ASIDE
             towards = np.array([math.sin(turn), 0.0, -math.cos(turn)])
         surroundings = surroundings.turned_to(towards)
-        if chosen != "none":
-            surroundings.surround(self._scene)
-        if self._lights:
-            return None
-        return self._add_sun(surroundings)
+        surroundings.surround(self._scene)
+        return None if self._lights else self._add_sun(*surroundings.sun_and_light())
 
-    def _add_sun(self, surroundings: Environment) -> np.ndarray:
-        direction, irradiance = surroundings.sun_and_light()
+    def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> np.ndarray:
         strongest = float(irradiance.max())
         sun = gfx.DirectionalLight(colour(tuple(irradiance / strongest)), min(strongest, 20.0))
         sun.local.position = self._center + direction * self._radius * 1.5

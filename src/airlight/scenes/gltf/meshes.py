@@ -12,6 +12,9 @@ from airlight.scenes.gltf.validate import Gltf
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
 
 
+_CHUNK = 65536  # vertices that are skinned at a time
+
+
 def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
     """(T, 3) vertices of triangles, strips and fans (glTF 2.0, section 3.7.2.1); what is left over is dropped."""
     if mode == TRIANGLES:
@@ -22,6 +25,17 @@ def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
         return np.stack([second, third, np.full(count, indices[0], indices.dtype)], axis=1)
     odd = np.arange(count) % 2 == 1
     return np.stack([first, np.where(odd, third, second), np.where(odd, second, third)], axis=1)
+
+
+def turned_out(positions: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(T, 3) faces whose front is where the normals point to, if nearly all of them (by area) had it at the back.
+
+    Such meshes come of careless converters; taken literally, one would look into them from outside.
+    """
+    a, b, c = (positions[faces[:, i]].astype(np.float64) for i in range(3))
+    agree = np.einsum("ij,ij->i", np.cross(b - a, c - a), normals[faces].sum(axis=1, dtype=np.float64))
+    inside_out = -agree[agree < 0].sum() > 0.95 * np.abs(agree).sum()
+    return faces[:, ::-1] if inside_out else faces
 
 
 class Meshes:
@@ -81,6 +95,8 @@ class Meshes:
         faces = triangles(indices, primitive.mode)
         if not len(faces):
             return None
+        if "NORMAL" in primitive.attributes:
+            faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
         arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
         for name, index in primitive.attributes.items():
             if name == "NORMAL":
@@ -130,15 +146,19 @@ def vertices(thing: gfx.WorldObject) -> np.ndarray:
     points = np.asarray(geometry.positions.data, np.float64)
     morphs = getattr(geometry, "morph_positions", None)
     if morphs:
-        points = points + np.einsum("t,tnc->nc", np.asarray(thing.morph_target_influences, np.float64), np.asarray(morphs, np.float64))
+        for share, moved in zip(thing.morph_target_influences, morphs):
+            points = points + float(share) * moved
     if isinstance(thing, gfx.SkinnedMesh):
         skeleton = thing.skeleton
         joints = np.stack([bone.world.matrix @ inverse for bone, inverse in zip(skeleton.bones, skeleton.bone_inverses)])
         weights = np.asarray(geometry.skin_weights.data, np.float64)
         placed = np.zeros_like(points)
-        for i in range(4):
-            matrices = joints[geometry.skin_indices.data[:, i]]
-            placed += weights[:, i, None] * (np.einsum("nij,nj->ni", matrices[:, :3, :3], points) + matrices[:, :3, 3])
+        for start in range(0, len(points), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            for i in range(4):
+                matrices = joints[geometry.skin_indices.data[part, i]]
+                moved = np.einsum("nij,nj->ni", matrices[:, :3, :3], points[part]) + matrices[:, :3, 3]
+                placed[part] += weights[part, i, None] * moved
         return placed
     matrix = thing.world.matrix
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])

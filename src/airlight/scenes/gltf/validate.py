@@ -19,6 +19,7 @@ from airlight.scenes.gltf import (
     MAX_NODES,
     MAX_PIXELS,
     MAX_TARGETS,
+    MAX_VERTICES,
     images,
     schema,
 )
@@ -53,6 +54,8 @@ class Gltf:
         self._decoded = 0
         self._floats: dict[int, np.ndarray] = {}
         self._integers: dict[int, np.ndarray] = {}
+        self._seen: set[tuple[str, int]] = set()  # checks that were made: many may name one large accessor
+        self._highest: dict[int, int] = {}
         self._check()
 
     def refuse(self, what: str, cure: str = "export it again") -> NoReturn:
@@ -154,16 +157,30 @@ class Gltf:
             self.refuse(f"{what} is of a wrong type ({accessor.type}, {accessor.component_type})")
         return accessor
 
+    def _once(self, check: str, index: int) -> bool:
+        """Whether this check of an accessor is still to be made; it then counts as made."""
+        fresh = (check, index) not in self._seen
+        self._seen.add((check, index))
+        return fresh
+
+    def highest(self, index: int) -> int:
+        """The greatest of an accessor's integers."""
+        if index not in self._highest:
+            self._highest[index] = int(self.integers(index).max())
+        return self._highest[index]
+
     def _finite(self, index: int, what: str) -> np.ndarray:
         """`floats`, all of them numbers within MAX_EXTENT."""
         array = self.floats(index)
-        if not (np.abs(array) <= MAX_EXTENT).all():  # false for NaN
+        if self._once("finite", index) and not (np.abs(array) <= MAX_EXTENT).all():  # false for NaN
             self.refuse(f"{what} holds values that are not numbers, or beyond {MAX_EXTENT:g}")
         return array
 
     def _mended(self, index: int) -> None:
         """What is not a number becomes 0."""
         array = self.floats(index)
+        if not self._once("mended", index):
+            return
         bad = ~(np.abs(array) <= MAX_EXTENT)
         if bad.any():
             array[bad] = 0
@@ -292,9 +309,8 @@ class Gltf:
             self._check_attribute(name, index, count, f"{name[:20]} of {what}")
         if primitive.indices is not None:
             self._typed(primitive.indices, f"the indices of {what}", "SCALAR", UNSIGNED)
-            highest = int(self.integers(primitive.indices).max())
-            if highest >= count:
-                self.refuse(f"{what} names vertex {highest} of {count}")
+            if self.highest(primitive.indices) >= count:
+                self.refuse(f"{what} names vertex {self.highest(primitive.indices)} of {count}")
         if primitive.material is not None:
             self.within(primitive.material, self.document.materials, f"the material of {what}")
         for target in primitive.targets:
@@ -327,7 +343,7 @@ class Gltf:
 
     def _check_nodes(self) -> None:
         d = self.document
-        draws = 0
+        draws, vertices, indices = 0, 0, 0
         for i, node in enumerate(d.nodes):
             if node.camera is not None:
                 self.within(node.camera, d.cameras, f"the camera of node {i}")
@@ -339,16 +355,21 @@ class Gltf:
                 continue
             mesh = self.within(node.mesh, d.meshes, f"the mesh of node {i}")
             draws += len(mesh.primitives)
+            for primitive in mesh.primitives:
+                vertices += d.accessors[primitive.attributes["POSITION"]].count
+                indices += 0 if primitive.indices is None else d.accessors[primitive.indices].count
             if len(node.weights) not in (0, len(mesh.primitives[0].targets)):
                 self.refuse(f"node {i} has {len(node.weights)} weights for {len(mesh.primitives[0].targets)} morph targets")
             if node.skin is not None:
                 joints = len(d.skins[node.skin].joints)
                 for primitive in mesh.primitives:
                     index = primitive.attributes.get("JOINTS_0")
-                    if index is not None and int(self.integers(index).max()) >= joints:
-                        self.refuse(f"mesh {node.mesh} names joint {int(self.integers(index).max())} of {joints}")
+                    if index is not None and self.highest(index) >= joints:
+                        self.refuse(f"mesh {node.mesh} names joint {self.highest(index)} of {joints}")
         if draws > MAX_DRAWS:
             self.refuse(f"shows {draws} meshes, more than the limit of {MAX_DRAWS}", "join or remove some")
+        if max(vertices, indices // 6) > MAX_VERTICES:
+            self.refuse(f"shows {vertices} vertices, more than the limit of {MAX_VERTICES}", "make it simpler")
 
     def _check_animation(self, i: int, animation: schema.Animation) -> None:
         for channel in animation.channels:
@@ -359,7 +380,7 @@ class Gltf:
             sampler = self.within(channel.sampler, animation.samplers, what)
             self._typed(sampler.input, f"the times of {what}", "SCALAR", (FLOAT,))
             times = self._finite(sampler.input, f"the times of {what}")[:, 0]
-            if times[0] < 0 or (np.diff(times) <= 0).any():
+            if self._once("grows", sampler.input) and (times[0] < 0 or (np.diff(times) <= 0).any()):
                 self.refuse(f"the times of {what} do not grow")
             width = PATHS[channel.target.path]
             accessor = self._typed(sampler.output, f"the values of {what}", {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[width])
