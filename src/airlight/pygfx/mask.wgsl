@@ -8,10 +8,10 @@ override CONTRAST: bool = false;
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read> looked: array<f32>; // look.wgsl
 
-fn tap(texel: vec2i, k: u32, light: vec4f, length: f32) -> vec3f {
+fn tap(texel: vec2i, k: u32, light: vec4f) -> vec3f {
     let inner = (vec2f(vec2u(k % TAPS, k / TAPS)) + 0.5) / f32(TAPS);
     let p = min(vec2i((vec2f(texel) + inner) * view.pixels / view.texels), vec2i(view.pixels) - 1);
-    let pixel = seen(p, light, length);
+    let pixel = seen(p, light);
     var color = pixel.rgb * pixel.a;
     if (CONTRAST) {
         color += (1.0 - pixel.a) * mix(vec3f(looked[0], looked[1], looked[2]), pixel.rgb, KEPT);
@@ -21,19 +21,14 @@ fn tap(texel: vec2i, k: u32, light: vec4f, length: f32) -> vec3f {
 
 fn texel(q: vec2i) -> vec3f {
     var light = vec4f(0.0);
-    var length = 1.0;
-    if (CONES) {
-        let ray = view_ray((vec2f(q) + 0.5) / view.texels);
-        length = sqrt(dot(ray, ray));
-        light = lights_at(ray, 1.0 / length);
-    }
-    if (TAPS == 1u) { return tap(q, 0u, light, length); }
+    if (CONES) { light = lights_at((vec2f(q) + 0.5) / view.texels); }
+    if (TAPS == 1u) { return tap(q, 0u, light); }
     if (TAPS == 2u) {
-        return 0.25 * (tap(q, 0u, light, length) + tap(q, 1u, light, length) + tap(q, 2u, light, length) + tap(q, 3u, light, length));
+        return 0.25 * (tap(q, 0u, light) + tap(q, 1u, light) + tap(q, 2u, light) + tap(q, 3u, light));
     }
     var sum = vec3f(0.0);
     for (var k = 0u; k < TAPS * TAPS; k++) {
-        sum += tap(q, k, light, length);
+        sum += tap(q, k, light);
     }
     return sum / f32(TAPS * TAPS);
 }
