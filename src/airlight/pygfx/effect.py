@@ -29,7 +29,16 @@ SAMPLED = 14400  # pixels that are measured, about
 CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("soft", "f4"), ("disc", "f4")])
 AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
 VIEW = np.dtype(
-    [("rays", "f4", 4), ("depth", "f4", 4), ("region", "f4", 4), ("pixels", "f4", 2), ("texels", "f4", 2), ("clear", "f4", 3)]
+    [
+        ("rays", "f4", 4),
+        ("depth", "f4", 4),
+        ("region", "f4", 4),
+        ("pixels", "f4", 2),
+        ("texels", "f4", 2),
+        ("ratio", "f4", 2),
+        ("pixel", "f4", 2),
+        ("clear", "f4", 3),
+    ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
@@ -213,7 +222,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._binds.clear()
             made = self._textures = _Textures(self.device, source, p, apron)
             self._laid_out = texels, apron
-        self._view["texels"], self._view["apron"] = texels, apron
+        view = self._view
+        view["texels"], view["apron"] = texels, apron
+        view["ratio"], view["pixel"] = np.array(size) / texels, 1 / np.array(size)
         return made, self._region
 
     def _drawn(self, texels: tuple[int, int]) -> tuple[Any, Region]:
@@ -272,7 +283,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
             self._binds[key] = {
                 "": shared,  # held, so that no id is used again
-                "mask": device.bind(MASK, *shared, made.source, self._looked),
+                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest")),
                 "look": device.bind(LOOK, *shared, self._looked),
                 "measure": device.bind(BALANCE, *after),
                 "merge": device.bind(MERGE, *after, made.source),

@@ -25,6 +25,8 @@ struct View {
     region: vec4f,              // where the view lies in source and layer: left, top, width, height, of them
     pixels: vec2f,              // of the picture
     texels: vec2f,              // of the source, without its apron
+    ratio: vec2f,               // of the one to the other
+    pixel: vec2f,               // 1 / pixels
     clear: vec3f,
     apron: i32,
     mix: f32,                   // share of the layer that is added
@@ -68,8 +70,7 @@ fn lights_at(uv: vec2f) -> vec4f {
 }
 
 /// RGB and m of a pixel: m is 1 where nothing writes depth, or where a light is.
-fn seen(p: vec2i, light: vec4f) -> vec4f {
-    let depth = textureLoad(depths, p, 0);
+fn seen(p: vec2i, depth: f32, light: vec4f) -> vec4f {
     var color = clamp(textureLoad(picture, p, 0).rgb, vec3f(0.0), vec3f(65504.0));
     let open = depth >= 1.0;
     var m = select(0.0, 1.0, open);
