@@ -223,9 +223,7 @@ class Prepass:
         if not emitter:
             if mark is False or (mark is None and not mesh):
                 return None
-            emitter = mesh and (
-                (material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG
-            )
+            emitter = mesh and ((material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG)
         whole = mesh and solid(wobject, material)
         if not emitter:
             return SOLID if whole else VEIL
