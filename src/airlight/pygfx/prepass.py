@@ -127,7 +127,7 @@ def solid(wobject: Any, material: Any) -> bool:
 
 def strength(material: Any) -> float | None:
     """The greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
-    color = getattr(material, "emissive_color", None)
+    color = getattr(material, "emissive", None)
     return None if color is None else max(color.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
 
 
@@ -188,7 +188,7 @@ class Prepass:
     def _fit(self, camera: Any) -> None:
         """Have textures of the size that the settings ask for, and the view where the lights want it."""
         view = [max(1, round(self.in_scene.resolution * n)) for n in self.size]
-        room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n) for n in view]
+        room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n - 1e-6) for n in view]
         whole = view[0] + room[0], view[1] + room[1]
         if self.texture is None or self.texture.size[:2] != whole:
             wgpu = self.device.wgpu
@@ -223,9 +223,7 @@ class Prepass:
         if not emitter:
             if mark is False or (mark is None and not mesh):
                 return None
-            emitter = mesh and (
-                (material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG
-            )
+            emitter = mesh and ((material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG)
         whole = mesh and solid(wobject, material)
         if not emitter:
             return SOLID if whole else VEIL
