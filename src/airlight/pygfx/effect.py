@@ -271,7 +271,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.device.queue.write_buffer(self._uniform, 0, view.tobytes())
 
     def _flags(self) -> dict[str, Any]:
-        return {"CONES": self._view["cones"] > 0, "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
+        return {"CONES": int(self._view["cones"]), "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
 
     def _step(self, size: tuple[int, int]) -> int:
         """Every how many-th row and column is measured."""
@@ -304,7 +304,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
             self._binds[key] = {
                 "": shared,  # held, so that no id is used again
-                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest")),
+                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest"), device.sampler()),
                 "look": device.bind(LOOK, *shared, self._looked),
                 "measure": device.bind(BALANCE, *after),
                 "merge": device.bind(MERGE, *after, made.source),

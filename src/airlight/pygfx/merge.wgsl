@@ -54,7 +54,7 @@ fn merge(@builtin(position) place: vec4f) -> @location(0) vec4f {
     let p = vec2i(place.xy);
     let result = merged(p);
     if (SHOW != 0u) { return shown(p, result); }
-    if (!ADAPT && !FILMIC && result.a == 0.0) { return textureLoad(picture, p, 0); }
+    if (!ADAPT && !FILMIC && result.a == 0.0) { return textureLoad(scene, p, 0); }
     var color = result.rgb;
     if (ADAPT) { color *= ramp(color); }
     if (FILMIC) { color = filmic(color); }

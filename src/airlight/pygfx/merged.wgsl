@@ -24,7 +24,7 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
 
 /// RGB of a pixel with its shafts, and whether that differs from the picture.
 fn merged(p: vec2i) -> vec4f {
-    let pixel = textureLoad(picture, p, 0);
+    let pixel = textureLoad(scene, p, 0);
     if (!LIT) { return vec4f(pixel.rgb, 0.0); }
     let uv = (vec2f(p) + 0.5) * view.pixel;
     var added = textureSampleLevel(layer, linear, view.region.xy + view.region.zw * uv, 0.0).rgb * view.mix;

@@ -1,5 +1,5 @@
 // What the passes of a rendered scene share: the camera, its lights, and what emits (13.5.2). Twins: reference/scene.py.
-override CONES: bool = false;   // some lights have discs or are bodies
+override CONES: u32 = 0u;       // lights that have discs or are bodies
 override CLEAR: bool = false;   // nothing drawn counts as the clear colour
 
 const KEPT = 0.25;              // of the occluders' contrast, with contrast; twin: KEPT in reference/radial.py
@@ -40,7 +40,7 @@ struct View {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var picture: texture_2d<f32>;
+@group(0) @binding(1) var scene: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_depth_2d;
 
 /// The view ray of picture position uv, at -z = 1; the axis without perspective.
@@ -53,36 +53,40 @@ fn axial(depth: f32) -> f32 {
     return (view.depth.x * depth + view.depth.y) / (view.depth.z * depth + view.depth.w);
 }
 
+fn with_light(found: vec4f, cone: Cone, ray: vec3f, inverse: f32) -> vec4f {
+    let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) / cone.soft + 0.5, 0.0, 1.0);
+    let discs = max(found.x, cone.disc * cover);
+    let nearer = cone.far > 0.0 && cover > found.y;
+    return vec4f(discs, select(found.yzw, vec3f(cover, inverse * vec2f(cone.near, cone.far)), nearer));
+}
+
 /// The discs at a ray, and the light that is a body there: (radiance of discs, cover of the body, its near and far along the axis).
 fn lights_at(uv: vec2f) -> vec4f {
     let ray = view_ray(uv);
     let inverse = inverseSqrt(dot(ray, ray));
     var found = vec4f(0.0);
-    for (var i = 0u; i < view.cones; i++) {
-        let cone = view.cone[i];
-        let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) / cone.soft + 0.5, 0.0, 1.0);
-        found.x = max(found.x, cone.disc * cover);
-        if (cone.far > 0.0 && cover > found.y) {
-            found = vec4f(found.x, cover, inverse * vec2f(cone.near, cone.far));
-        }
-    }
+    //! each k of 8: if (CONES > k) { found = with_light(found, view.cone[k], ray, inverse); }
     return found;
 }
 
-/// RGB and m of a pixel: m is 1 where nothing writes depth, or where a light is.
+/// m of a pixel: 1 where nothing writes depth, or where a light is.
+fn emits(depth: f32, light: vec4f) -> f32 {
+    if (CONES == 0u) { return select(0.0, 1.0, depth >= 1.0); }
+    let over = view.depth.x * depth + view.depth.y; // the distance, as a fraction
+    let under = view.depth.z * depth + view.depth.w;
+    let at_body = over >= light.z * under && over <= light.w * under;
+    return select(select(0.0, light.y, at_body), 1.0, depth >= 1.0);
+}
+
+/// What a colour of the scene emits; open: nothing is drawn there.
+fn radiance(color: vec3f, open: bool, light: vec4f) -> vec3f {
+    var found = clamp(color, vec3f(0.0), vec3f(65504.0));
+    if (CLEAR) { found = select(found, mix(view.clear, found, light.y), open); }
+    if (CONES > 0u) { found = select(found, max(found, vec3f(light.x)), open); }
+    return found;
+}
+
+/// RGB and m of a pixel.
 fn seen(p: vec2i, depth: f32, light: vec4f) -> vec4f {
-    var color = clamp(textureLoad(picture, p, 0).rgb, vec3f(0.0), vec3f(65504.0));
-    let open = depth >= 1.0;
-    var m = select(0.0, 1.0, open);
-    if (CLEAR && open) {
-        color = mix(view.clear, color, light.y);
-    }
-    if (CONES) {
-        color = select(color, max(color, vec3f(light.x)), open);
-        let over = view.depth.x * depth + view.depth.y; // the distance, as a fraction
-        let under = view.depth.z * depth + view.depth.w;
-        let at_body = over >= light.z * under && over <= light.w * under;
-        m = select(select(0.0, light.y, at_body), 1.0, open);
-    }
-    return vec4f(color, m);
+    return vec4f(radiance(textureLoad(scene, p, 0).rgb, depth >= 1.0, light), emits(depth, light));
 }
