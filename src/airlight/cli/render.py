@@ -1,6 +1,5 @@
 """`airlight render`: frames and films of 3-D scenes."""
 
-import contextlib
 import dataclasses
 import math
 import os
@@ -14,7 +13,7 @@ import rich_click
 from airlight import presets
 from airlight.cli import batch
 from airlight.cli import image as pictures
-from airlight.cli.image import FILES, LIGHT, _choice, _file, _flag, _list_presets, _option
+from airlight.cli.image import FILES, LIGHT, _file, _flag, _list_presets, _option
 from airlight.cli.light import split_light
 from airlight.cli.options import NOT_IN_SCENES, gather, given, scene_options
 from airlight.cli.settings import recall, record
@@ -56,6 +55,12 @@ def numbers(text: str, form: str) -> tuple[float, ...]:
     return found
 
 
+def triple(text: str) -> tuple[float, float, float]:
+    """`x,y,z` as numbers."""
+    x, y, z = numbers(text, PLACE)
+    return x, y, z
+
+
 class _Light(click.ParamType):
     """A light of a scene, kept as it was written."""
 
@@ -70,6 +75,9 @@ class _Light(click.ParamType):
         return str(value)
 
 
+PLACE, SUN = "x,y,z", "azimuth,elevation"
+
+
 def _light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
     from airlight.lights import Light
 
@@ -79,9 +87,6 @@ def _light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, A
     if form == SUN and abs(at[1]) > 90:
         raise AirlightError(f"the elevation of the sun {text!r} is beyond 90 degrees: write azimuth,elevation, as in 90,20")
     return at, known
-
-
-PLACE, SUN = "x,y,z", "azimuth,elevation"
 
 
 def read_scene_light(text: str, form: str) -> "SceneLight":
@@ -139,6 +144,7 @@ class Task:
 @_option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
 @_option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
 @_option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
+@_option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
 @_option("--fps", panel=TIME, type=_Fps(), default="24", help="Frames a second: frame k is at (k - 1) / fps.")
 @_option(
     "--light",
@@ -233,7 +239,7 @@ def render(
     todo = _tasks(ctx, 0.0)
     _check(todo, is_film, inputs, overwrite or resume)  # before the scene is read
     offline.prepare(device)
-    stage = open_scene(scene, environment)
+    stage = open_scene(scene, environment, ctx.params["seed"])
     if not todo:
         todo = _tasks(ctx, stage.duration)
         if not todo:
@@ -285,7 +291,7 @@ def _shot(ctx: click.Context, size: tuple[int, int, int], quality: str) -> "Shot
     from airlight.scenes.offline import Shot
 
     o = ctx.params
-    eye, target = (None if o[name] is None else numbers(o[name], PLACE) for name in ("eye", "target"))
+    eye, target = (None if o[name] is None else triple(o[name]) for name in ("eye", "target"))
     lights = [read_scene_light(text, PLACE) for text in o["light"]] + [read_scene_light(text, SUN) for text in o["sun"]]
     smooth = quality == "draft" and not o["no_antialias"]
     return Shot(*size, smooth, o["camera"], eye, target, o["fov"], tuple(lights))
@@ -309,7 +315,7 @@ def _tasks(ctx: click.Context, duration: float) -> list[Task]:
     else:
         chosen = [1]
     if len(chosen) > 1 and not several:
-        raise AirlightError(f"{output}: {len(chosen)} frames do not go into one picture; name a pattern such as shot.####.png, or a film.mp4")
+        raise AirlightError(f"{output}: {len(chosen)} frames do not go into one picture; name a pattern, as in shot.####.png, or a .mp4")
 
     def place(path: str | None, number: int) -> str | None:
         pattern = None if path is None else numbered(path)
@@ -323,7 +329,7 @@ def _tasks(ctx: click.Context, duration: float) -> list[Task]:
         if o["time"] + ahead < 0:
             raise AirlightError(f"frame {number} lies before the animation's start: frame 1 is at --time; give later --frames")
         turn = (number - 1) % turntable / turntable if turntable is not None else o["turn"] / 360
-        name = output if video.is_film(output) else place(output, number)
+        name = output if video.is_film(output) else place(output, number) or output
         layer, buffer = place(o["layer"], number), place(o["occlusion_buffer"], number)
         found.append(Task(number, name, layer, buffer, o["time"] + ahead, turn))
     return found

@@ -78,7 +78,13 @@ class _At:
 
 @contextlib.contextmanager
 def film(
-    path: str | os.PathLike[str], width: int, height: int, fps: Fraction, crf: float = 18, overwrite: bool = False, settings: str | None = None
+    path: str | os.PathLike[str],
+    width: int,
+    height: int,
+    fps: Fraction,
+    crf: float = 18,
+    overwrite: bool = False,
+    settings: str | None = None,
 ) -> Iterator[Callable[[np.ndarray], None]]:
     """A function that adds a frame, (height, width, 3) uint8 sRGB codes; at the end of the block the film is verified and in place.
 
