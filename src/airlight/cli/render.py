@@ -236,19 +236,19 @@ def render(
     except ImportError as error:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
     inputs = [path for path in (scene, preset, environment) if path is not None]
-    todo = _tasks(ctx, 0.0)
-    _check(todo, is_film, inputs, overwrite or resume)  # before the scene is read
-    offline.prepare(device)
-    stage = open_scene(scene, environment, ctx.params["seed"])
-    if not todo:
-        todo = _tasks(ctx, stage.duration)
-        if not todo:
+    stage, all = None, _tasks(ctx, 0.0)
+    if not all:  # as many as the animation has
+        offline.prepare(device)
+        stage = open_scene(scene, environment, ctx.params["seed"])
+        all = _tasks(ctx, stage.duration)
+        if not all:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
-        _check(todo, is_film, inputs, overwrite or resume)
-    if not is_film:
-        todo = pictures._left(todo, skip_existing, resume)
+    todo = all if is_film else _left(ctx, all, inputs)
     if not todo:
         return 0
+    if stage is None:
+        offline.prepare(device)
+        stage = open_scene(scene, environment, ctx.params["seed"])
     shot = _shot(ctx, size, structs[0].quality)
     studio = offline.Studio(stage, shot, *structs, exclude=exclude, linear=_is_linear(output))
     work = _Work(ctx, studio, values, overwrite or resume)
@@ -258,7 +258,7 @@ def render(
             work.add = add
             batch.run(todo, work.read, _strict(work.render), _strict(work.write))
         return 0
-    if len(todo) == 1 and not _is_sequence(ctx):
+    if not _is_sequence(ctx):
         work.write(todo[0], None, work.render(todo[0], None))
         return 0
     failed = batch.run(todo, work.read, work.render, work.write)
@@ -335,14 +335,16 @@ def _tasks(ctx: click.Context, duration: float) -> list[Task]:
     return found
 
 
-def _check(todo: Sequence[Task], is_film: bool, inputs: Sequence[str], overwrite: bool) -> None:
-    """Refuse outputs that cannot be written."""
-    if is_film:
-        return
+def _left(ctx: click.Context, all: Sequence[Task], inputs: Sequence[str]) -> list[Task]:
+    """The pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
+    o = ctx.params
+    overwrite = o["overwrite"] or o["resume"]
+    todo = pictures._left(all, o["skip_existing"], o["resume"])
     for task in todo:
-        pictures._check_outputs(task.outputs, inputs, len(todo) > 1 or overwrite)
-    if len(todo) > 1:
+        pictures._check_outputs(task.outputs, inputs, len(all) > 1 or overwrite)
+    if len(all) > 1:
         pictures._refuse_existing(todo, overwrite)
+    return todo
 
 
 @dataclasses.dataclass
