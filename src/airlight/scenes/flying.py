@@ -13,11 +13,11 @@ from airlight.scenes.gltf.load import model
 from airlight.scenes.steering import Path, Run, Vehicle, follow, limited, loop, shadow
 
 SUN = np.array([0.10, 0.095, -1.0]) / np.linalg.norm([0.10, 0.095, -1.0])  # direction to it
-SUN_RADIANCE = (16.0, 10.0, 4.5)
+SUN_RADIANCE = (24.0, 15.0, 6.7)
 FILL = 2.5  # how much brighter the sky lights than it looks, as a photographer's reflector: dark sides keep their texture
 SUN_ANGLE = np.radians(1.1)  # half-angle of the disc
 FAR = 4000.0  # where disc and sky end
-SETTLED = 56.0  # seconds of flight before time 0: what the start was no longer matters
+SETTLED = 58.5  # seconds of flight before time 0: what the start was no longer matters
 
 
 def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
@@ -49,14 +49,9 @@ def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
     return gfx.Mesh(
         geometry,
         gfx.MeshStandardMaterial(
-            map=_map(ground.codes(albedo)), normal_map=_map(bumps, srgb=False), roughness=0.95, metalness=0, side="front"
+            map=ground.texture(ground.codes(albedo)), normal_map=ground.texture(bumps, srgb=False), roughness=0.95, metalness=0, side="front"
         ),
     )
-
-
-def _map(pixels: np.ndarray, srgb: bool = True) -> gfx.TextureMap:
-    texture = gfx.Texture(pixels, dim=2, generate_mipmaps=True, colorspace="srgb" if srgb else "physical")
-    return gfx.TextureMap(texture, wrap="repeat", filter="linear")
 
 
 def _sea() -> gfx.Mesh:
@@ -65,10 +60,10 @@ def _sea() -> gfx.Mesh:
     geometry.texcoords.data[:] *= size / tile
     material = gfx.MeshStandardMaterial(
         color=gfx.Color.from_physical(0.012, 0.03, 0.036),
-        roughness=0.25,
+        roughness=0.33,
         metalness=0,
         env_map_intensity=1 / FILL,
-        normal_map=_map(ground.waves(512, 11, 0.12), srgb=False),
+        normal_map=ground.texture(ground.waves(512, 11, 0.12), srgb=False),
         side="front",
     )
     sea = gfx.Mesh(geometry, material)
@@ -146,7 +141,7 @@ def _lap(path: Path, run: Run) -> float:
     return (k - (done - length) / (done - before)) / run.rate - SETTLED
 
 
-def flying(seed: int = 7) -> Stage:
+def flying(seed: int = 4) -> Stage:
     """The stage; its duration is one lap, after which everything is where it was. seed: the loop's shape."""
     scene = gfx.Scene()
     picture = ground.sky(SUN, 768, 5)
@@ -216,14 +211,14 @@ def flying(seed: int = 7) -> Stage:
 
     watch = gfx.PerspectiveCamera(45, 16 / 9, depth_range=(0.5, 2 * FAR))
     chase = gfx.PerspectiveCamera(55, 16 / 9, depth_range=(0.5, 2 * FAR))
-    beats = round(duration / 0.8)
+    beats = round(duration / 0.8)  # a whole number, so that the loop closes
 
     def pose(t: float, camera: gfx.PerspectiveCamera | None = None) -> None:
         phase = t / duration % 1.0
         first, second = run.at(SETTLED + phase * duration)
         _fly(airship, first)
         _fly(ornithopter, second)
-        flap(phase * beats % 1.0)
+        flap(phase * beats)  # the clip is one beat and a second long
         turn = 2 * np.pi * (phase + 0.75)
         if camera in (None, watch):
             watch.local.position = (12 + 6 * np.sin(turn), 9 + 1.5 * np.cos(turn), 106)
@@ -235,4 +230,4 @@ def flying(seed: int = 7) -> Stage:
             chase.look_at(first.position * 0.6 + second.position * 0.4)
 
     pose(0.0)
-    return Stage("flying", scene, {"watch": watch, "chase": chase}, [SceneLight(target=disc, emitter=True)], duration, pose, centre, 90.0)
+    return Stage("flying", scene, {"watch": watch, "chase": chase}, [SceneLight(target=disc, strength=0.7)], duration, pose, centre, 90.0)

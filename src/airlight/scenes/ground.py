@@ -1,10 +1,11 @@
-"""What the scenes do not load from files: noise, a sky, land, water, and the textures on them, made from seeds (NumPy only).
+"""What the scenes do not load from files: noise, a sky, land, water, and the textures on them, made from seeds as arrays and as textures.
 
 Lengths in scene units, y up; radiance and albedo linear Rec. 709.
 """
 
 import numpy as np
 import numpy.typing as npt
+import pygfx as gfx
 
 Array = npt.NDArray[np.floating]
 
@@ -19,6 +20,15 @@ def noise(size: int, seed: int, slope: float, lowest: float = 1.0) -> Array:
     white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((size, size)))
     field = np.fft.irfft2(white * np.where(f >= lowest, np.maximum(f, 1) ** -slope, 0), (size, size))
     return np.asarray(field / field.std())
+
+
+def tiled(field: Array, x: Array, y: Array) -> Array:
+    """A tileable (n, n) field at x, y in tiles, bilinear."""
+    n = len(field)
+    i, j = np.floor(x * n).astype(int), np.floor(y * n).astype(int)
+    fx, fy = x * n - i, y * n - j
+    rows = [field[k % n, i % n] * (1 - fx) + field[k % n, (i + 1) % n] * fx for k in (j, j + 1)]
+    return np.asarray(rows[0] * (1 - fy) + rows[1] * fy)
 
 
 def smoothstep(low: float, high: float, x: Array) -> Array:
@@ -43,8 +53,7 @@ def sky(sun: npt.NDArray[np.float64], height: int, seed: int) -> npt.NDArray[np.
     colour += (0.16 * towards)[..., None] * (1.0, 0.5, 0.25) + (2.2 * np.exp(-angle / 0.06))[..., None] * (1.0, 0.6, 0.26)
     # A layer of cloud seen from below: its plane's coordinates, thinner towards the zenith and in the haze.
     field, away = noise(1024, seed, 1.45, 3), np.maximum(up, 0.01) + 0.06
-    tile = [np.floor(field.shape[0] * (0.11 * p / away + 0.5)).astype(int) % field.shape[0] for p in (right * 0.55, back)]
-    cover = smoothstep(0.1, 1.9, field[tile[1], tile[0]]) * smoothstep(0.02, 0.12, up)
+    cover = smoothstep(0.1, 1.9, tiled(field, 0.06 * right / away, 0.11 * back / away)) * smoothstep(0.02, 0.12, up)
     lit = mix((0.13, 0.10, 0.14), (1.3, 0.62, 0.28), np.exp(-angle / 0.38))
     colour = mix(colour, lit, 0.75 * cover)
     below = smoothstep(0.0, -0.1, up)
@@ -74,3 +83,9 @@ def codes(linear: Array) -> npt.NDArray[np.uint8]:
     out = np.full((*x.shape[:2], 4), 255, np.uint8)
     out[..., :3] = np.rint(255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - 0.055))
     return out
+
+
+def texture(pixels: npt.NDArray[np.uint8], srgb: bool = True) -> gfx.TextureMap:
+    """A tiled texture with mip levels; not srgb: numbers, as a normal map's."""
+    plain = gfx.Texture(pixels, dim=2, generate_mipmaps=True, colorspace="srgb" if srgb else "physical")
+    return gfx.TextureMap(plain, wrap="repeat", filter="linear")
