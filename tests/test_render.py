@@ -133,6 +133,18 @@ def test_the_layer_gathers_with_the_distance_as_it_was_merged(tmp_path):
     assert found["Z"].min() < 4.5  # the nearest sample of a pixel on the wall's edge
 
 
+def test_the_layer_of_the_pre_pass_is_that_part_of_it_that_the_view_shows(tmp_path):
+    options = ("--occluders", "prepass", "--region", "1.5", "--eye", "0.6,0.3,5")
+    for name, mix in (("a", 1), ("plain", 0)):
+        assert render("-o", tmp_path / f"{name}.exr", *options, "--mix", mix) == 0
+    found, plain = channels(tmp_path / "a.exr"), channels(tmp_path / "plain.exr")
+    assert found["airlight.R"].max() > 0.05
+    for c in "RGB":
+        assert np.abs(found[c] - found["airlight." + c] - plain[c]).max() < 4e-3 * max(1.0, found[c].max())
+    assert render("-o", tmp_path / "without.exr", *options, "--exclude", "wall") == 0  # the lamp is no longer hidden
+    assert channels(tmp_path / "without.exr")["airlight.R"].mean() > 1.05 * found["airlight.R"].mean()
+
+
 def test_one_sample_lies_at_each_pixels_centre(tmp_path):
     options = ("--mix", "0", "--tone", "none", "--eye", "0.3,0.2,5", "--target", "0.3,0.2,0", "--fov", "50")
     assert render("-o", tmp_path / "sharp.exr", "--no-antialias", *options) == 0
@@ -206,6 +218,15 @@ def test_a_range_that_is_split_or_resumed_gives_the_same_bytes(whole, tmp_path, 
     assert len(list(tmp_path.iterdir())) == 6
     assert "exists already, as do 5 more" in refused(capsys, "render", "box", *SIZE, "-o", tmp_path / "f.%04d.png", *options)
     assert render("-o", tmp_path / "f.%04d.png", *options, "-n") == 0
+
+
+def test_a_range_with_the_pre_pass_can_be_split_too(tmp_path):
+    options = ("--fps", "6", "--occluders", "prepass", "--camera", "follower")
+    for name, frames in (("a", "1-4"), ("b", "4")):
+        buffer = tmp_path / f"o{name}.##.exr"
+        assert render("-o", tmp_path / f"{name}.##.exr", "--occlusion-buffer", buffer, "--frames", frames, *options) == 0
+    for name in ("", "o"):
+        assert (tmp_path / f"{name}a.04.exr").read_bytes() == (tmp_path / f"{name}b.04.exr").read_bytes()
 
 
 def test_a_frame_by_its_time_is_that_of_the_range(whole, tmp_path):
