@@ -30,7 +30,16 @@ SAMPLED = 14400  # pixels that are measured, about
 CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("soft", "f4"), ("disc", "f4")])
 AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
 VIEW = np.dtype(
-    [("rays", "f4", 4), ("depth", "f4", 4), ("region", "f4", 4), ("pixels", "f4", 2), ("texels", "f4", 2), ("clear", "f4", 3)]
+    [
+        ("rays", "f4", 4),
+        ("depth", "f4", 4),
+        ("region", "f4", 4),
+        ("pixels", "f4", 2),
+        ("texels", "f4", 2),
+        ("ratio", "f4", 2),
+        ("pixel", "f4", 2),
+        ("clear", "f4", 3),
+    ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
@@ -44,11 +53,16 @@ def _device(device: Any) -> Device:
     return Device(device)
 
 
-def enable_timing() -> None:
-    """Let pygfx's device measure times, for `profile`; to be called before the first renderer is made. Nothing where no adapter can."""
+def enable_timing() -> bool:
+    """Let pygfx's device measure times, for `profile`; called before anything of pygfx is on the GPU. False: too late, or none can."""
     adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
-    if "timestamp-query" in adapter.features:
+    if "timestamp-query" not in adapter.features:
+        return False
+    try:
         gfx.renderers.wgpu.enable_wgpu_features("timestamp-query")
+    except RuntimeError:  # the device is there already
+        return False
+    return True
 
 
 class _Textures:
@@ -221,7 +235,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._binds.clear()
             made = self._textures = _Textures(self.device, source, p, apron)
             self._laid_out = None if scene.occluders == "prepass" else (texels, apron)  # whose texture is another's
-        self._view["texels"], self._view["apron"] = texels, apron
+        view = self._view
+        view["texels"], view["apron"] = texels, apron
+        view["ratio"], view["pixel"] = np.array(size) / texels, 1 / np.array(size)
         return made, self._region
 
     def _drawn(self, size: tuple[int, int], timer: Timer | None) -> tuple[Any, Region]:
@@ -288,7 +304,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
             self._binds[key] = {
                 "": shared,  # held, so that no id is used again
-                "mask": device.bind(MASK, *shared, made.source, self._looked),
+                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest")),
                 "look": device.bind(LOOK, *shared, self._looked),
                 "measure": device.bind(BALANCE, *after),
                 "merge": device.bind(MERGE, *after, made.source),
