@@ -65,7 +65,10 @@ def test_arrive_comes_to_rest_at_the_target(p: Any, v: Any, goal: Any, speed: fl
 def test_arrive_does_not_overshoot_and_seek_does() -> None:
     """From far away at full speed straight on: arrive never passes the target, which seek, by design, does."""
     passed = {}
-    for name, wish in (("arrive", lambda now, i: arrive(now[i], np.zeros(3), slowing=8)), ("seek", lambda now, i: seek(now[i], np.zeros(3)))):
+    for name, wish in (
+        ("arrive", lambda now, i: arrive(now[i], np.zeros(3), slowing=8)),
+        ("seek", lambda now, i: seek(now[i], np.zeros(3))),
+    ):
         run = Run([vehicle((-60, 0, 0), (10, 0, 0))], [wish])
         passed[name] = max(run.step(k)[0].position[0] for k in range(60 * 15))
     assert passed["arrive"] < 0.02
@@ -128,7 +131,7 @@ def test_the_pursuer_catches_up_and_keeps_its_distance() -> None:
     path = Path(loop(7, radius=45, height=20, rise=6, wander=0.15), radius=5)
     run = flight(path)
     gaps = [float(np.linalg.norm(run.step(k)[0].position - run.step(k)[1].position)) for k in range(60 * 12, 60 * 40, 10)]
-    assert 10 < min(gaps) and max(gaps) < 20
+    assert min(gaps) > 10 and max(gaps) < 20
 
 
 @pytest.mark.parametrize("rates", [(24, 30, 60, 144)])

@@ -116,7 +116,9 @@ def _bar(start: float, turn: float) -> gfx.Geometry:
     a, b = i * sides + k, i * sides + (k + 1) % sides
     faces = np.concatenate([np.stack([a, a + sides, b], axis=1), np.stack([b, a + sides, b + sides], axis=1)])
     return gfx.Geometry(
-        positions=positions.reshape(-1, 3).astype(np.float32), normals=normals.reshape(-1, 3).astype(np.float32), indices=faces.astype(np.int32)
+        positions=positions.reshape(-1, 3).astype(np.float32),
+        normals=normals.reshape(-1, 3).astype(np.float32),
+        indices=faces.astype(np.int32),
     )
 
 
@@ -160,9 +162,7 @@ def table() -> Stage:
     Environment(_room()).surround(scene, background=False)
     scene.add(gfx.Background.from_color("#000000"))
 
-    ball = gfx.Mesh(
-        gfx.sphere_geometry(LAMP_RADIUS, 48, 24), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*LAMP_RADIANCE))
-    )
+    ball = gfx.Mesh(gfx.sphere_geometry(LAMP_RADIUS, 48, 24), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*LAMP_RADIANCE)))
     ball.local.position = LAMP
     glow = gfx.PointLight(color=gfx.Color.from_physical(1.0, 0.56, 0.24), intensity=32, decay=2, cast_shadow=True)
     glow.shadow.camera.depth_range = (0.1, 40)
