@@ -401,6 +401,8 @@ def test_a_film_that_lost_a_frame_is_noticed(film):
         (["-o", "a.png", "--exclude", "wall"], "prepass"),
         (["-o", "a.png", "--exclude", "wal", "--occluders", "prepass"], "did you mean 'wall'?"),
         (["-o", "a.png", "--occlusion", "none"], "occlusion"),
+        (["-o", "a.png", "--draw-path"], "leave --draw-path out"),
+        (["-o", "a.png", "--device", "no such thing"], "no adapter matches"),
         (["-o", "a.gif"], "unknown extension"),
         (["-o", "nowhere/a.mp4"], "does not exist"),
         (["-o", "a.png", "--width", "16384", "--height", "16384"], "too large"),
@@ -530,5 +532,11 @@ def test_ctrl_c_ends_a_film_within_a_second_and_leaves_nothing(glb, tmp_path):
 def test_the_scenes_themselves(scene, glb, tmp_path, monkeypatch):
     monkeypatch.undo()
     path = tmp_path / "a.png"
-    assert main(["render", str(glb) if scene == "file" else scene, "-o", str(path), "--quality", "draft", *SIZE]) == 0
+    command = ["render", str(glb) if scene == "file" else scene, "--quality", "draft", *SIZE]
+    assert main([*command, "-o", str(path)]) == 0
     assert np.ptp(picture(path)) > 0.1
+    if scene == "flying":
+        for option in (["--draw-path"], ["--seed", "8"]):
+            assert main([*command, "-o", str(path.with_suffix(".exr")), "-y", "--time", "3", *option]) == 0
+            assert main([*command, "-o", str(path), "-y", "--settings-from", str(path.with_suffix(".exr"))]) == 0
+            assert json.loads(read_settings(str(path))) == json.loads(read_settings(str(path.with_suffix(".exr"))))

@@ -145,6 +145,7 @@ class Task:
 @_option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
 @_option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
 @_option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
+@_flag("--draw-path", None, TIME, "Draw the path that something of the scene flies along.")
 @_option("--fps", panel=TIME, type=_Fps(), default="24", help="Frames a second: frame k is at (k - 1) / fps.")
 @_option(
     "--light",
@@ -249,6 +250,10 @@ def render(
     if stage is None:
         offline.prepare(device)
         stage = open_scene(scene, environment, ctx.params["seed"])
+    if ctx.params["draw_path"]:
+        if stage.path is None:
+            raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
+        stage.path.visible = True
     shot = _shot(ctx, size, structs[0].quality)
     studio = offline.Studio(stage, shot, *structs, exclude=exclude, linear=_is_linear(output))
     work = _Work(ctx, studio, values, overwrite or resume)
