@@ -111,16 +111,25 @@ def _placed(group: gfx.WorldObject, position: tuple[float, float, float], scale:
     return group
 
 
+def _turned(forward: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(4,) the rotation that brings +z to `forward` and +y as near to `up` as can be; unlike `look_at` it minds no rotation before."""
+    z = forward / np.linalg.norm(forward)
+    x = np.cross(up, z)
+    x /= np.linalg.norm(x)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    return np.asarray(la.quat_from_mat(matrix))
+
+
 def _fly(craft: gfx.WorldObject, vehicle: Vehicle) -> None:
     """Put a craft (nose to +z) where its vehicle is, nose along the velocity, banked into the turn as the force asks (Reynolds)."""
-    forward = vehicle.velocity / np.linalg.norm(vehicle.velocity)
-    up = np.array([0, 9.81, 0]) + limited(vehicle.force, 9.81)
-    right = np.cross(up, forward)
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.stack([right, np.cross(forward, right), forward], axis=1)
     craft.local.position = vehicle.position
-    craft.local.rotation = la.quat_from_mat(matrix)
+    craft.local.rotation = _turned(vehicle.velocity, np.array([0, 9.81, 0]) + limited(vehicle.force, 9.81))
+
+
+def _look(camera: gfx.PerspectiveCamera, eye: np.ndarray, target: np.ndarray) -> None:
+    camera.local.position = eye
+    camera.local.rotation = _turned(eye - target, np.array([0.0, 1.0, 0.0]))
 
 
 def _run(seed: int) -> tuple[Path, Run]:
@@ -225,13 +234,12 @@ def flying(seed: int = 4) -> Stage:
         flap(phase * beats)  # the clip is one beat and a second long
         if camera is watch:  # sways from side to side, and turns a little after the craft
             sway = 2 * np.pi * (phase + 0.75)
-            watch.local.position = (12 + 6 * np.sin(sway), 9 + 1.5 * np.cos(sway), 106)
-            middle = 0.7 * (watch.local.position + 100 * SUN) + 0.3 * first.position
-            watch.look_at(middle * (0.7, 0.75, 1))
+            eye = np.array([12 + 6 * np.sin(sway), 9 + 1.5 * np.cos(sway), 106])
+            middle = 0.7 * (eye + 100 * SUN) + 0.3 * first.position
+            _look(watch, eye, middle * (0.7, 0.75, 1))
         elif camera is chase:
             back = second.velocity / np.linalg.norm(second.velocity)
-            chase.local.position = second.position - 22 * back + np.array([0, 5.0, 0])
-            chase.look_at(first.position * 0.6 + second.position * 0.4)
+            _look(chase, second.position - 22 * back + (0, 5, 0), first.position * 0.6 + second.position * 0.4)
 
     cameras = {"watch": watch, "chase": chase}
     for camera in cameras.values():
