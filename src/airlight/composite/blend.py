@@ -81,7 +81,8 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArra
 
     def rows(first: int, last: int) -> None:
         a, b = image[first:last], layer[first:last]
-        b = lift_veil(b, b @ luminance, peak, rule.veil)
+        if rule.veil:
+            b = lift_veil(b, b @ luminance, peak, rule.veil)
         if mix != 1:
             b = b * np.float32(mix)
         if rule.blend == "screen":
