@@ -438,3 +438,45 @@ def test_arrays():
     for bad in (np.zeros((0, 4, 3)), np.zeros((4, 4, 2)), np.zeros(4), np.zeros((4, 4, 3), int), np.zeros((4, 4), bool), "picture"):
         with pytest.raises(AirlightError):
             to_linear(bad)
+
+
+@pytest.mark.parametrize("compression", ["none", "zip", "zips", "piz"])
+@pytest.mark.parametrize("damage", ["tail", "middle", "offset", "row", "whole", "header"])
+def test_a_damaged_write_is_noticed(tmp_path, monkeypatch, compression, damage):
+    """Of an EXR not all rows are decoded again; what an encoder may leave out is noticed all the same, and nothing is left."""
+    from airlight.files import writing
+
+    true = writing._encode
+    source = tmp_path / "in.exr"
+    spec = oiio.ImageSpec(48, 40, 3, "half")
+    spec.attribute("compression", compression)
+    out = oiio.ImageOutput.create("openexr")
+    assert out.open(str(source), spec) and out.write_image(np.random.default_rng(1).random((40, 48, 3)).astype(np.float32)) and out.close()
+    picture = read_image(source)
+
+    def encode(memory, format, spec, codes, name):
+        if damage == "row":
+            codes = codes.copy()
+            codes[0, 7, 1] += 1
+        true(memory, format, spec, codes, name)
+        with open(memory, "r+b") as file:
+            data = bytearray(file.read())
+            table = data.index(b"screenWindowWidth\0float\0") + 18 + 6 + 4 + 4 + 1  # the last attribute, then the offsets of chunks
+            if damage == "offset":
+                data[table : table + 8] = bytes(8)
+            elif damage == "middle":
+                del data[len(data) // 2 : len(data) // 2 + 9]
+            elif damage == "whole":
+                data = data[:0]
+            else:
+                data = data[: {"tail": len(data) - 1, "header": 60, "row": len(data)}[damage]]
+            file.seek(0)
+            file.truncate()
+            file.write(data)
+
+    monkeypatch.setattr(writing, "_encode", encode)
+    with pytest.raises(MachineError, match="read back"):
+        write_image(tmp_path / "out.exr", picture.linear() * 2, picture)
+    assert [p.name for p in tmp_path.iterdir()] == ["in.exr"]
+    monkeypatch.setattr(writing, "_encode", true)
+    write_image(tmp_path / "out.exr", picture.linear() * 2, picture)

@@ -12,7 +12,7 @@ import click
 
 from airlight.errors import AirlightError, MachineError
 
-AHEAD = 2  # pictures that are read, and that wait to be written, beyond the one that is rendered
+AHEAD = 2  # pictures that are read, and that are written (at once) or wait for it, beyond the one that is rendered
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def run(
     reading: deque[tuple[Task, Future[Any]]] = deque()
     writing: deque[tuple[Task, Future[Any]]] = deque()
     waiting = iter(todo)
-    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(1) as writer, _progress(len(todo)) as advance:
+    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(AHEAD) as writer, _progress(len(todo)) as advance:
 
         @contextlib.contextmanager
         def told(task: Task) -> Iterator[None]:

@@ -67,16 +67,17 @@ def write_image(
     if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
-    if real and pixels is None:
-        raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
-    channels: list[Any] = []  # arrays (h, W, n), or what gives some rows of one
-    kind, keeps_icc = np.dtype(np.float32), False
+    channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
+    kind: Any = np.dtype(np.float32)
+    keeps_icc = False
     if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
         kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
-    colours = 1 if grey and is_neutral(colour if pixels is None else pixels) else 3
-    if real:
+    colours = 1 if grey and is_neutral(given) else 3
+    if real and pixels is None:
+        raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
+    if real and pixels is not None:
         channels.append(functools.partial(_real_colour, pixels, like, format, HALF_MOST if depth == 16 else FLOAT_MOST, changed, colours))
     else:
         channels.append(colour[..., :colours])
@@ -103,7 +104,7 @@ def write_image(
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
         _encode(memory, format, spec, codes, name)
-        _verify(memory, codes, format, name)
+        _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
 
@@ -119,7 +120,7 @@ def _finite(values: np.ndarray, most: float) -> np.ndarray:
 def _real_colour(
     pixels: np.ndarray, like: Picture | None, format: str, most: float, changed: np.ndarray | None, colours: int, first: int, last: int
 ) -> np.ndarray:
-    """Rows first to last of the colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
+    """Rows from first to before last of the colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
     colour = _finite(pixels[first:last], most)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
         colour *= like.alpha[first:last, :, None]
@@ -294,7 +295,7 @@ def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -
         raise MachineError(f"{name}: could not be encoded ({' '.join(text.replace(memory, 'it').split())[:200] or 'no reason given'})")
 
 
-def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
+def _verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -> None:
     """Decode what was encoded; codes must come back as they were where the format is exact. Of an EXR all chunks must be there and
     whole, and some rows are decoded: it took a fifth of the time of a sequence to decode them all."""
     import OpenImageIO as oiio
@@ -306,14 +307,17 @@ def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
     fine = inp is not None and (format != "openexr" or _all_chunks(memory, len(codes)))
     if inp is not None:
         kind = {"float16": "half", "float32": "float"}.get(codes.dtype.name, codes.dtype.name)
-        shape, y = (inp.spec().height, inp.spec().width, inp.spec().nchannels), inp.spec().y
-        fine = fine and shape == codes.shape
+        found = inp.spec()
+        fine = fine and (found.height, found.width, found.nchannels) == codes.shape
+        fine = fine and (format != "openexr" or set(found.channelnames) == set(spec.channelnames))
         if fine and format == "openexr":
-            for row in sorted({round(part * (len(codes) - 1)) for part in (0, 1 / 3, 2 / 3, 1)}):
-                back = inp.read_scanlines(0, 0, y + row, y + row + 1, 0, 0, shape[2], kind)
-                fine = fine and back is not None and np.array_equal(np.reshape(back, codes[row].shape), codes[row], equal_nan=True)
+            order = [spec.channelnames.index(channel) for channel in found.channelnames]
+            for row in {round(part * (len(codes) - 1)) for part in (0, 1 / 3, 2 / 3, 1)}:
+                back = inp.read_scanlines(0, 0, found.y + row, found.y + row + 1, 0, 0, found.nchannels, kind)
+                row_codes = codes[row][:, order]
+                fine = fine and back is not None and np.array_equal(np.reshape(back, row_codes.shape), row_codes, equal_nan=True)
         elif fine:
-            back = inp.read_image(0, 0, 0, shape[2], kind)
+            back = inp.read_image(0, 0, 0, found.nchannels, kind)
             exact = format in ("png", "tiff")
             fine = back is not None and (not exact or np.array_equal(np.reshape(back, codes.shape), codes))
         text += problem(inp)
