@@ -196,3 +196,41 @@ def test_work_overlaps():
     assert all(reads[i + 1] < renders[i + 1] for i in range(7))
     ahead = max(sum(1 for n, _ in log[:at] if n == "read") - sum(1 for n, _ in log[:at] if n == "render") for at in range(len(log)))
     assert 1 <= ahead <= batch.AHEAD + 1
+
+
+@pytest.mark.parametrize("extra", [["--adapt", "1"], ["--adapt", "1", "--mix", "0.5"], []])
+def test_frames_keep_their_level_also_when_resumed(tmp_path, capsys, extra):
+    """A sequence is adapted by its first frame's ramp, so that it does not pump; a resumed run gives the bytes of one run."""
+    random = np.random.default_rng(5)
+    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
+    pixels[8:20, 20:36] = 0.6
+    for i, factor in enumerate((1.0, 0.5, 0.25, 2.0), 1):
+        write_image(tmp_path / f"f.{i:04d}.exr", pixels * np.float32(factor))
+    args = [tmp_path / "f.#.exr", "-o", tmp_path / "o.#.png", *LIGHT, *extra]
+    assert call(*args) == 0
+    whole = {p.name: p.read_bytes() for p in tmp_path.glob("o.*")}
+    codes = [read_image(tmp_path / f"o.{i:04d}.png").linear() for i in range(1, 5)]
+    means = [float(c.mean()) for c in codes]
+    assert means[3] > means[0] > 1.3 * means[1] > 1.5 * means[2]  # levels follow the input's as they would without
+    for gone, resume in (((3, 4), "--resume"), ((2,), "-n"), ((1, 2, 3), "--resume")):
+        for i in gone:
+            (tmp_path / f"o.{i:04d}.png").unlink()
+        capsys.readouterr()
+        assert call(*args, resume) == 0
+        assert capsys.readouterr().err.splitlines()[-1] == f"{len(gone)} of {len(gone)} pictures written"
+        assert {p.name: p.read_bytes() for p in tmp_path.glob("o.*")} == whole
+
+
+def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
+    pixels = np.random.default_rng(6).random((40, 60, 3)).astype(np.float32)
+    (tmp_path / "f.0001.exr").write_bytes(b"no picture")
+    for i, factor in ((2, 1.0), (3, 0.3)):
+        write_image(tmp_path / f"f.{i:04d}.exr", pixels * np.float32(factor))
+    args = [tmp_path / "f.#.exr", "-o", tmp_path / "o.#.png", *LIGHT, "--adapt", "1"]
+    assert call(*args) == 2
+    whole = (tmp_path / "o.0003.png").read_bytes()
+    (tmp_path / "o.0003.png").unlink()
+    capsys.readouterr()
+    assert call(*args, "--resume") == 2
+    assert capsys.readouterr().err.splitlines()[-1] == "1 of 2 pictures written"
+    assert (tmp_path / "o.0003.png").read_bytes() == whole

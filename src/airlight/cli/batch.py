@@ -25,6 +25,8 @@ class Task:
     fraction: str | None = None
     mask: str | None = None
     depth: str | None = None
+    number: int = 0  # its place among all
+    wanted: bool = True  # False: written already, and only looked at for what the frames after it keep
 
     @property
     def outputs(self) -> list[str]:
