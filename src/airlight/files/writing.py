@@ -13,8 +13,8 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.colour import alpha_of, by_rows, encode_codes, is_neutral
-from airlight.files.decode import MARK, SETTINGS, SOFTWARE, problem, tell
-from airlight.files.images import Picture
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem, tell
+from airlight.files.images import Picture, upright
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
@@ -103,8 +103,9 @@ def write_image(
     if settings is not None:
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
-        _encode(memory, format, spec, codes, name)
-        _verify(memory, codes, spec, format, name)
+        if not _copied(memory, like, codes, format):
+            _encode(memory, format, spec, codes, name)
+            _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
 
@@ -293,6 +294,20 @@ def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -
         text += "" if late.startswith("failed TIFFWriteCustomDirectory() of the Exif data") else late
     if not fine or text:
         raise MachineError(f"{name}: could not be encoded ({' '.join(text.replace(memory, 'it').split())[:200] or 'no reason given'})")
+
+
+def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -> bool:
+    """Whether the input's bytes are in `memory`: where its codes are all as they were, and encoding them again would lose some."""
+    if like is None or like.lossless or like.format != format or not np.array_equal(codes, like.codes):
+        return False
+    if "K" in like.spec.get_string_attribute("jpeg:ColorSpace"):  # CMYK becomes RGB
+        return False
+    with contextlib.suppress(OSError, AirlightError):  # damaged, or changed since it was read: encoded anew
+        if os.path.getsize(like.path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
+            shutil.copyfile(like.path, memory)
+            pixels, spec, _, _ = decode(memory, "error")
+            return np.array_equal(upright(pixels, spec.get_int_attribute("Orientation", 1)), codes)
+    return False
 
 
 def _verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -> None:
