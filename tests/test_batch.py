@@ -234,3 +234,36 @@ def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
     assert call(*args, "--resume") == 2
     assert capsys.readouterr().err.splitlines()[-1] == "1 of 2 pictures written"
     assert (tmp_path / "o.0003.png").read_bytes() == whole
+
+
+def test_names_with_a_number_sign(shots, capsys):
+    """For a picture without a number one # or %d is part of the name; ## and %04d can only be meant as a pattern."""
+    for name in ("shot #1.png", "C#.png", "100%d.png"):
+        assert call(shots / "shot.0001.png", "-o", shots / name, *LIGHT) == 0 and (shots / name).is_file()
+        assert call(shots / name, "-o", shots / "again.png", "-y", *LIGHT) == 0  # a file of that name is no pattern
+    for name in ("a##.png", "a%02d.png"):
+        assert call(shots / "shot.0001.png", "-o", shots / name, *LIGHT) == 2
+        assert "no numbers" in capsys.readouterr().err
+
+
+def test_an_occlusion_that_the_picture_lacks_is_told_before_the_work(shots, capsys):
+    assert call(shots / "shot.0001.png", "-o", shots / "a.png", "--occlusion", "alpha") == 2
+    err = capsys.readouterr().err
+    assert "alpha channel" in err and err.count("\n") == 1  # no `light at`
+
+
+def test_a_warning_is_told_once(shots, capsys, monkeypatch):
+    pixels = np.random.default_rng(3).random((12, 16, 3)).astype(np.float32)
+    pixels[4, 5] = np.nan
+    import OpenImageIO as oiio
+
+    out = oiio.ImageOutput.create("openexr")
+    spec = oiio.ImageSpec(16, 12, 3, "float")
+    assert out.open(str(shots / "nan.exr"), spec) and out.write_image(pixels) and out.close()
+    args = [*LIGHT, "--occlusion-fraction", shots / "d.png", "--threshold", "0.5"]
+    assert call(shots / "nan.exr", "-o", shots / "a.exr", *args, "--mask", shots / "nan.exr") == 0
+    assert capsys.readouterr().err.count("NaN") == 1
+
+    monkeypatch.setattr("airlight.gpu.device.adapters", lambda: [])
+    assert call(shots / "shot.0001.png", "-o", shots / "b.png", *args, "-y", "--device", "none") == 0
+    assert capsys.readouterr().err.count("no graphics adapter") == 1

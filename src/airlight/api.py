@@ -14,10 +14,11 @@ from airlight.composite.blend import Rule, measured_on, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
-from airlight.files.colour import by_rows
+from airlight.files.colour import by_rows, is_neutral
 from airlight.files.images import every
 from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
+from airlight.occlusion.automatic import check as _check
 from airlight.occlusion.automatic import settled
 from airlight.parameters import Composite, Parameters
 from airlight.reference import fallback
@@ -65,13 +66,6 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     if unknown:
         raise AirlightError(f"unknown parameter {sorted(unknown)[0]!r}: there is " + ", ".join(Parameters.__struct_fields__))
     return Parameters(**named), mask
-
-
-def _check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
-    if p.occlusion == "depth" and not has_depth:
-        raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
-    if p.occlusion == "alpha" and not has_alpha:
-        raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
 
 
 def _settled(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
@@ -187,7 +181,10 @@ def add_light_shafts(
     device: Where = None,
     **parameters: Any,
 ) -> Any:
-    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil, adapt as Composite."""
+    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil, adapt as Composite.
+
+    A grey image stays grey: where the light has a colour it gets the luminance.
+    """
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
     rule = resolve(Composite(blend=blend, mix=mix, veil=veil, adapt=adapt), is_float)
@@ -206,6 +203,8 @@ def add_light_shafts(
     out, added = blend_layer(linear, layer, rule)
     changed = _lit(added) | (rule.adapt > 0)
     if not is_float:
+        if (array.ndim == 2 or array.shape[2] == 1) and not is_neutral(out):
+            out = np.repeat((out @ np.array(reference.REC709, np.float32))[..., None], 3, axis=2)
         return shown(encode(out, array.dtype, changed, array))
     most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
     result = np.where(np.isfinite(array), array, 0).astype(array.dtype)

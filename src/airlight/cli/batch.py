@@ -43,8 +43,8 @@ def tasks(
     frames: str | None,
 ) -> tuple[list[Task], bool]:
     """What is to be done, and whether it is a sequence of frames. Patterns stand for the files that there are, or for `frames`."""
+    from airlight.files.sequence import deliberate, numbered
     from airlight.files.sequence import frames as read_frames
-    from airlight.files.sequence import numbered
 
     given: list[tuple[int | None, str]] = []
     sequence = False
@@ -65,10 +65,10 @@ def tasks(
         if target is None:
             return None
         pattern = numbered(target)
-        if pattern is not None:
-            if number is None:
-                raise AirlightError(f"{target}: the inputs have no numbers; name a folder")
+        if pattern is not None and number is not None:
             return pattern.frame(number)
+        if pattern is not None and deliberate(target):
+            raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
         if os.path.isdir(target) or target.endswith(("/", os.sep)):
             return os.path.join(target, os.path.basename(source))
         if len(given) > 1:

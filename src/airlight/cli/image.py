@@ -274,6 +274,7 @@ class _Work:
         """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for; None
         where nothing is wanted."""
         from airlight import api
+        from airlight.occlusion.automatic import check
 
         if not task.wanted and self._kept:
             return None
@@ -281,6 +282,7 @@ class _Work:
         if self._where is None:
             self._where = _renderer(self.device)
         picture = loaded.picture
+        check(self.parameters, picture.alpha is not None, loaded.far is not None)
         begun = time.perf_counter()
         written, parameters, rule = self._kept or self._settled(picture)
         lights = [place(light, picture) for light in written]
