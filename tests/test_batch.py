@@ -190,9 +190,80 @@ def test_work_overlaps():
         warnings.simplefilter("error")
         assert batch.run(todo, step("read"), step("render"), step("write")) == []
     for name in ("read", "render", "write"):
-        assert [i for n, i in log if n == name] == list(range(8))
+        assert sorted(i for n, i in log if n == name) == list(range(8))
     reads = [at for at, (n, _) in enumerate(log) if n == "read"]
     renders = [at for at, (n, _) in enumerate(log) if n == "render"]
     assert all(reads[i + 1] < renders[i + 1] for i in range(7))
     ahead = max(sum(1 for n, _ in log[:at] if n == "read") - sum(1 for n, _ in log[:at] if n == "render") for at in range(len(log)))
     assert 1 <= ahead <= batch.AHEAD + 1
+
+
+@pytest.mark.parametrize("extra", [["--adapt", "1"], ["--adapt", "1", "--mix", "0.5"], []])
+def test_frames_keep_their_level_also_when_resumed(tmp_path, capsys, extra):
+    """A sequence is adapted by its first frame's ramp, so that it does not pump; a resumed run gives the bytes of one run."""
+    random = np.random.default_rng(5)
+    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
+    pixels[8:20, 20:36] = 0.6
+    for i, factor in enumerate((1.0, 0.5, 0.25, 2.0), 1):
+        write_image(tmp_path / f"f.{i:04d}.exr", pixels * np.float32(factor))
+    args = [tmp_path / "f.#.exr", "-o", tmp_path / "o.#.png", *LIGHT, *extra]
+    assert call(*args) == 0
+    whole = {p.name: p.read_bytes() for p in tmp_path.glob("o.*")}
+    codes = [read_image(tmp_path / f"o.{i:04d}.png").linear() for i in range(1, 5)]
+    means = [float(c.mean()) for c in codes]
+    assert means[3] > means[0] > 1.3 * means[1] > 1.5 * means[2]  # levels follow the input's as they would without
+    for gone, resume in (((3, 4), "--resume"), ((2,), "-n"), ((1, 2, 3), "--resume")):
+        for i in gone:
+            (tmp_path / f"o.{i:04d}.png").unlink()
+        capsys.readouterr()
+        assert call(*args, resume) == 0
+        assert capsys.readouterr().err.splitlines()[-1] == f"{len(gone)} of {len(gone)} pictures written"
+        assert {p.name: p.read_bytes() for p in tmp_path.glob("o.*")} == whole
+
+
+def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
+    pixels = np.random.default_rng(6).random((40, 60, 3)).astype(np.float32)
+    (tmp_path / "f.0001.exr").write_bytes(b"no picture")
+    for i, factor in ((2, 1.0), (3, 0.3)):
+        write_image(tmp_path / f"f.{i:04d}.exr", pixels * np.float32(factor))
+    args = [tmp_path / "f.#.exr", "-o", tmp_path / "o.#.png", *LIGHT, "--adapt", "1"]
+    assert call(*args) == 2
+    whole = (tmp_path / "o.0003.png").read_bytes()
+    (tmp_path / "o.0003.png").unlink()
+    capsys.readouterr()
+    assert call(*args, "--resume") == 2
+    assert capsys.readouterr().err.splitlines()[-1] == "1 of 2 pictures written"
+    assert (tmp_path / "o.0003.png").read_bytes() == whole
+
+
+def test_names_with_a_number_sign(shots, capsys):
+    """For a picture without a number one # or %d is part of the name; ## and %04d can only be meant as a pattern."""
+    for name in ("shot #1.png", "C#.png", "100%d.png"):
+        assert call(shots / "shot.0001.png", "-o", shots / name, *LIGHT) == 0 and (shots / name).is_file()
+        assert call(shots / name, "-o", shots / "again.png", "-y", *LIGHT) == 0  # a file of that name is no pattern
+    for name in ("a##.png", "a%02d.png"):
+        assert call(shots / "shot.0001.png", "-o", shots / name, *LIGHT) == 2
+        assert "no numbers" in capsys.readouterr().err
+
+
+def test_an_occlusion_that_the_picture_lacks_is_told_before_the_work(shots, capsys):
+    assert call(shots / "shot.0001.png", "-o", shots / "a.png", "--occlusion", "alpha") == 2
+    err = capsys.readouterr().err
+    assert "alpha channel" in err and err.count("\n") == 1  # no `light at`
+
+
+def test_a_warning_is_told_once(shots, capsys, monkeypatch):
+    pixels = np.random.default_rng(3).random((12, 16, 3)).astype(np.float32)
+    pixels[4, 5] = np.nan
+    import OpenImageIO as oiio
+
+    out = oiio.ImageOutput.create("openexr")
+    spec = oiio.ImageSpec(16, 12, 3, "float")
+    assert out.open(str(shots / "nan.exr"), spec) and out.write_image(pixels) and out.close()
+    args = [*LIGHT, "--occlusion-fraction", shots / "d.png", "--threshold", "0.5"]
+    assert call(shots / "nan.exr", "-o", shots / "a.exr", *args, "--mask", shots / "nan.exr") == 0
+    assert capsys.readouterr().err.count("NaN") == 1
+
+    monkeypatch.setattr("airlight.gpu.device.adapters", lambda: [])
+    assert call(shots / "shot.0001.png", "-o", shots / "b.png", *args, "-y", "--device", "none") == 0
+    assert capsys.readouterr().err.count("no graphics adapter") == 1

@@ -379,6 +379,15 @@ def test_settings_hold_everything_that_shapes_the_result(tmp_path, capsys):
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
 
 
+@pytest.mark.parametrize("extension", ["hdr", "webp"])
+def test_formats_that_hold_no_settings_say_so(tmp_path, capsys, extension):
+    write_image(tmp_path / "in.png", scene() / 40)
+    made = tmp_path / f"made.{extension}"
+    run(tmp_path / "in.png", "-o", made, "--light", "0.2,0.1")
+    said = refused(capsys, tmp_path / "in.png", "-o", tmp_path / "o.png", "--settings-from", made)
+    assert "holds no settings" in said and "EXR, PNG, TIFF and JPEG" in said and said.count("\n") <= 1
+
+
 def test_settings_leave_the_input_its_own_words(tmp_path):
     codes = np.random.default_rng(0).integers(0, 256, (40, 64, 3), dtype=np.uint8)
     out = oiio.ImageOutput.create("jpeg")

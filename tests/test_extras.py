@@ -153,6 +153,29 @@ def test_heic(tmp_path, space):
     assert "\n" not in str(caught.value)
 
 
+def test_exif_of_heic_is_kept(tmp_path):
+    """The block as pillow-heif gives it, its orientation left out, and blocks that make no sense."""
+    import OpenImageIO as oiio
+
+    tags = struct.pack("<HHI4sHHIHH", 271, 2, 4, b"Cam\0", 274, 3, 1, 6, 0)
+    block = b"II*\0\x08\0\0\0" + struct.pack("<H", 2) + tags + bytes(4)
+    for whole in (block, b"Exif\0\0" + block):
+        spec = oiio.ImageSpec(96, 64, 3, "uint8")
+        extras._hand_exif(spec, whole, "a.heic")
+        assert spec.get_string_attribute("Make") == "Cam" and spec.getattribute("Orientation") is None
+    for useless in (b"", b"Exif\0\0", b"\xff" * 300, block[:20], bytes(70_000)):
+        spec = oiio.ImageSpec(96, 64, 3, "uint8")
+        extras._hand_exif(spec, useless, "a.heic")
+        assert spec.getattribute("Make") is None
+    if HAS_HEIC:
+        heif = importlib.import_module("pillow_heif")
+        image = heif.from_bytes("RGB", (96, 64), bytes(96 * 64 * 3))
+        image.info["exif"] = b"Exif\0\0" + block
+        image.save(tmp_path / "a.heic", quality=80)
+        assert main(["image", str(tmp_path / "a.heic"), "-o", str(tmp_path / "o.jpg"), "--light", "0,0"]) == 0
+        assert read_image(tmp_path / "o.jpg").spec.get_string_attribute("Make") == "Cam"
+
+
 def test_the_extras_are_declared():
     import tomllib
     from pathlib import Path

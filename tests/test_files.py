@@ -438,3 +438,79 @@ def test_arrays():
     for bad in (np.zeros((0, 4, 3)), np.zeros((4, 4, 2)), np.zeros(4), np.zeros((4, 4, 3), int), np.zeros((4, 4), bool), "picture"):
         with pytest.raises(AirlightError):
             to_linear(bad)
+
+
+@pytest.mark.parametrize("compression", ["none", "zip", "zips", "piz"])
+@pytest.mark.parametrize("damage", ["tail", "middle", "offset", "row", "whole", "header"])
+def test_a_damaged_write_is_noticed(tmp_path, monkeypatch, compression, damage):
+    """Of an EXR not all rows are decoded again; what an encoder may leave out is noticed all the same, and nothing is left."""
+    from airlight.files import writing
+
+    true = writing._encode
+    source = tmp_path / "in.exr"
+    spec = oiio.ImageSpec(48, 40, 3, "half")
+    spec.attribute("compression", compression)
+    out = oiio.ImageOutput.create("openexr")
+    assert out.open(str(source), spec) and out.write_image(np.random.default_rng(1).random((40, 48, 3)).astype(np.float32)) and out.close()
+    picture = read_image(source)
+
+    def encode(memory, format, spec, codes, name):
+        if damage == "row":
+            codes = codes.copy()
+            codes[0, 7, 1] += 1
+        true(memory, format, spec, codes, name)
+        with open(memory, "r+b") as file:
+            data = bytearray(file.read())
+            table = data.index(b"screenWindowWidth\0float\0") + 18 + 6 + 4 + 4 + 1  # the last attribute, then the offsets of chunks
+            if damage == "offset":
+                data[table : table + 8] = bytes(8)
+            elif damage == "middle":
+                del data[len(data) // 2 : len(data) // 2 + 9]
+            elif damage == "whole":
+                data = data[:0]
+            else:
+                data = data[: {"tail": len(data) - 1, "header": 60, "row": len(data)}[damage]]
+            file.seek(0)
+            file.truncate()
+            file.write(data)
+
+    monkeypatch.setattr(writing, "_encode", encode)
+    with pytest.raises(MachineError, match="read back"):
+        write_image(tmp_path / "out.exr", picture.linear() * 2, picture)
+    assert [p.name for p in tmp_path.iterdir()] == ["in.exr"]
+    monkeypatch.setattr(writing, "_encode", true)
+    write_image(tmp_path / "out.exr", picture.linear() * 2, picture)
+
+
+@pytest.mark.parametrize("name", ["in.jpg", "in.webp", "grey.jpg", "turned.jpg"])
+def test_a_zero_layer_gives_a_lossy_file_back(tmp_path, name):
+    """JPEG and lossy WebP lose something each time they are encoded: where nothing has changed the file's bytes are taken."""
+    from airlight.cli import main
+
+    source = tmp_path / name
+    codes = np.random.default_rng(8).integers(0, 256, (48, 64, 1 if name == "grey.jpg" else 3), np.uint8)
+    spec = oiio.ImageSpec(64, 48, codes.shape[2], "uint8")
+    spec.attribute("compression", "webp:70" if name.endswith("webp") else "jpeg:70")
+    if name == "turned.jpg":
+        spec.attribute("Orientation", 6)
+    out = oiio.ImageOutput.create(str(source))
+    assert out.open(str(source), spec) and out.write_image(codes) and out.close()
+    target, more = tmp_path / f"out{source.suffix}", tmp_path / f"more{source.suffix}"
+    for given in (["--light", "0.4,0.3;strength=0"], ["--light", "0.4,0.3", "--exposure", "0"], ["--light", "0.4,0.3", "--mix", "0"]):
+        assert main(["image", str(source), "-o", str(target), "-y", *given]) == 0
+        assert target.read_bytes() == source.read_bytes()
+    assert main(["image", str(source), "-o", str(more), "--light", "0.4,0.3", "--threshold", "0.2"]) == 0
+    assert not np.array_equal(read_image(more).codes, read_image(source).codes)
+    other = tmp_path / "out.png"
+    assert main(["image", str(source), "-o", str(other), "--light", "0.4,0.3;strength=0"]) == 0
+    assert np.array_equal(read_image(other).codes, read_image(source).codes)
+
+
+def test_a_damaged_lossy_file_is_not_copied(tmp_path):
+    source = tmp_path / "in.jpg"
+    write_image(source, np.random.default_rng(8).random((200, 200, 3)).astype(np.float32))
+    source.write_bytes(source.read_bytes()[:-3000])
+    picture = read_image(source, "ignore")
+    write_image(tmp_path / "out.jpg", picture.linear(), picture, changed=np.zeros((200, 200), bool))
+    assert (tmp_path / "out.jpg").read_bytes() != source.read_bytes()
+    read_image(tmp_path / "out.jpg")

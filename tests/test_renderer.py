@@ -100,3 +100,26 @@ def test_results_show_themselves_in_notebooks(tmp_path: Path) -> None:
     assert np.abs(read[1].astype(int) - encode_codes(layer, np.uint8)).max() == 0
     assert read[2].shape[:2] == (90, 130)
     assert layer.sum().ndim == 0 and layer[0, 0]._repr_png_() is None  # what is no picture shows none
+
+
+def test_what_is_no_light_or_no_device_is_told() -> None:
+    for strength in ("2", None, [1], float("nan"), -1.0):
+        with pytest.raises(airlight.AirlightError, match="strength"):
+            airlight.Light((0.5, 0.5), strength=strength)
+    assert airlight.Light((0.5, 0.5), strength=np.float32(2)).strength == 2.0
+    for device in (3, object(), ["llvmpipe"]):
+        with pytest.raises(airlight.AirlightError, match="adapter"):
+            airlight.add_light_shafts(CODES[0], (0.5, 0.5), device=device)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("shape", [(90, 130), (90, 130, 1)])
+def test_a_grey_image_stays_grey(dtype: type, shape: tuple[int, ...]) -> None:
+    most = 1.0 if dtype == np.float32 else np.iinfo(dtype).max
+    image = (np.random.default_rng(2).random(shape) * most).astype(dtype)
+    light = [airlight.Light((0.4, 0.3), color=(1.0, 0.5, 0.2))]
+    out = airlight.add_light_shafts(image, light, threshold=0.6)
+    assert out.shape == shape and out.dtype == dtype and (out > image).any()
+    colour = airlight.add_light_shafts(np.repeat(image.reshape(90, 130, 1), 3, axis=2), light, threshold=0.6)
+    values = [airlight.files.to_linear(a)[0] @ np.float32([0.2126, 0.7152, 0.0722]) for a in (out, colour)]
+    assert np.abs(values[0] - values[1]).mean() < 2e-3

@@ -57,6 +57,10 @@ class Light:
             object.__setattr__(self, name, numbers)
         if max(abs(v) for v in self.position) > FAR_LIMIT:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
+        try:
+            object.__setattr__(self, "strength", float(self.strength + 0))  # texts do not add up
+        except (TypeError, ValueError):
+            raise AirlightError(f"light strength must be a number, not {self.strength!r}") from None
         if not (math.isfinite(self.strength) and self.strength >= 0 and min(self.color) >= 0):
             raise AirlightError("light color and strength must be finite and not negative")
         if max(self.rgb) > BRIGHTEST:

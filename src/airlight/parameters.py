@@ -103,7 +103,11 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     smoothness: Annotated[
         Annotated[float, Meta(ge=0, le=65504)] | None,
         _meta(
-            f"half width of the soft knee around the threshold; unset: {SMOOTHNESS}, likewise", "occlusion", "Blender Sun Beams", "linear"
+            f"half width of the soft knee around the threshold; unset: {SMOOTHNESS}, in 8 and 16 bit of the light's own luminance unless a"
+            " threshold is given",
+            "occlusion",
+            "Blender Sun Beams",
+            "linear",
         ),
     ] = None
 

@@ -102,7 +102,7 @@ def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
                     times[variant].append(ms)
         base = float(np.median(times["copy"]))
         for variant, own in times.items():
-            one = record_of(name, variant, SIZE, own, **({"passes": passes[variant]} if variant in passes else {}))
+            one = record_of(name, variant, SIZE, own) | ({"passes": passes[variant]} if variant in passes else {})
             records.append(one)
             parts = ", ".join(f"{label} {ms / base:.1f}" for label, ms in passes.get(variant, {}).items())
             say(f"{name:8} {variant:20} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies  ({parts})")

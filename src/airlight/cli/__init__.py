@@ -44,8 +44,15 @@ def cli(ctx: click.Context) -> None:
 def main(args: Sequence[str] | None = None) -> int:
     """Run a command and return the exit code: 0 done, 2 wrong usage or bad input, 1 a failure of the machine, 130 Ctrl-C."""
     with warnings.catch_warnings():
-        warnings.simplefilter("default", UserWarning)
-        warnings.showwarning = _show_warning
+        warnings.simplefilter("always", UserWarning)
+        told: set[str] = set()  # each once, from wherever it comes
+
+        def show(message: Warning | str, *_: Any, **__: Any) -> None:
+            if str(message) not in told:
+                told.add(str(message))
+                say(f"warning: {message}")
+
+        warnings.showwarning = show
         code = _guarded(lambda: cli.main(args, prog_name="airlight", standalone_mode=False))
         return _guarded(_flush) or code
 
@@ -79,10 +86,6 @@ def _guarded(work: Callable[[], Any]) -> int:
             traceback.print_exc()
         say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
     return 1
-
-
-def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    say(f"warning: {message}")
 
 
 def _flush() -> None:

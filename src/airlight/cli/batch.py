@@ -13,7 +13,7 @@ import click
 from airlight.errors import AirlightError, MachineError
 
 T = TypeVar("T")
-AHEAD = 2  # pictures that are read, and that wait to be written, beyond the one that is rendered
+AHEAD = 2  # pictures that are read, and that are written (at once) or wait for it, beyond the one that is rendered
 
 
 class Writes(Protocol):
@@ -38,6 +38,8 @@ class Task:
     fraction: str | None = None
     mask: str | None = None
     depth: str | None = None
+    number: int = 0  # its place among all
+    wanted: bool = True  # False: written already, and only looked at for what the frames after it keep
 
     @property
     def outputs(self) -> list[str]:
@@ -54,8 +56,8 @@ def tasks(
     frames: str | None,
 ) -> tuple[list[Task], bool]:
     """What is to be done, and whether it is a sequence of frames. Patterns stand for the files that there are, or for `frames`."""
+    from airlight.files.sequence import deliberate, numbered
     from airlight.files.sequence import frames as read_frames
-    from airlight.files.sequence import numbered
 
     given: list[tuple[int | None, str]] = []
     sequence = False
@@ -76,10 +78,10 @@ def tasks(
         if target is None:
             return None
         pattern = numbered(target)
-        if pattern is not None:
-            if number is None:
-                raise AirlightError(f"{target}: the inputs have no numbers; name a folder")
+        if pattern is not None and number is not None:
             return pattern.frame(number)
+        if pattern is not None and deliberate(target):
+            raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
         if os.path.isdir(target) or target.endswith(("/", os.sep)):
             return os.path.join(target, os.path.basename(source))
         if len(given) > 1:
@@ -93,7 +95,7 @@ def tasks(
     found = []
     for number, source in given:
         outputs = [place(target, number, source) for target in (output, layer, fraction)]
-        found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], beside(mask, number), beside(depth, number)))
+        found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], beside(mask, number), beside(depth, number), len(found)))
     _refuse_collisions(found)
     return found, sequence
 
@@ -127,7 +129,7 @@ def run(
     reading: deque[tuple[T, Future[Any]]] = deque()
     writing: deque[tuple[T, Future[Any]]] = deque()
     waiting = iter(todo)
-    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(1) as writer, _progress(len(todo)) as advance:
+    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(AHEAD) as writer, _progress(len(todo)) as advance:
 
         @contextlib.contextmanager
         def told(task: T) -> Iterator[None]:

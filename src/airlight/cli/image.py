@@ -154,7 +154,7 @@ def image(
 
     todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, frames)
     many = len(todo) > 1 or sequence
-    todo = _left(todo, skip_existing, resume)
+    todo, done = _left(todo, skip_existing, resume)
     for task in todo:
         _check_outputs(task.outputs, [task.source, task.mask, task.depth, preset], many or overwrite or resume)
     if many:
@@ -175,8 +175,8 @@ def image(
         passes=[] if profile else None,
     )
     if many:
-        failed = batch.run(todo, work.read, work.render, work.write)
-        click.echo(f"{len(todo) - len(failed)} of {len(todo)} pictures written", err=True)
+        failed = batch.run(_with_first(todo, done) if sequence else todo, work.read, work.render, work.write)
+        click.echo(f"{len(todo) - sum(task.wanted for task, _ in failed)} of {len(todo)} pictures written", err=True)
     else:
         failed = []
         loaded = work.read(todo[0])
@@ -186,10 +186,10 @@ def image(
     return 2 if failed else 0
 
 
-def _left(todo: Sequence[batch.W], skip_existing: bool, resume: bool) -> list[batch.W]:
-    """The tasks without those whose outputs exist (skip_existing), or exist and can be read (resume)."""
+def _left(todo: Sequence[batch.W], skip_existing: bool, resume: bool) -> tuple[list[batch.W], list[batch.W]]:
+    """The tasks in two: what is to be done, and those whose outputs exist (skip_existing), or exist and can be read (resume)."""
     if not skip_existing and not resume:
-        return list(todo)
+        return list(todo), []
     from airlight import files
 
     def fine(path: str) -> bool:
@@ -201,11 +201,20 @@ def _left(todo: Sequence[batch.W], skip_existing: bool, resume: bool) -> list[ba
             return False
         return True
 
-    left = [task for task in todo if not all(fine(path) for path in task.outputs)]
-    if len(left) < len(todo):
-        what = f"{todo[0].output} exists" if len(todo) == 1 else f"{len(todo) - len(left)} of {len(todo)} exist"
+    left: list[batch.W] = []
+    done: list[batch.W] = []
+    for task in todo:
+        (done if all(fine(path) for path in task.outputs) else left).append(task)
+    if done:
+        what = f"{todo[0].output} exists" if len(todo) == 1 else f"{len(done)} of {len(todo)} exist"
         click.echo(f"{what}: skipped", err=True)
-    return left
+    return left, done
+
+
+def _with_first(todo: list[batch.Task], done: list[batch.Task]) -> list[batch.Task]:
+    """The frames to do, with the first of those that are done in its place: what it settled holds for those after it."""
+    first = [dataclasses.replace(task, wanted=False) for task in done[:1]]
+    return sorted([*todo, *first], key=lambda task: task.number)
 
 
 def _refuse_existing(todo: Sequence[batch.Writes], overwrite: bool) -> None:
@@ -228,7 +237,7 @@ class _Loaded:
 class _Work:
     """What the options ask for of every picture: to be read, rendered, written, each perhaps by another thread.
 
-    keep: frames of one sequence, which take their light, threshold and mix from the first, lest they flicker.
+    keep: frames of one sequence, which take their light, threshold, mix and adaptation from the first, lest they flicker.
     """
 
     written: Sequence[LightText]
@@ -261,13 +270,18 @@ class _Work:
         return _Loaded(picture, emits, far)
 
     def render(self, task: batch.Task, loaded: _Loaded) -> Any:
-        """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for."""
+        """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for; None
+        where nothing is wanted."""
         from airlight import api
+        from airlight.occlusion.automatic import check
 
+        if not task.wanted and self._kept:
+            return None
         self._start.join()
         if self._where is None:
             self._where = _renderer(self.device)
         picture = loaded.picture
+        check(self.parameters, picture.alpha is not None, loaded.far is not None)
         begun = time.perf_counter()
         written, parameters, rule = self._kept or self._settled(picture)
         lights = [place(light, picture) for light in written]
@@ -275,6 +289,8 @@ class _Work:
         if self.debug is not None:
             from airlight.debug import view
 
+            if self.keep:
+                self._kept = written, parameters, None
             say = functools.partial(click.echo, err=True)
             return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, say)
         done = api.render_picture(
@@ -316,6 +332,8 @@ class _Work:
     def write(self, task: batch.Task, loaded: _Loaded, rendered: Any) -> None:
         from airlight import files
 
+        if not task.wanted:
+            return
         begun, picture = time.perf_counter(), loaded.picture
         bare = dataclasses.replace(
             picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""

@@ -344,7 +344,7 @@ def _left(ctx: click.Context, all: Sequence[Task], inputs: Sequence[str]) -> lis
     """The pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
     o = ctx.params
     overwrite = o["overwrite"] or o["resume"]
-    todo = pictures._left(all, o["skip_existing"], o["resume"])
+    todo, _ = pictures._left(all, o["skip_existing"], o["resume"])
     for task in todo:
         pictures._check_outputs(task.outputs, inputs, len(all) > 1 or overwrite)
     if len(all) > 1:

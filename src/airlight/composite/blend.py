@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.composite import adapt
+from airlight.composite.adapt import Ramp
 from airlight.files.colour import by_rows
 from airlight.parameters import VEIL, Composite
 
@@ -18,13 +19,14 @@ COVER = 0.035  # mean luminance of a layer from which the automatic mix takes le
 
 @dataclass(frozen=True)
 class Rule:
-    """A Composite with its `auto` resolved for an output. mix and peak None: by the layer, see `measured`."""
+    """A Composite with its `auto` resolved for an output. mix, peak and ramp None: by layer and picture, see `measured_on`."""
 
     blend: str
     mix: float | None
     veil: float
     adapt: float = 0.0
     peak: float | None = None  # of the layer's luminance
+    ramp: Ramp | None = None  # of the composited picture, where it is adapted
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
@@ -60,12 +62,25 @@ def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
 
 
 def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
-    """`measured` for a layer and its picture, both (H, W, 3); luminance: (3,) weights of their RGB."""
+    """`measured` for a layer and its picture, both (H, W, 3), with the ramp that adapts them; luminance: (3,) weights of their RGB."""
     step = sample_step(*layer.shape[1::-1])
+    few, lit = image[::step, ::step], layer[::step, ::step]
     cover = COVER  # of a picture at its own level, which adapt finds
     if rule.adapt and rule.mix is None:
-        cover *= adapt.MIDDLE / adapt.measured(image[::step, ::step] @ luminance).scale
-    return measured(rule, layer[::step, ::step] @ luminance, cover)
+        cover *= adapt.MIDDLE / adapt.measured(few @ luminance).scale
+    rule = measured(rule, lit @ luminance, cover)
+    if rule.adapt and rule.ramp is None:
+        rule = dataclasses.replace(rule, ramp=adapt.measured(np.add(few, _put(few, lit, rule, luminance), dtype=np.float32) @ luminance))
+    return rule
+
+
+def _put(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray) -> FloatArray:
+    """The layer as a measured rule adds it to the picture."""
+    if rule.veil:
+        layer = lift_veil(layer, layer @ luminance, rule.peak or 0.0, rule.veil)
+    if rule.mix != 1:
+        layer = layer * np.float32(rule.mix)
+    return np.maximum(np.float32(WHITE) - image, 0) * (layer / (1 + layer)) if rule.blend == "screen" else layer
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
@@ -75,21 +90,14 @@ def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArra
     luminance: (3,) weights of the luminance of their RGB. With adapt the picture is then adapted, all of it; the layer stays as added.
     """
     out, added = np.empty_like(image), np.empty_like(layer)
-    step = sample_step(*layer.shape[1::-1])
     rule = measured_on(image, layer, rule, luminance)
-    peak, mix = rule.peak or 0.0, rule.mix
 
     def rows(first: int, last: int) -> None:
-        a, b = image[first:last], layer[first:last]
-        b = lift_veil(b, b @ luminance, peak, rule.veil)
-        if mix != 1:
-            b = b * np.float32(mix)
-        if rule.blend == "screen":
-            b = np.maximum(np.float32(WHITE) - a, 0) * (b / (1 + b))
-        added[first:last] = b
-        np.add(a, b, out=out[first:last])
+        a = image[first:last]
+        added[first:last] = _put(a, layer[first:last], rule, luminance)
+        np.add(a, added[first:last], out=out[first:last])
 
     by_rows(rows, image.shape[0])
-    if rule.adapt:
-        adapt.adapt(out, adapt.measured(out[::step, ::step] @ luminance), rule.adapt, luminance)
+    if rule.ramp is not None:
+        adapt.adapt(out, rule.ramp, rule.adapt, luminance)
     return out, added

@@ -1,5 +1,6 @@
 """RAW and HEIC, which OpenImageIO's wheel does not read: by rawpy and pillow-heif, where they are installed."""
 
+import contextlib
 from importlib import import_module
 from pathlib import PurePath
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.files.atomic import scratch
 
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
 RAW = ".3fr .arw .cr2 .cr3 .crw .dcr .dng .erf .fff .iiq .kdc .mef .mos .nef .nrw .orf .pef .raf .raw .rw2 .rwl .sr2 .srf .srw .x3f"
@@ -61,7 +63,7 @@ def decode_raw(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
 
 
 def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
-    """(H, W, 1 to 4) uint8 and its spec, with the ICC profile or, of nclx, the chromaticities. Arguments as `decode_raw`."""
+    """(H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif tags. Arguments as `decode_raw`."""
     import OpenImageIO as oiio
 
     from airlight.files.decode import tell
@@ -86,4 +88,28 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
         if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
             numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
             spec.attribute("chromaticities", "float[8]", tuple(numbers))
+    _hand_exif(spec, image.info.get("exif") or b"", path)
     return pixels, spec
+
+
+def _hand_exif(spec: Any, block: bytes, path: str) -> None:
+    """Give the spec the tags of an Exif block, but not its orientation: the pixels are upright. OpenImageIO reads them in a JPEG."""
+    import OpenImageIO as oiio
+
+    block = block if block.startswith(b"Exif\0\0") else b"Exif\0\0" + block
+    if not 6 < len(block) <= 65_533:  # a JPEG holds no more
+        return
+    with scratch(path, 1 << 20) as memory:
+        out = oiio.ImageOutput.create("jpeg")
+        fine = out is not None and out.open(memory, oiio.ImageSpec(1, 1, 1, "uint8"))
+        if out is None or not (fine and out.write_image(np.zeros((1, 1, 1), np.uint8)) and out.close()):
+            return
+        with open(memory, "rb") as file:
+            bare = file.read()
+        with open(memory, "wb") as file:
+            file.write(bare[:2] + b"\xff\xe1" + (len(block) + 2).to_bytes(2, "big") + block + bare[2:])
+        inp = oiio.ImageInput.open(memory)
+        for item in inp.spec().extra_attribs if inp is not None else ():
+            if item.name != "Orientation" and not item.name.startswith(("oiio:", "jpeg:")):
+                with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8
+                    spec.attribute(item.name, item.type, item.value)

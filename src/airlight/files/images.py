@@ -223,7 +223,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     own = _named(layer, found, name) if layer is not None else ""
     stand_in = _stands_in(found) if layer is None else own
     chosen = found[stand_in] if stand_in is not None else [next(i for i, fine in enumerate(usable) if fine)]
-    codes = np.ascontiguousarray(pixels[..., chosen])
+    codes = pixels if chosen == list(range(len(names))) else np.ascontiguousarray(pixels[..., chosen])
     real = codes.dtype.kind == "f"
     has_alpha = len(chosen) in (2, 4)
 

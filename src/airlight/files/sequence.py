@@ -18,6 +18,7 @@ class Numbered:
     before: str
     digits: int
     after: str
+    written: str = ""  # the place
 
     def frame(self, number: int) -> str:
         return f"{self.before}{'-' if number < 0 else ''}{abs(number):0{self.digits}d}{self.after}"
@@ -41,7 +42,12 @@ def numbered(path: str) -> Numbered | None:
         return None
     place = places[-1]
     digits = (len(place[0]) if len(place[0]) > 1 else 4) if place[1] is None else int(place[1] or 1)
-    return Numbered(os.path.join(folder, name[: place.start()]), digits, name[place.end() :])
+    return Numbered(os.path.join(folder, name[: place.start()]), digits, name[place.end() :], place[0])
+
+
+def deliberate(path: str) -> bool:
+    """Whether a name can hardly be meant but as a pattern: `##` or `%04d`; one `#` is common in plain names."""
+    return re.search(r"##|%0\d+d", os.path.basename(path)) is not None
 
 
 def frames(text: str) -> list[int]:

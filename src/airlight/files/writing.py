@@ -1,19 +1,22 @@
 """Pictures to files: encoded in memory, verified, and only then put in place."""
 
 import contextlib
+import functools
+import mmap
 import os
 import shutil
+import struct
 from typing import Any
 
 import numpy as np
 
 from airlight.errors import AirlightError, MachineError
 from airlight.files.atomic import check_output, output_format, replacing, scratch
-from airlight.files.colour import alpha_of, encode_codes, is_neutral
-from airlight.files.decode import MARK, SETTINGS, SOFTWARE, problem, tell
-from airlight.files.images import Picture
+from airlight.files.colour import alpha_of, by_rows, encode_codes, is_neutral
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem, tell
+from airlight.files.images import Picture, upright
 
-HALF_MOST = 65504.0
+HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
 _PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
 _NAMES = {
@@ -65,18 +68,24 @@ def write_image(
     if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
-    if real:
-        colour, keeps_icc = _real_colour(pixels, like, format, depth, changed, name), False
-    else:
+    channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
+    kind: Any = np.dtype(np.float32)
+    keeps_icc = False
+    if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
+        kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
-    if grey and is_neutral(colour if pixels is None or real else pixels):
-        colour = colour[..., :1]
-    channels = [colour]
-    transparency = _alpha(like, alpha, colour.dtype, real)
+    colours = 1 if grey and is_neutral(given) else 3
+    if real and pixels is None:
+        raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
+    if real and pixels is not None:
+        channels.append(functools.partial(_real_colour, pixels, like, format, HALF_MOST if depth == 16 else FLOAT_MOST, changed, colours))
+    else:
+        channels.append(colour[..., :colours])
+    transparency = _alpha(like, alpha, kind, real)
     if transparency is not None:
         if format in ("jpeg", "hdr"):
-            if (transparency < (1 if real else np.iinfo(colour.dtype).max)).any():
+            if (transparency < (1 if real else np.iinfo(kind).max)).any():
                 tell(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
             transparency = None
         else:
@@ -84,7 +93,7 @@ def write_image(
     if (layer is not None or z is not None) and format != "openexr":
         raise AirlightError(f"{name}: only .exr holds the layer beside the picture; write it to a file of its own")
     if layer is not None:
-        channels.append(np.clip(np.nan_to_num(layer), -HALF_MOST, HALF_MOST))
+        channels.append(lambda first, last: _finite(layer[first:last], HALF_MOST))
     if z is not None:
         channels.append(z[..., None])
     if like is not None and like.extra is not None:
@@ -92,30 +101,57 @@ def write_image(
             channels.append(like.extra)
         else:
             tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
-    codes = np.ascontiguousarray(np.concatenate(channels, axis=2) if len(channels) > 1 else colour)
     further = (["half"] * 3 if layer is not None else []) + (["float"] if z is not None else [])
-    spec = _spec(codes, colour.shape[2], transparency is not None, further, like, format, depth, keeps_icc)
+    spec = _spec(given.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
+    codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
     if settings is not None:
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
-        _encode(memory, format, spec, codes, name)
-        _verify(memory, codes, format, name)
+        if not _copied(memory, like, codes, format):
+            _encode(memory, format, spec, codes, name)
+            _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
 
 
+def _finite(values: np.ndarray, most: float) -> np.ndarray:
+    """A copy as float32 within +-most, NaN as 0."""
+    value = np.array(values, np.float32)
+    if not np.isfinite(value).all():
+        np.nan_to_num(value, copy=False, nan=0.0, posinf=most, neginf=-most)
+    return np.clip(value, -most, most, out=value)
+
+
 def _real_colour(
-    pixels: np.ndarray | None, like: Picture | None, format: str, depth: int, changed: np.ndarray | None, name: str
+    pixels: np.ndarray, like: Picture | None, format: str, most: float, changed: np.ndarray | None, colours: int, first: int, last: int
 ) -> np.ndarray:
-    if pixels is None:
-        raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
-    most = HALF_MOST if depth == 16 else float(np.finfo(np.float32).max)
-    colour = np.nan_to_num(np.array(pixels, np.float32), nan=0.0, posinf=most, neginf=-most)
+    """Rows from first to before last of the colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
+    colour = _finite(pixels[first:last], most)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
-        colour *= like.alpha[..., None]
-    elif like is not None and like.codes.dtype.kind == "f" and changed is not None:
-        np.copyto(colour, like.colour_codes, where=~changed[..., None])
-    return np.clip(colour, -most, most, out=colour) if depth == 16 else colour
+        colour *= like.alpha[first:last, :, None]
+    elif like is not None and like.codes.dtype.kind == "f" and changed is not None and not changed[first:last].all():
+        np.copyto(colour, like.colour_codes[first:last], where=~changed[first:last, :, None])
+        np.clip(colour, -most, most, out=colour)
+    return colour[..., :colours]
+
+
+def _joined(channels: list[Any], spec: Any) -> np.ndarray:
+    """The channels side by side, (H, W, C), rounded to what the spec says of each: float16 where all are half, else float32."""
+    kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * spec.nchannels
+    half = [kind == "half" for kind in kinds]
+    codes = np.empty((spec.height, spec.width, spec.nchannels), np.float16 if all(half) else np.float32)
+
+    def rows(first: int, last: int) -> None:
+        at = 0
+        for channel in channels:
+            block = channel(first, last) if callable(channel) else channel[first:last]
+            for i in range(block.shape[2]):  # one by one: NumPy is twice as fast at it
+                rounds = half[at] and codes.dtype == np.float32
+                codes[first:last, :, at] = block[..., i].astype(np.float16) if rounds else block[..., i]
+                at += 1
+
+    by_rows(rows, spec.height)
+    return codes
 
 
 def _integer_colour(
@@ -157,12 +193,15 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
 
 
 def _spec(
-    codes: np.ndarray, colours: int, alpha: bool, further: list[str], like: Picture | None, format: str, depth: int, keeps_icc: bool
+    size: tuple[int, ...], colours: int, alpha: bool, further: list[str], like: Picture | None, format: str, depth: int, keeps_icc: bool
 ) -> Any:
-    """further: the types of what follows colour and alpha in an EXR: the layer's halves, a float of depth."""
+    """The header of a picture of size (H, W), its metadata included. further: the types of what follows colour and alpha in an EXR: the
+    layer's halves, a float of depth."""
     import OpenImageIO as oiio
 
-    height, width, channels = codes.shape
+    height, width = size
+    extra = len(like.extra_names) if like is not None and format == "openexr" else 0
+    channels = colours + alpha + len(further) + extra
     kind = {8: "uint8", 16: "half" if format == "openexr" else "uint16", 32: "float"}[depth]
     spec = oiio.ImageSpec(width, height, channels, kind)
     names = (["R", "G", "B"] if colours == 3 else ["Y"]) + (["A"] if alpha else [])
@@ -262,20 +301,75 @@ def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -
         raise MachineError(f"{name}: could not be encoded ({' '.join(text.replace(memory, 'it').split())[:200] or 'no reason given'})")
 
 
-def _verify(memory: str, codes: np.ndarray, format: str, name: str) -> None:
-    """Decode what was encoded; codes must come back as they were where the format is exact."""
+def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -> bool:
+    """Whether the input's bytes are in `memory`: where its codes are all as they were, and encoding them again would lose some."""
+    if like is None or like.lossless or like.format != format or not np.array_equal(codes, like.codes):
+        return False
+    if "K" in like.spec.get_string_attribute("jpeg:ColorSpace"):  # CMYK becomes RGB
+        return False
+    with contextlib.suppress(OSError, AirlightError):  # damaged, or changed since it was read: encoded anew
+        if os.path.getsize(like.path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
+            shutil.copyfile(like.path, memory)
+            pixels, spec, _, _ = decode(memory, "error")
+            return np.array_equal(upright(pixels, spec.get_int_attribute("Orientation", 1)), codes)
+    return False
+
+
+def _verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -> None:
+    """Decode what was encoded; codes must come back as they were where the format is exact. Of an EXR all chunks must be there and
+    whole, and some rows are decoded: it took a fifth of the time of a sequence to decode them all."""
     import OpenImageIO as oiio
 
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
     inp = oiio.ImageInput.open(memory, hints)
-    back, text = None, problem(oiio)
+    text = problem(oiio)
+    fine = inp is not None and (format != "openexr" or _all_chunks(memory, len(codes)))
     if inp is not None:
-        kind = codes.dtype.name if codes.dtype.kind == "u" else "half" if format == "openexr" else "float"
-        back = inp.read_image(0, 0, 0, codes.shape[2], kind)
+        kind = {"float16": "half", "float32": "float"}.get(codes.dtype.name, codes.dtype.name)
+        found = inp.spec()
+        fine = fine and (found.height, found.width, found.nchannels) == codes.shape
+        fine = fine and (format != "openexr" or set(found.channelnames) == set(spec.channelnames))
+        if fine and format == "openexr":
+            order = [spec.channelnames.index(channel) for channel in found.channelnames]
+            for row in {round(part * (len(codes) - 1)) for part in (0, 1 / 3, 2 / 3, 1)}:
+                back = inp.read_scanlines(0, 0, found.y + row, found.y + row + 1, 0, 0, found.nchannels, kind)
+                row_codes = codes[row][:, order]
+                fine = fine and back is not None and np.array_equal(np.reshape(back, row_codes.shape), row_codes, equal_nan=True)
+        elif fine:
+            back = inp.read_image(0, 0, 0, found.nchannels, kind)
+            exact = format in ("png", "tiff")
+            fine = back is not None and (not exact or np.array_equal(np.reshape(back, codes.shape), codes))
         text += problem(inp)
         inp.close()
         text += problem(inp)
-    exact = format in ("png", "tiff")
-    if text or back is None or back.shape[:2] != codes.shape[:2] or (exact and not np.array_equal(np.reshape(back, codes.shape), codes)):
+    if text or not fine:
         raise MachineError(f"{name}: did not read back as it was written; nothing was saved, try again or another format")
+
+
+def _all_chunks(path: str, height: int) -> bool:
+    """Whether the chunks of a one-part EXR of scan lines follow each other from its table of offsets to its end, and hold all rows.
+
+    Source: OpenEXR File Layout, openexr.com: attributes are name, type, size, value; a chunk is its first row, its size, its data.
+    """
+    with (
+        contextlib.suppress(IndexError, struct.error),  # a header that ends early
+        open(path, "rb") as file,
+        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
+    ):
+        at = 8
+        while data[at] != 0:
+            at = data.find(b"\0", data.find(b"\0", at) + 1) + 1
+            at += 4 + int(struct.unpack_from("<i", data, at)[0])
+        table = at + 1
+        count = (struct.unpack_from("<Q", data, table)[0] - table) // 8
+        end, rows = table + 8 * count, []
+        for offset in struct.unpack_from(f"<{count}Q", data, table):
+            if offset != end or offset + 8 > len(data):
+                return False
+            row, size = struct.unpack_from("<ii", data, offset)
+            rows.append(row)
+            end += 8 + size
+        step = rows[1] - rows[0] if count > 1 else height
+        return end == len(data) and rows == list(range(rows[0], rows[0] + height, step))
+    return False

@@ -84,7 +84,9 @@ class Device:
 
     @classmethod
     def of(cls, device: Any) -> "Device":
-        """A Device as it is, or made of a wgpu.GPUDevice that the caller holds."""
+        """A Device as it is, or made of a wgpu.GPUDevice that the caller holds. Raises AirlightError for anything else."""
+        if not isinstance(device, (cls, _wgpu().GPUDevice)):
+            raise AirlightError(f"device {device!r}: give the name of an adapter, an airlight.Renderer or a wgpu.GPUDevice")
         return device if isinstance(device, cls) else cls(device)
 
     @classmethod

@@ -1,4 +1,4 @@
-"""The threshold of a picture that has none given: 8 and 16 bits hold no more than the photograph's exposure gave."""
+"""What emits: whether the picture has what that needs, and its threshold where none is given."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,11 +6,20 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters
 
 NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light
+
+
+def check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
+    """Raise AirlightError for an occlusion that needs what the picture has not."""
+    if p.occlusion == "depth" and not has_depth:
+        raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
+    if p.occlusion == "alpha" and not has_alpha:
+        raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
 
 
 def settled(p: Parameters, image: Any, lights: Sequence[Light], bounded: bool = True) -> Parameters:

@@ -10,6 +10,7 @@ import numpy as np
 from airlight.composite.blend import REC709, Rule
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
+from airlight.files.colour import by_rows
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
 from airlight.gpu.timing import Timer, timing
@@ -258,7 +259,8 @@ class ImagePlan:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
         if picture.dtype != np.uint8 and self.scales:
-            peak = min(float(picture[..., :3].max()), 65504.0)  # more does not emit
+            columns = picture.reshape(picture.shape[0], -1).max(axis=0)  # first down the columns, which is fast
+            peak = min(float(columns.reshape(-1, 4)[:, :3].max()), 65504.0)  # more does not emit
             if peak > 0 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         self.source.write(mask, depth, self.scale, luminance)
@@ -369,8 +371,15 @@ def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p:
     with _within_memory(renderer.device, picture):
         done = _planned(renderer, picture, lights, p, options)
         half = np.frombuffer(renderer.device.read(done.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
-    out = half[..., :3].astype(np.float32)
-    return out if done.scale == 1.0 else out / np.float32(done.scale)
+    out = np.empty((*picture.shape[:2], 3), np.float32)
+
+    def rows(first: int, last: int) -> None:
+        out[first:last] = half[first:last, :, :3]
+        if done.scale != 1.0:
+            out[first:last] /= np.float32(done.scale)
+
+    by_rows(rows, len(out))
+    return out
 
 
 def emitted(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
