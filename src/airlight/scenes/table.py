@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pygfx as gfx
 import pylinalg as la
@@ -39,8 +41,8 @@ def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
     return ground.texture(ground.codes(albedo)), ground.texture(ground.normals(0.5 * spots + 0.25 * fine - 0.6 * worn, 0.22), srgb=False)
 
 
-def _boards(seed: int, count: int = 8) -> tuple[gfx.TextureMap, gfx.TextureMap]:
-    """Albedo and normal map of floor boards that run along v."""
+def _boards(seed: int, count: int = 8) -> gfx.TextureMap:
+    """Albedo of floor boards that run along v."""
     n = 1024
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(n) / n, np.arange(n) / n)
@@ -53,14 +55,13 @@ def _boards(seed: int, count: int = 8) -> tuple[gfx.TextureMap, gfx.TextureMap]:
     gap = np.minimum(ground.smoothstep(0, 0.025, np.minimum(across, 1 - across)), ground.smoothstep(0, 0.003, np.minimum(end, 0.5 - end)))
     tone = (rng.uniform(0.7, 1.15, count)[board] * (1 + 0.16 * g) * (0.25 + 0.75 * gap))[..., None]
     albedo = np.array([0.19, 0.115, 0.065]) * tone
-    return ground.texture(ground.codes(albedo)), ground.texture(ground.normals(gap * 2 + 0.12 * g, 0.25), srgb=False)
+    return ground.texture(ground.codes(albedo))
 
 
-def _sheet(width: float, height: float, maps: tuple[gfx.TextureMap, gfx.TextureMap], tile: float, roughness: float) -> gfx.Mesh:
+def _sheet(width: float, height: float, tile: float, **material: Any) -> gfx.Mesh:
     geometry = gfx.plane_geometry(width, height, 1, 1)
     geometry.texcoords.data[:] *= np.array([width, height], np.float32) / tile
-    material = gfx.MeshStandardMaterial(map=maps[0], normal_map=maps[1], roughness=roughness, metalness=0, side="front")
-    return gfx.Mesh(geometry, material)
+    return gfx.Mesh(geometry, gfx.MeshStandardMaterial(metalness=0, side="front", **material))
 
 
 def _rounder(geometry: gfx.Geometry) -> gfx.Geometry:
@@ -170,10 +171,11 @@ def table() -> Stage:
     ball.add(glow, _cage())
     scene.add(ball)
 
-    floor = _sheet(30, 24, _boards(3), 3.2, 0.55)
+    floor = _sheet(30, 24, 3.2, map=_boards(3), roughness=0.55)
     floor.local.rotation = la.quat_from_axis_angle((1, 0, 0), -np.pi / 2)
     floor.local.position = (0, -0.1, WALL + 12)
-    wall = _sheet(30, 14, _plaster(8), 6.0, 0.95)
+    plaster, bumps = _plaster(8)
+    wall = _sheet(30, 14, 6.0, map=plaster, normal_map=bumps, roughness=0.95)
     wall.local.position = (0, 6.9, WALL)
     scene.add(floor, wall)
     kinds = {node.name: node.children[0] for node in model("table")[0].iter() if any(isinstance(c, gfx.Mesh) for c in node.children)}
