@@ -31,6 +31,7 @@ class Declared:
     group: str
     source: str
     unit: str
+    slider: tuple[float, ...] | None  # where it is usually moved: its bounds, if nothing else is said; three or more: its only values
 
     @property
     def option(self) -> str:
@@ -78,6 +79,7 @@ def _declared(field: msgspec.structs.FieldInfo) -> Declared:
         group=notes.get("group", "other"),
         source=notes.get("source", ""),
         unit=notes.get("unit", ""),
+        slider=notes.get("slider") or ((number and kind.ge is not None and kind.le is not None and (kind.ge, kind.le)) or None),
     )
 
 
