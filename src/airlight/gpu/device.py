@@ -60,7 +60,9 @@ class Recording:
     def pause(self) -> None:
         """Submit what was recorded and wait until it is done: between two long passes, so that an interrupt is answered."""
         self.device.submit(self)
-        self.device.queue.read_buffer(self.device.buffer(size=16))  # waits for all submitted work
+        if "fence" not in self.device.kept:
+            self.device.kept["fence"] = self.device.buffer(size=16)
+        self.device.queue.read_buffer(self.device.kept["fence"])  # waits for all submitted work
         self._encoder = self.device.device.create_command_encoder()
 
 
@@ -74,6 +76,7 @@ class Device:
         self.max_side: int = device.limits["max-texture-dimension-2d"]
         self.is_cpu = self.info.get("adapter_type") == "CPU"
         self.timestamps = "timestamp-query" in device.features
+        self.kept: dict[str, Any] = {}  # what plans share
         self._lock = threading.Lock()
         self._pipelines: dict[Any, Any] = {}
         self._modules: dict[str, Any] = {}
@@ -138,8 +141,8 @@ class Device:
             )
             return self._pipelines[key]
 
-    def texture(self, width: int, height: int, format: str, *, target: bool = True) -> Any:
-        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on."""
+    def texture(self, width: int, height: int, format: str, *, target: bool = True, roomy: bool = False) -> Any:
+        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on; `roomy`: it may be larger."""
         usage = self.wgpu.TextureUsage
         flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC
         if target:

@@ -11,6 +11,7 @@ from airlight.composite.blend import REC709, Rule
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
+from airlight.gpu.recycling import Recycling
 from airlight.gpu.timing import Timer, timing
 from airlight.lights import Light, as_lights
 from airlight.parameters import Parameters, check_ray
@@ -128,8 +129,10 @@ def plan(
     apron = 1 if p.border == "black" else 0
     plans: list[Any] = []
     before = None
+    layer = device.texture(*size, "rgba16float") if layer is None else layer
+    targets = [layer, device.texture(*size, "rgba16float") if len(lights) > 1 else None]  # taking turns; the last light writes the layer
     for number, light in enumerate(lights, 1):
-        target = layer if layer is not None and number == len(lights) else device.texture(*size, "rgba16float")
+        target = targets[(len(lights) - number) % 2]
         gain, base = gains(p, light, p.method)
         position, density = light.placed(*size, p.density)
         common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
@@ -186,6 +189,33 @@ def plan(
     return plans, before
 
 
+class Moving:
+    """The passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
+    allocation or compilation, but for the few frames in which a grid needs more room than any before.
+
+    source, layer: rgba16float, the source with its apron where the border is black.
+    """
+
+    def __init__(self, device: Device, size: tuple[int, int], p: Parameters, source: Any, layer: Any) -> None:
+        self.size, self.p, self.source, self.layer = size, p, source, layer
+        self.device = Recycling(device)
+        self.plans: list[Any] = []
+
+    def aim(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
+        """Where the lights are now; and parameters, if they are others. Before `record`, at most once a submit."""
+        self.p = p or self.p
+        self.device.again()
+        self.plans, _ = plan(self.device, self.size, list(lights), self.p, self.source, self.layer)
+
+    def record(self, encoder: Any, timer: Timer | None = None) -> None:
+        """Record the passes from source to layer; without lights, the layer becomes black."""
+        for step in self.plans:
+            step.record(encoder, timer)
+        if not self.plans:
+            black = {"view": self.layer.create_view(), "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}
+            encoder.begin_render_pass(color_attachments=[black]).end()
+
+
 class ImagePlan:
     """All passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
 
@@ -213,14 +243,15 @@ class ImagePlan:
         self.scale = 1.0
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
-        self.plans, self.layer = plan(device, (width, height), list(lights), p, self.source.texture, layer)
+        self.layer = layer if layer is not None else device.texture(width, height, "rgba16float")
+        self.lights = Moving(device, (width, height), p, self.source.texture, self.layer)
+        self.lights.aim(lights)
         self.composites: dict[Any, CodesComposite] = {}
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from picture to layer."""
         self.source.record(encoder, timer)
-        for step in self.plans:
-            step.record(encoder, timer)
+        self.lights.record(encoder, timer)
 
     def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""

@@ -155,10 +155,10 @@ class EpipolarPlan:
         self.grid = Grid(size, light, self.mix, lam, density, fine, border, device.max_side)
         shader, lines = SCANS["four" if device.is_cpu else "one"]
         data = tables(self.grid, apron, lines, gain)
-        self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float")
-        rows = -(-len(data.table) // ROW)
-        table = device.texture(ROW, rows, "rgba32float", target=False)
-        padded = np.zeros((rows * ROW, 4), np.float32)
+        self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float", roomy=True)
+        self.grid.columns, self.grid.rows, _ = self.sums.size
+        table = device.texture(ROW, -(-len(data.table) // ROW), "rgba32float", target=False, roomy=True)
+        padded = np.zeros((ROW * table.size[1], 4), np.float32)
         padded[: len(data.table)] = data.table
         device.write(table, padded, ROW * 16)
         self.state = device.buffer(size=4 * data.states)

@@ -38,18 +38,20 @@ def ways(grid: Grid) -> tuple[Array, list[int]]:
     return np.concatenate(out), first
 
 
-def _cut(polygon: Array, axis: int, limit: float, keep: int) -> Array:
-    """The part of a convex polygon (n, 2) where keep * (x[axis] - limit) >= 0 (Sutherland and Hodgman)."""
+def _cut(polygon: list[list[float]], axis: int, limit: float, keep: int) -> list[list[float]]:
+    """The part of a convex polygon of points [x, y] where keep * (point[axis] - limit) >= 0 (Sutherland and Hodgman)."""
     out = []
-    for here, there in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+    for i, here in enumerate(polygon):  # few and short: quicker without arrays
+        there = polygon[(i + 1) % len(polygon)]
         a, b = keep * (here[axis] - limit), keep * (there[axis] - limit)
         if a >= 0:
             out.append(here)
         if (a < 0) != (b < 0):
-            cut = here + (there - here) * (a / (a - b))
+            along = a / (a - b)
+            cut = [p + (q - p) * along for p, q in zip(here, there, strict=True)]
             cut[axis] = limit
             out.append(cut)
-    return np.array(out).reshape(-1, 2)
+    return out
 
 
 def _spans(q: Quadrant) -> list[tuple[int, int, int]]:
@@ -64,27 +66,27 @@ def corners(grid: Grid) -> Array:
     Corners lie on a grid of 1/32 px, exact for the rasteriser, and the diagonals between the quadrants, moved by less than that, pass
     no pixel centre: a centre is covered once although some corners lie on other triangles' edges.
     """
-    light = np.array([round(grid.light[0] * 16) / 16, round(grid.light[1] * 16 - 0.5) / 16 + 1 / 32])
+    light = [round(grid.light[0] * 16) / 16, round(grid.light[1] * 16 - 0.5) / 16 + 1 / 32]
     out = [np.zeros(0, CORNER)]
     for q in grid.quadrants:
         spans = _spans(q)
-        edge = grid.size[q.axis] if q.sign > 0 else 0
+        edge = float(grid.size[q.axis] if q.sign > 0 else 0)
         marks = [light[q.axis], *(round(16 * (grid.light[q.axis] + q.sign * q.u[b])) / 16 for _, _, b in spans[:-1]), edge]
         for (zone, a, b), start, stop in zip(spans, marks[:-1], marks[1:], strict=True):
             low, high = sorted((start, stop))
             far = max(abs(low - light[q.axis]), abs(high - light[q.axis]))
-            polygon = np.zeros((3, 2))  # the quadrant to beyond the far mark, cut down to the span
-            polygon[:, q.axis] = light[q.axis] + q.sign * far * np.array([0, 1, 1])
-            polygon[:, 1 - q.axis] = light[1 - q.axis] + far * np.array([0, -1, 1])
+            tip, edges = light[q.axis] + q.sign * far, (light[1 - q.axis] - far, light[1 - q.axis] + far)
+            polygon = [list(light), *([tip, v] if q.axis == 0 else [v, tip] for v in edges)]  # to beyond the far mark, then cut down
             cuts = [(q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (1, 0, 1), (0, grid.size[0], -1), (1, grid.size[1], -1)]
             for axis, limit, keep in cuts:
-                polygon = _cut(polygon, axis, limit, keep) if len(polygon) else polygon
+                polygon = _cut(polygon, axis, limit, keep)
             if len(polygon) < 3:
                 continue
-            u = q.sign * (polygon[:, q.axis] - grid.light[q.axis])
-            v = polygon[:, 1 - q.axis] - grid.light[1 - q.axis]
+            place = np.array(polygon)
+            u = q.sign * (place[:, q.axis] - grid.light[q.axis])
+            v = place[:, 1 - q.axis] - grid.light[1 - q.axis]
             record = np.zeros(len(polygon), CORNER)
-            record["place"] = polygon
+            record["place"] = place
             factor = 0.5 ** (len(q.splits) - 2 - zone)
             across = u / q.u[-1]
             line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u

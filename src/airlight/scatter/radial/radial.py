@@ -20,11 +20,12 @@ MANY = 8  # dispatches from which on they are waited for on the way
 
 
 def _noise_texture(device: Device) -> Any:
-    texture = device.texture(256, 256, "rgba32float", target=False)
-    rgba = np.zeros((256, 256, 4), np.float32)
-    rgba[..., 0] = blue_noise()
-    device.write(texture, rgba, 256 * 16)
-    return texture
+    if "blue noise" not in device.kept:
+        texture = device.kept["blue noise"] = device.texture(256, 256, "rgba32float", target=False)
+        rgba = np.zeros((256, 256, 4), np.float32)
+        rgba[..., 0] = blue_noise()
+        device.write(texture, rgba, 256 * 16)
+    return device.kept["blue noise"]
 
 
 def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int, rows: int, label: str, timer: Any) -> None:
