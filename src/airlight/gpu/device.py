@@ -124,9 +124,9 @@ class Device:
             self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
             return self._pipelines[key]
 
-    def raster(self, path: str, corners: str, pixels: str, **constants: float) -> Any:
-        """The render pipeline of a vertex and a fragment entry point, of triangles onto one rgba16float image, which it replaces."""
-        key = (path, corners, pixels, tuple(sorted(constants.items())))
+    def raster(self, path: str, corners: str, pixels: str, format: str = "rgba16float", **constants: float) -> Any:
+        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of this format, which it replaces."""
+        key = (path, corners, pixels, format, tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
                 return self._pipelines[key]
@@ -135,7 +135,7 @@ class Device:
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": "rgba16float"}]},
+                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": format}]},
                 primitive={"topology": "triangle-list"},
                 label=f"{path}:{pixels}",
             )
