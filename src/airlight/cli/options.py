@@ -90,9 +90,9 @@ def _choices(annotation: Any) -> tuple[str, ...]:
     return next((found for part in get_args(annotation) if (found := _choices(part))), ())
 
 
-def parameter_options(command: F) -> F:
-    """Decorator: one option for each declared parameter, in a panel for each group."""
-    for parameter in reversed(declared()):
+def parameter_options(command: F, scenes: bool = False) -> F:
+    """Decorator: one option for each declared parameter, in a panel for each group. scenes: those of 3-D scenes too."""
+    for parameter in reversed(declared(scenes)):
         command = _option(parameter)(command)
     return command
 
@@ -123,6 +123,7 @@ def given(ctx: click.Context, name: str) -> bool:
 
 def gather(ctx: click.Context, preset: str | None) -> dict[str, Any]:
     """The values that are set: those of `--settings-from`, over them the preset's, over them those of the command line."""
-    recalled = {p.name: ctx.params[p.name] for p in declared() if p.name in (ctx.default_map or {})}
+    options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
+    recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = presets.load(preset) if preset is not None else {}
-    return recalled | values | {p.name: ctx.params[p.name] for p in declared() if given(ctx, p.name)}
+    return recalled | values | {name: ctx.params[name] for name in options if given(ctx, name)}

@@ -13,8 +13,8 @@ from airlight.parameters import Composite, InScene, Parameters
 
 DEBUG = ("occlusion", "source", "lines")
 SCENES = ("table", "flying")
-# Of Parameters, what only pictures have: scenes know what emits, and at which resolution.
-PICTURE_ONLY = ("border", "scale", "occlusion", "threshold", "smoothness", "mix", "veil", "blend")
+# What only pictures have: scenes know what emits, and at which resolution.
+PICTURE_ONLY = ("border", "scale", "occlusion", "threshold", "smoothness", "veil", "blend")
 
 
 @dataclass
