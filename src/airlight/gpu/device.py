@@ -125,7 +125,7 @@ class Device:
             return self._pipelines[key]
 
     def raster(self, path: str, corners: str, pixels: str, format: str = "rgba16float", **constants: float) -> Any:
-        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of this format, which it replaces."""
+        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces."""
         key = (path, corners, pixels, format, tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:

@@ -44,6 +44,8 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["sampler"] = {"type": "filtering"}
         elif kind == "texture_storage_2d":
             entry["storage_texture"] = {"access": "write-only", "format": argument}
+        elif kind == "texture_depth_2d":
+            entry["texture"] = {"sample_type": "depth"}
         else:
             entry["texture"] = {"sample_type": "unfilterable-float" if name in LOADED else "float"}
         entries.append(entry)

@@ -1,0 +1,7 @@
+"""Light shafts in 3-D scenes of pygfx: a pass for `renderer.effect_passes`. docs/scenes.md is its guide."""
+
+from airlight.pygfx.effect import LightShafts, add_light_shafts, enable_timing
+from airlight.pygfx.lights import SceneLight
+from airlight.pygfx.private import use_hdr
+
+__all__ = ["LightShafts", "SceneLight", "add_light_shafts", "enable_timing", "use_hdr"]

@@ -1,0 +1,339 @@
+"""The pass: from a renderer's picture and depth to the picture with its shafts."""
+
+import math
+import weakref
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import msgspec
+import numpy as np
+import pygfx as gfx
+import wgpu
+
+from airlight.errors import AirlightError
+from airlight.files.colour import srgb_decode
+from airlight.gpu.device import Device
+from airlight.gpu.timing import Timer, timing
+from airlight.lights import Light
+from airlight.parameters import Composite, InScene, Parameters, check_ray
+from airlight.pygfx.lights import BODY, SceneLight
+from airlight.pygfx.private import use_hdr
+from airlight.pygfx.projection import Projected, depth_terms, pixel_rays, project
+from airlight.scatter.render import Moving
+
+MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", "balance", "merge"))
+MOST = 8  # lights, as in view.wgsl
+SHOWN = {None: 0, "occlusion": 1, "source": 2, "lines": 3}
+SAMPLED = 14400  # pixels that are measured, about
+CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("soft", "f4"), ("disc", "f4")])
+AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
+VIEW = np.dtype(
+    [("rays", "f4", 4), ("depth", "f4", 4), ("region", "f4", 4), ("pixels", "f4", 2), ("texels", "f4", 2), ("clear", "f4", 3)]
+    + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
+    + [("cone", CONE, MOST), ("aim", AIM, MOST)]
+)
+Region = tuple[float, float, float, float]
+WHOLE: Region = (0.0, 0.0, 1.0, 1.0)
+
+
+@lru_cache(maxsize=4)
+def _device(device: Any) -> Device:
+    """One cache of pipelines for each device."""
+    return Device(device)
+
+
+def enable_timing() -> None:
+    """Let pygfx's device measure times, for `profile`; to be called before the first renderer is made. Nothing where no adapter can."""
+    adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
+    if "timestamp-query" in adapter.features:
+        gfx.renderers.wgpu.enable_wgpu_features("timestamp-query")
+
+
+class _Textures:
+    """What the pass holds for one size of the picture: the source, the layer, and the lights' plans over them."""
+
+    def __init__(self, device: Device, source: Any, p: Parameters, apron: int) -> None:
+        width, height = source.size[0] - 2 * apron, source.size[1] - 2 * apron
+        self.source = source
+        self.layer = device.texture(width, height, "rgba16float")
+        self.moving = Moving(device, (width, height), p, source, self.layer)
+        self.aimed: Any = None  # what `moving` was last aimed at
+
+    def record(self, encoder: Any, lights: list[Light], p: Parameters, timer: Timer | None) -> None:
+        if self.aimed != (lights, p):
+            self.moving.aim(lights, p)
+            self.aimed = lights, p
+        self.moving.record(encoder, timer)
+
+
+class LightShafts(gfx.renderers.wgpu.EffectPass):
+    """Light shafts on what a gfx.WgpuRenderer renders: a pass for its `effect_passes`, one instance for each place there.
+
+    scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
+    smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
+    exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
+
+    lights, parameters, composite, in_scene, exclude, include; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
+    light adaptation follows (0: it settles at once); `debug`: None, or occlusion, source or lines to see instead; `timing`: whether
+    `profile` is wanted. `source`, `layer`: textures of the last frame, rgba16float, linear. Raises AirlightError.
+    """
+
+    USES_DEPTH = True
+
+    def __init__(
+        self,
+        renderer: Any,
+        scene: Any,
+        camera: Any,
+        lights: Sequence[SceneLight] | SceneLight,
+        parameters: Parameters | None = None,
+        composite: Composite | None = None,
+        in_scene: InScene | None = None,
+        *,
+        exclude: Sequence[Any] = (),
+        include: Sequence[Any] = (),
+    ) -> None:
+        super().__init__()
+        self.renderer, self.scene, self.camera = renderer, scene, camera
+        self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
+        self.parameters = parameters or Parameters()
+        self.composite, self.in_scene = composite or Composite(), in_scene or InScene()
+        self.exclude, self.include = list(exclude), list(include)
+        self.debug: str | None = None
+        self.dt, self.timing = 0.0, False
+        self.device = _device(renderer.device)
+        self._view = np.zeros((), VIEW)
+        self._uniform = self.device.buffer(size=VIEW.itemsize, uniform=True)
+        self._looked, self._balance = self.device.buffer(size=32), self.device.buffer(size=32)
+        self._binds: dict[Any, Any] = {}
+        self._textures: _Textures | None = None
+        self._laid_out: Any = None
+        self._timer: Timer | None = None
+        self._encoder: Any = None  # which was recorded on last
+        self._region = WHOLE
+        self._settled = False  # whether adaptation has begun
+
+    @property
+    def parameters(self) -> Parameters:
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: Parameters) -> None:
+        check_ray(parameters.method, parameters.density)
+        self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
+
+    @property
+    def source(self) -> Any:
+        """What was summed, or None before the first frame."""
+        return self._textures.source if self._textures else None
+
+    @property
+    def layer(self) -> Any:
+        """The shafts alone, at the resolution of the source; None before the first frame."""
+        return self._textures.layer if self._textures else None
+
+    def profile(self) -> list[tuple[str, float]]:
+        """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
+        `enable_timing`. Waits for the frame."""
+        return self._timer.milliseconds() if self._timer else []
+
+    def render(self, command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
+        """Record the passes, as EffectPass.render: from color_tex and depth_tex to target_tex, texture views."""
+        if self._encoder is not None and self._encoder() is command_encoder:
+            raise AirlightError("one LightShafts stands twice in effect_passes: make an instance for each place")
+        self._encoder = weakref.ref(command_encoder)
+        timer = self._begin_timing()
+        color, depth = color_tex.texture, depth_tex.texture
+        size: tuple[int, int] = color.size[:2]
+        lit = self._project(size)
+        made, region = self._sources(size, bool(lit))
+        self._write(region)
+        passes = self._passes(size, bool(lit), target_tex.texture.format)
+        binds = self._bound(color, depth, made)
+        if lit:
+            self._emit(command_encoder, passes, binds, made, timer)
+            made.record(command_encoder, self._in_source(lit, region), self.parameters, timer)
+        elif made.aimed and made.aimed[0]:  # or the layer would go on holding shafts
+            made.record(command_encoder, [], self.parameters, timer)
+        self._put(command_encoder, passes, binds, target_tex, timer)
+        if timer:
+            timer.resolve(command_encoder)
+
+    def _begin_timing(self) -> Timer | None:
+        if not self.timing:
+            return None
+        if self._timer is None:
+            self._timer = Timer(self.device)
+        self._timer.labels.clear()
+        return self._timer
+
+    def _project(self, size: tuple[int, int]) -> list[tuple[SceneLight, Projected]]:
+        """The lights whose shafts are seen; and all the shaders need of the camera and of every light."""
+        if len(self.lights) > MOST:
+            raise AirlightError(f"{len(self.lights)} lights in LightShafts: at most {MOST}")
+        camera, view = self.camera, self._view
+        matrix, projection = np.asarray(camera.view_matrix, np.float64), np.asarray(camera.projection_matrix, np.float64)
+        view["rays"], view["depth"], view["pixels"] = pixel_rays(projection), depth_terms(projection), size
+        perspective = projection[3, 3] == 0
+        texel = abs(view["rays"][1]) / max(1.0, self.in_scene.resolution * size[1])  # its angle, at the view's axis
+        lit, cones = [], 0
+        for light in self.lights:
+            light.check()
+            found = project(light.place(), matrix, projection)
+            if found.fade * max(Light((0, 0), light.color, light.strength).rgb) > 0:
+                at = view["aim"][len(lit)]
+                at["direction"], at["fade"] = found.direction, found.fade
+                at["color"] = Light((0, 0), light.color, light.strength).rgb
+                lit.append((light, found))
+            body = light.body() if perspective else None
+            if perspective and cones < MOST and (body or (light.size > 0 and found.fade > 0)):
+                _cone(view["cone"][cones], light, body, found, matrix, float(texel))
+                cones += 1
+        view["aims"], view["cones"] = len(lit), cones
+        return lit
+
+    def _sources(self, size: tuple[int, int], lit: bool) -> tuple[_Textures, Region]:
+        """The textures for a picture of this size, made anew where it or settings have changed; and where the view lies in them."""
+        p, scene = self.parameters, self.in_scene
+        texels = max(1, round(scene.resolution * size[0])), max(1, round(scene.resolution * size[1]))
+        apron, source = (1 if p.border == "black" else 0), None
+        if scene.occluders == "prepass":
+            apron = 0  # it sees beyond the view
+            if lit:
+                source, self._region = self._drawn(texels)
+        else:
+            self._region = WHOLE
+        made = self._textures
+        kept = made is not None and (source is made.source if source is not None else not lit or self._laid_out == (texels, apron))
+        if made is None or not kept:
+            if source is None:
+                source = self.device.texture(texels[0] + 2 * apron, texels[1] + 2 * apron, "rgba16float")
+            self._binds.clear()
+            made = self._textures = _Textures(self.device, source, p, apron)
+            self._laid_out = texels, apron
+        self._view["texels"], self._view["apron"] = texels, apron
+        return made, self._region
+
+    def _drawn(self, texels: tuple[int, int]) -> tuple[Any, Region]:
+        """The source that the pre-pass draws, the view in it being of so many texels; and where the view lies in it."""
+        raise NotImplementedError
+
+    def _in_source(self, lit: list[tuple[SceneLight, Projected]], region: Region) -> list[Light]:
+        """The lights as the source sees them."""
+        left, top, width, height = region
+        return [
+            Light((left + width * at.position[0], top + height * at.position[1]), light.color, light.strength * at.fade) for light, at in lit
+        ]
+
+    def _write(self, region: Region) -> None:
+        """Send what the shaders read."""
+        view, scene = self._view, self.in_scene
+        view["region"] = region
+        if scene.clear is not None:
+            view["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
+        view["mix"] = 1.0 if self.composite.mix is None else self.composite.mix
+        view["reach"], view["adapt"] = scene.depth_aware, self.composite.adapt
+        settle = not self._settled or self.dt <= 0 or scene.adapt_seconds == 0
+        view["follow"] = 1.0 if settle else -math.expm1(-self.dt / scene.adapt_seconds)
+        self.device.queue.write_buffer(self._uniform, 0, view.tobytes())
+
+    def _flags(self) -> dict[str, Any]:
+        return {"CONES": self._view["cones"] > 0, "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
+
+    def _step(self, size: tuple[int, int]) -> int:
+        """Every how many-th row and column is measured."""
+        return max(1, int(math.sqrt(size[0] * size[1] / SAMPLED)))
+
+    def _passes(self, size: tuple[int, int], lit: bool, format: str) -> dict[str, Any]:
+        """The pipelines for the settings as they are; each is compiled once."""
+        scene = self.in_scene
+        contrast = scene.occluders == "contrast"
+        ratio = size[0] / self._view["texels"][0]
+        taps = 1 if ratio < 4 / 3 else 2 if ratio < 3 else 4
+        merging = {"CONTRAST": contrast, "GATHER": scene.depth_aware > 0}
+        device, flags, step = self.device, self._flags(), self._step(size)
+        last = {"ADAPT": self.composite.adapt > 0, "FILMIC": scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
+        both = [device.raster(MERGE, "cover", "merge", format, LIT=on, **merging, **last) for on in (False, True)]  # before one is wanted
+        return {
+            "mask": device.pipeline(MASK, "mask", TAPS=taps, CONTRAST=contrast, **flags),
+            "look": device.pipeline(LOOK, "look", STEP=step, **flags),
+            "measure": device.pipeline(BALANCE, "measure", STEP=step, LIT=lit, **merging),
+            "merge": both[lit],
+        }
+
+    def _bound(self, color: Any, depth: Any, made: _Textures) -> dict[str, Any]:
+        """The bind groups for the renderer's textures, made once for each of the two that it draws on in turn."""
+        key = id(color), id(depth)
+        if key not in self._binds:
+            if len(self._binds) > 3:
+                self._binds.clear()
+            device, shared = self.device, (self._uniform, color, depth)
+            after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
+            self._binds[key] = {
+                "": shared,  # held, so that no id is used again
+                "mask": device.bind(MASK, *shared, made.source, self._looked),
+                "look": device.bind(LOOK, *shared, self._looked),
+                "measure": device.bind(BALANCE, *after),
+                "merge": device.bind(MERGE, *after, made.source),
+            }
+        found: dict[str, Any] = self._binds[key]
+        return found
+
+    def _emit(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], made: _Textures, timer: Timer | None) -> None:
+        """Record the source, where it is made of the picture."""
+        if self.in_scene.occluders == "contrast":
+            self._compute(encoder, passes["look"], binds["look"], (1, 1), "look", timer)
+        if self.in_scene.occluders != "prepass":
+            width, height, _ = made.source.size
+            self._compute(encoder, passes["mask"], binds["mask"], (-(-width // 64), -(-height // 8)), "mask", timer)
+
+    def _compute(self, encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, int], label: str, timer: Timer | None) -> None:
+        run = encoder.begin_compute_pass(**timing(timer, label))
+        run.set_pipeline(pipeline)
+        run.set_bind_group(0, bind)
+        run.dispatch_workgroups(*counts)
+        run.end()
+
+    def _put(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], target: Any, timer: Timer | None) -> None:
+        """Record adaptation and the merge."""
+        if self.composite.adapt > 0:
+            self._compute(encoder, passes["measure"], binds["measure"], (1, 1), "adapt", timer)
+            self._settled = True
+        attachment = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}
+        run = encoder.begin_render_pass(color_attachments=[attachment], **timing(timer, "merge"))
+        run.set_pipeline(passes["merge"])
+        run.set_bind_group(0, binds["merge"])
+        run.draw(3)
+        run.end()
+
+
+def _cone(record: Any, light: SceneLight, body: Any, found: Projected, matrix: Any, texel: float) -> None:
+    """Write the CONE of a light that is a body or has a disc. texel: the angle of one of the source's texels."""
+    direction, half, near, far = np.array(found.direction), math.radians(light.size), 0.0, 0.0
+    if body:
+        centre, radius, solid = body
+        at = (matrix @ np.append(centre, 1.0))[:3]
+        distance = float(np.linalg.norm(at))
+        if distance > radius:
+            direction, half = at / distance, math.asin(radius / distance)
+        else:  # the eye is in it
+            half = math.pi
+        near, far = max(distance - BODY * radius, 0.0), distance + BODY * radius if solid else 3e38
+    record["direction"], record["cosine"] = direction, math.cos(half)
+    record["near"], record["far"] = near, far
+    record["soft"] = max(math.sin(half) * texel, 1e-9)
+    record["disc"] = 1.0 if light.size > 0 else 0.0
+
+
+def add_light_shafts(renderer: Any, scene: Any, camera: Any, lights: Sequence[SceneLight] | SceneLight, **keywords: Any) -> LightShafts:
+    """A LightShafts, put behind the renderer's own effect passes but before its anti-aliasing, on a picture in half floats (`use_hdr`).
+
+    keywords: as LightShafts.
+    """
+    use_hdr(renderer)
+    shafts = LightShafts(renderer, scene, camera, lights, **keywords)
+    passes = list(renderer.effect_passes)
+    smoothing = [step for step in passes if isinstance(step, gfx.renderers.wgpu.PPAAPass)]
+    renderer.effect_passes = [step for step in passes if step not in smoothing] + [shafts, *smoothing]
+    return shafts

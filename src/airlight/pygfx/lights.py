@@ -1,0 +1,92 @@
+"""What casts shafts in a scene."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pygfx as gfx
+
+from airlight.errors import AirlightError
+from airlight.lights import Light
+
+BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
+
+
+@dataclass
+class SceneLight:
+    """A light of a scene: one of target, position and direction says where it is.
+
+    target: an object whose world position it follows; a gfx.DirectionalLight gives its direction. position: a fixed place, world
+    coordinates. direction: towards the light, for a sun. color: linear RGB factors >= 0; strength: factor >= 0; both of the shafts, whose
+    light is what the picture shows. size: half angle in degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where
+    nothing hides it, for a sun without a mesh; 0: none. emitter: a target that is a mesh is bright itself, and hides nothing.
+    """
+
+    target: Any = None
+    position: tuple[float, float, float] | None = None
+    direction: tuple[float, float, float] | None = None
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    strength: float = 1.0
+    size: float = 0.0
+    emitter: bool = True
+    _body: Any = field(default=None, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        self.check()
+
+    def check(self) -> None:
+        """Raise AirlightError for what a light cannot be; fields may be set at any time."""
+        given = [name for name in ("target", "position", "direction") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise AirlightError(f"a SceneLight takes one of target, position and direction, not {' and '.join(given) or 'none'}")
+        if self.target is not None and not isinstance(self.target, gfx.WorldObject):
+            raise AirlightError(f"a SceneLight's target is an object of the scene, not {type(self.target).__name__}")
+        for name in ("position", "direction"):
+            value = getattr(self, name)
+            if value is not None and not _finite(value, 3):
+                raise AirlightError(f"a SceneLight's {name} must be 3 finite numbers, not {value!r}")
+        if self.direction is not None and not np.any(self.direction):
+            raise AirlightError("a SceneLight's direction must not be 0, 0, 0")
+        if not (math.isfinite(self.size) and 0 <= self.size < 90):
+            raise AirlightError(f"a SceneLight's size must be 0 to 90 degrees, not {self.size!r}")
+        Light((0.5, 0.5), self.color, self.strength)  # raises for these
+
+    def place(self) -> npt.NDArray[np.float64]:
+        """(4,) homogeneous world coordinates; w = 0: the direction towards it."""
+        target = self.target
+        if target is None:
+            return np.append(self.position, 1.0) if self.position is not None else np.append(np.asarray(self.direction, float), 0.0)
+        if isinstance(target, gfx.DirectionalLight):
+            if isinstance(target.parent, gfx.Camera):  # it then shines as the camera looks
+                return np.append(-np.asarray(target.parent.world.forward, float), 0.0)
+            towards = np.asarray(target.world.position, float) - target.target.world.position
+            return np.append(towards if np.any(towards) else (0.0, 0.0, 1.0), 0.0)
+        return np.append(np.asarray(target.world.position, float), 1.0)
+
+    def body(self) -> tuple[npt.NDArray[np.float64], float, bool] | None:
+        """(centre, radius, whether it writes depth) of a target that is a body of light, world coordinates; else None."""
+        target = self.target
+        if target is None or not self.emitter or getattr(target, "geometry", None) is None or not target.visible:
+            return None
+        positions = getattr(target.geometry, "positions", None)
+        if positions is None or positions.data is None or not len(positions.data):
+            return None
+        key = positions, positions.rev
+        if self._body is None or self._body[0] != key:
+            points = np.asarray(positions.data, np.float64)[:, :3]
+            centre = (points.min(axis=0) + points.max(axis=0)) / 2
+            self._body = key, centre, float(np.linalg.norm(points - centre, axis=1).max())
+        _, centre, radius = self._body
+        matrix = np.asarray(target.world.matrix, np.float64)
+        scale = float(np.linalg.norm(matrix[:3, :3], axis=0).max())
+        return matrix[:3, :3] @ centre + matrix[:3, 3], radius * scale, bool(target.material.depth_write)
+
+
+def _finite(value: Sequence[float], size: int) -> bool:
+    try:
+        return len(value) == size and all(math.isfinite(v) for v in value)
+    except TypeError:
+        return False

@@ -1,0 +1,44 @@
+// The picture with its shafts, linear. Twins: merged, gathered, fogged in reference/scene.py.
+//! include "pygfx/view.wgsl"
+override CONTRAST: bool = false;
+override GATHER: bool = false;  // shafts gather with the distance
+override LIT: bool = false;     // there is a light
+
+@group(0) @binding(3) var layer: texture_2d<f32>;
+@group(0) @binding(4) var linear: sampler;
+@group(0) @binding(5) var<storage, read> looked: array<f32>; // look.wgsl
+
+/// (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
+fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < view.aims; i++) {
+        let aim = view.aim[i];
+        let faced = aim.fade * pow(max(dot(ray, aim.direction) * inverse, 0.0), FACING);
+        sum += faced * vec4f(aim.color, 1.0);
+    }
+    let cover = min(sum.a, 1.0) * (1.0 - exp(-distance / looked[4]));
+    return vec4f(sum.rgb / max(sum.a, 1e-6) * looked[3], cover);
+}
+
+/// RGB of a pixel with its shafts, and whether that differs from the picture.
+fn merged(p: vec2i) -> vec4f {
+    let pixel = textureLoad(picture, p, 0);
+    if (!LIT) { return vec4f(pixel.rgb, 0.0); }
+    let uv = (vec2f(p) + 0.5) / view.pixels;
+    var added = textureSampleLevel(layer, linear, view.region.xy + view.region.zw * uv, 0.0).rgb * view.mix;
+    var color = pixel.rgb;
+    if (GATHER || CONTRAST) {
+        let depth = textureLoad(depths, p, 0);
+        if (depth < 1.0) {
+            let ray = view_ray(uv);
+            let length = sqrt(dot(ray, ray));
+            let distance = axial(depth) * length;
+            if (GATHER) { added *= 1.0 - exp(-distance / view.reach); }
+            if (CONTRAST) {
+                let haze = fog(ray, 1.0 / length, distance);
+                color = mix(color, haze.rgb, haze.a);
+            }
+        }
+    }
+    return vec4f(color + added, f32(any(color + added != pixel.rgb)));
+}
