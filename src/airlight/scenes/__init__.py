@@ -1,0 +1,64 @@
+"""Scenes in three dimensions: the two that come with Airlight, and any glTF file. Needs the extra `scenes`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airlight.errors import AirlightError
+
+if TYPE_CHECKING:
+    import pygfx as gfx
+
+    from airlight.pygfx import SceneLight
+
+NAMES = ("table", "flying")
+
+
+@dataclass
+class Stage:
+    """A scene with all that is needed to film it.
+
+    cameras: the first is the default. lights: what casts shafts. duration: seconds of its animation, which is looped; 0: still.
+    pose(t, camera): put everything where it is at time t (seconds), the same for the same t whatever came before;
+    the camera, if given and one of those that follow something, moves too.
+    center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
+    """
+
+    name: str
+    scene: gfx.Scene
+    cameras: dict[str, gfx.PerspectiveCamera]
+    lights: list[SceneLight]
+    duration: float
+    pose: Callable[[float, gfx.PerspectiveCamera | None], None]
+    center: np.ndarray
+    radius: float
+    movable: SceneLight | None = None
+
+
+def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None) -> Stage:
+    """The stage of "table", "flying", or of a .glb or .gltf file, in its pose at time 0.
+
+    environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
+    Raises AirlightError where there is no such scene, or the file is damaged or asks for more than the limits of `gltf`.
+    """
+    name = os.fspath(name_or_path)
+    if name in NAMES:
+        if environment is not None:
+            raise AirlightError(f"{name}: has its own environment; choose another for a .glb or .gltf file")
+        if name == "table":
+            from airlight.scenes.table import table
+
+            return table()
+        from airlight.scenes.flying import flying
+
+        return flying()
+    if not name.lower().endswith((".glb", ".gltf")):
+        raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
+    from airlight.scenes.gltf.load import load
+
+    return load(name, environment)

@@ -1,0 +1,166 @@
+"""An equirectangular picture of the surroundings as pygfx's background and light, and where its sun stands.
+
+The picture's middle column looks along -z, u grows to the right, y is up. Radiance is linear Rec. 709.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib import resources
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from airlight.errors import AirlightError
+
+if TYPE_CHECKING:
+    import pygfx as gfx
+
+SHIPPED = ("sunrise", "sky")
+MAX_WIDTH = 4096  # pixels that are kept of the picture's width
+LIGHT_FACE = 64  # pixels of a face of the cube that lights
+LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts as a sun and lights as a lamp of its own
+SUN_RADIUS = math.radians(4)  # around the brightest place
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def equirectangular(directions: np.ndarray, yaw: float = 0.0) -> np.ndarray:
+    """(..., 3) directions to (..., 2) u, v in 0..1 of the picture, v down. yaw: radians by which the surroundings turn about y, + to +x."""
+    x, y, z = np.moveaxis(np.asarray(directions, float), -1, 0)
+    length = np.sqrt(x * x + y * y + z * z)
+    u = (np.arctan2(x, -z) - yaw) / (2 * np.pi) + 0.5
+    return np.stack([u % 1.0, np.arccos(np.clip(y / length, -1, 1)) / np.pi], axis=-1)
+
+
+def direction(u: float, v: float, yaw: float = 0.0) -> np.ndarray:
+    """The unit direction (3,) of a place in the picture, as `equirectangular` has it."""
+    turn, down = (u - 0.5) * 2 * np.pi + yaw, v * np.pi
+    return np.array([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)])
+
+
+def cube_directions(size: int) -> np.ndarray:
+    """(6, size, size, 3): the world direction of each texel of a cube texture as pygfx samples it: by (-x, y, z) of the direction.
+
+    Faces and their axes as WebGPU has them: +x, -x, +y, -y, +z, -z.
+    """
+    s = (np.arange(size) + 0.5) / size * 2 - 1
+    a, b = np.meshgrid(s, s)
+    one = np.ones_like(a)
+    faces = [(one, -b, -a), (-one, -b, a), (a, one, b), (a, -one, -b), (a, -b, one), (-a, -b, -one)]
+    cube = np.stack([np.stack(face, axis=-1) for face in faces])
+    return cube * (-1, 1, 1)
+
+
+def sample(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """(H, W, 3) at (..., 2) u, v, bilinear, wrapping around in u: (..., 3)."""
+    height, width = picture.shape[:2]
+    x, y = uv[..., 0] * width - 0.5, np.clip(uv[..., 1] * height - 0.5, 0, height - 1)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    fx, fy = (x - left)[..., None], (y - top)[..., None]
+    right, below = (left + 1) % width, np.minimum(top + 1, height - 1)
+    left %= width
+    upper = picture[top, left] * (1 - fx) + picture[top, right] * fx
+    lower = picture[below, left] * (1 - fx) + picture[below, right] * fx
+    return upper * (1 - fy) + lower * fy
+
+
+def solid_angles(height: int, width: int) -> np.ndarray:
+    """(H, 1) steradians of a pixel in each row."""
+    edges = np.cos(np.linspace(0, np.pi, height + 1))
+    return ((edges[:-1] - edges[1:]) * 2 * np.pi / width)[:, None]
+
+
+@dataclass
+class Environment:
+    """Surroundings. picture: (H, W, 3) float32, finite, >= 0. yaw: see `equirectangular`."""
+
+    picture: np.ndarray
+    yaw: float = 0.0
+
+    @property
+    def sun(self) -> np.ndarray:
+        """(3,) the unit direction to the brightest place."""
+        return self.sun_and_light()[0]
+
+    def sun_and_light(self) -> tuple[np.ndarray, np.ndarray]:
+        """(3,) the direction to the sun, and (3,) the irradiance (linear RGB) of what is within SUN_RADIUS around it."""
+        height, width = self.picture.shape[:2]
+        luminance = self.picture @ _LUMINANCE
+        weight = luminance * solid_angles(height, width)
+        y, x = np.unravel_index(int(np.argmax(_blurred(luminance))), luminance.shape)
+        rough = direction((x + 0.5) / width, (y + 0.5) / height)
+        u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+        turn, down = (u - 0.5) * 2 * np.pi, v * np.pi
+        towards = np.stack([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)], axis=-1)
+        near = (towards @ rough > math.cos(SUN_RADIUS)) & (luminance > luminance[y, x] / 4)
+        centre = (towards[near] * weight[near][:, None]).sum(axis=0)
+        centre = centre / np.linalg.norm(centre) if np.linalg.norm(centre) > 0 else rough
+        irradiance = (self.picture[near] * np.broadcast_to(solid_angles(height, width), weight.shape)[near][:, None]).sum(axis=0)
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return np.array([cos * centre[0] - sin * centre[2], centre[1], sin * centre[0] + cos * centre[2]]), irradiance
+
+    def turned_to(self, towards: np.ndarray) -> Environment:
+        """The same surroundings turned about y so that their sun stands below or above a direction (3,)."""
+        if math.hypot(towards[0], towards[2]) < 1e-6:
+            return self
+        sun = self.sun
+        return Environment(self.picture, self.yaw + math.atan2(towards[0], -towards[2]) - math.atan2(sun[0], -sun[2]))
+
+    def cube(self, size: int, limit: float | None = None) -> gfx.Texture:
+        """A cube texture with mip levels, coded as pygfx expects it. limit: the greatest radiance that is kept."""
+        import pygfx as gfx
+
+        reduced = self.picture if limit is None else np.minimum(self.picture, limit)
+        while reduced.shape[1] >= 8 * size:  # or texels between samples would be missed
+            reduced = _halved(reduced)
+        pixels = np.ones((6, size, size, 4), np.float32)
+        pixels[..., :3] = sample(reduced, equirectangular(cube_directions(size), self.yaw))
+        # pygfx decodes every such texture from sRGB: its curve, continued beyond 1.
+        low = pixels[..., :3] <= 0.0031308
+        pixels[..., :3] = np.where(low, pixels[..., :3] * 12.92, 1.055 * np.maximum(pixels[..., :3], 1e-9) ** (1 / 2.4) - 0.055)
+        return gfx.Texture(pixels.astype(np.float16), dim=2, size=(size, size, 6), generate_mipmaps=True)
+
+    def surround(self, scene: gfx.Scene, background: bool = True) -> None:
+        """Make these the surroundings of a scene: they light it (without their sun: that is a lamp's part) and fill the background."""
+        import pygfx as gfx
+
+        mean = float(((self.picture @ _LUMINANCE) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
+        scene.environment = self.cube(LIGHT_FACE, LIGHT_LIMIT * mean)
+        if background:
+            size = min(1024, max(16, 2 ** round(math.log2(self.picture.shape[1] / 3))))
+            scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=self.cube(size))))
+
+
+def _halved(picture: np.ndarray) -> np.ndarray:
+    height, width = picture.shape[0] // 2 * 2, picture.shape[1] // 2 * 2
+    return picture[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
+
+
+def _blurred(luminance: np.ndarray) -> np.ndarray:
+    """(H, W) averaged over 3 x 3, around the seam too: one hot pixel is no sun."""
+    rows = np.pad(luminance, ((1, 1), (0, 0)), mode="edge")
+    rows = rows[:-2] + rows[1:-1] + rows[2:]
+    return np.asarray(rows + np.roll(rows, 1, axis=1) + np.roll(rows, -1, axis=1)) / 9
+
+
+def load_environment(name_or_path: str) -> Environment:
+    """"sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 becomes 0. Raises AirlightError."""
+    from airlight.files import read_image
+
+    path = name_or_path
+    if path in SHIPPED:
+        path = str(resources.files("airlight") / "data" / "scenes" / f"{path}.exr")
+    elif not path.lower().endswith((".exr", ".hdr")):
+        raise AirlightError(f"{path}: is not an environment; give {', '.join(SHIPPED)}, none, or an .exr or .hdr file")
+    picture = read_image(path)
+    if not 1.9 <= picture.width / picture.height <= 2.1 or picture.width < 16:
+        raise AirlightError(f"{path}: {picture.width}x{picture.height} is not equirectangular; give a picture twice as wide as high")
+    pixels = picture.rec709(picture.linear())
+    with np.errstate(invalid="ignore"):
+        pixels = np.where(np.isfinite(pixels), pixels, 0).clip(0, 65504).astype(np.float32)
+    while pixels.shape[1] > MAX_WIDTH:
+        pixels = _halved(pixels)
+    if not pixels.any():
+        raise AirlightError(f"{path}: is black; give an environment with light in it")
+    return Environment(pixels)
