@@ -27,6 +27,9 @@ def shared_device(name: str | None = None) -> Device:
     """The device that pygfx, too, will use: wgpu's default device, on the adapter whose name holds `name`."""
     import wgpu
 
+    with contextlib.suppress(ImportError):
+        import pygfx  # noqa: F401  first, as it asks for features of the device that is still to be made
+
     chosen = choose(name)
     with contextlib.suppress(RuntimeError):  # it is there already: everything has to use it
         features = {f for f in WANTED_FEATURES if f in chosen.features}
@@ -284,9 +287,10 @@ def st_events() -> tuple[str, ...]:
 def _open_scene(name: str) -> Any:
     try:
         from airlight.scenes import open_scene
+
+        return open_scene(name)
     except ImportError as error:
-        raise AirlightError(f"scenes need more packages ({error}): pip install airlight[scenes]") from None
-    return open_scene(name)
+        raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None
 
 
 def in_window(make: Any) -> None:

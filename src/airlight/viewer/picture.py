@@ -29,7 +29,7 @@ UNIFORM = np.dtype(
     ]
 )
 LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
-COARSE = 8  # every so many-th pixel is looked at for the threshold while something is dragged
+COARSE = 300  # pixels of the longer side that are looked at for the threshold while something is dragged
 GROUND = (0.055, 0.06, 0.07)
 Area = tuple[float, float, float, float]  # x, y, width, height, px
 
@@ -122,7 +122,8 @@ class PictureView:
         rule = resolve(state.composite, not self.bounded)
         p = state.parameters
         if self.bounded or rule.adapt:
-            p = settled(p, self.coarse[::COARSE, ::COARSE] if hurried else self.coarse, lights, bounded=self.bounded)
+            step = max(1, max(self.coarse.shape) // COARSE) if hurried else 1
+            p = settled(p, self.coarse[::step, ::step], lights, bounded=self.bounded)
         plan = self._plan(p)
         steps: list[Any] = []
         if fresh:

@@ -165,9 +165,7 @@ class SceneView:
             return [None for _ in state.lamps]
         clip, eye = self.clip, np.asarray(state.eye.eye)
         return [
-            None
-            if lamp.place is None
-            else controls.project(eye + np.asarray(lamp.place) if lamp.direction else lamp.place, clip, area)
+            None if lamp.place is None else controls.project(eye + np.asarray(lamp.place) if lamp.direction else lamp.place, clip, area)
             for lamp in state.lamps
         ]
 

@@ -170,8 +170,9 @@ def _number(v: float) -> str:
 def command_line(state: ViewerState) -> list[str]:
     """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
     said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != d.default}
-    stem = os.path.splitext(os.path.basename(state.source))[0]
-    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts.png"]
+    stem, kind = os.path.splitext(os.path.basename(state.source))
+    ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
+    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
     if state.is_image:
         for light in filter(None, map(light_text, state.lamps)):
             words.append(f"--light={light.text}")  # one word: it may begin with a minus
