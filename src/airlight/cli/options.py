@@ -13,6 +13,8 @@ from msgspec import inspect
 from airlight import presets
 
 F = TypeVar("F", bound=Callable[..., Any])
+# What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"})
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,14 @@ def parameter_options(command: F, scenes: bool = False) -> F:
     """Decorator: one option for each declared parameter, in a panel for each group. scenes: those of 3-D scenes too."""
     for parameter in reversed(declared(scenes)):
         command = _option(parameter)(command)
+    return command
+
+
+def scene_options(command: F) -> F:
+    """Decorator: one option for each declared parameter that means something in a 3-D scene."""
+    for parameter in reversed(declared(scenes=True)):
+        if parameter.name not in NOT_IN_SCENES:
+            command = _option(parameter)(command)
     return command
 
 

@@ -177,7 +177,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         view["rays"], view["depth"], view["pixels"] = pixel_rays(projection), depth_terms(projection), size
         perspective = projection[3, 3] == 0
         texel = abs(view["rays"][1]) / max(1.0, self.in_scene.resolution * size[1])  # its angle, at the view's axis
-        lit, cones = [], 0
+        lit: list[tuple[SceneLight, Projected]] = []
+        cones = 0
         for light in self.lights:
             light.check()
             found = project(light.place(), matrix, projection)
@@ -222,9 +223,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def _in_source(self, lit: list[tuple[SceneLight, Projected]], region: Region) -> list[Light]:
         """The lights as the source sees them."""
         left, top, width, height = region
-        return [
-            Light((left + width * at.position[0], top + height * at.position[1]), light.color, light.strength * at.fade) for light, at in lit
-        ]
+        places = [(left + width * at.position[0], top + height * at.position[1]) for _, at in lit]
+        return [Light(place, light.color, light.strength * at.fade) for place, (light, at) in zip(places, lit, strict=True)]
 
     def _write(self, region: Region) -> None:
         """Send what the shaders read."""

@@ -1,0 +1,77 @@
+"""Keyframes between their times (glTF 2.0, appendix C), in NumPy, and the matrices that come of them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+
+def unit(quaternion: np.ndarray) -> np.ndarray:
+    """(4,) x, y, z, w of length 1; no turn where there is none to take."""
+    length = float(np.linalg.norm(quaternion))
+    return quaternion / length if length > 1e-9 else np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
+    """From one unit quaternion to another, the short way round."""
+    dot = float(a @ b)
+    if dot < 0:
+        b, dot = -b, -dot
+    if dot > 0.9995:
+        return unit(a + (b - a) * share)
+    angle = np.arccos(dot)
+    return unit((np.sin((1 - share) * angle) * a + np.sin(share * angle) * b) / np.sin(angle))
+
+
+@dataclass(frozen=True)
+class Track:
+    """What moves one property of one node.
+
+    times: (K,) float32 seconds, growing. values: float32 (K, n), or (K, 3, n) for CUBICSPLINE: tangent in, value, tangent out.
+    """
+
+    node: int
+    path: Literal["translation", "rotation", "scale", "weights"]
+    interpolation: Literal["LINEAR", "STEP", "CUBICSPLINE"]
+    times: np.ndarray
+    values: np.ndarray
+
+    def at(self, t: float) -> np.ndarray:
+        """(n,) float64, the value at t seconds; before the first and after the last time that of the nearest."""
+        last = len(self.times) - 1
+        i = int(np.searchsorted(self.times, t, "right")) - 1
+        if i < 0 or i >= last or self.interpolation == "STEP":
+            return self._finished(self._value(min(max(i, 0), last)))
+        before, after = self._value(i), self._value(i + 1)
+        step = float(self.times[i + 1]) - float(self.times[i])
+        share = min(max((t - float(self.times[i])) / step, 0.0), 1.0)
+        if self.interpolation == "LINEAR":
+            return slerp(unit(before), unit(after), share) if self.path == "rotation" else before + (after - before) * share
+        square, cube = share**2, share**3
+        return self._finished(
+            (2 * cube - 3 * square + 1) * before
+            + step * (cube - 2 * square + share) * self.values[i, 2].astype(np.float64)
+            + (-2 * cube + 3 * square) * after
+            + step * (cube - square) * self.values[i + 1, 0].astype(np.float64)
+        )
+
+    def _value(self, i: int) -> np.ndarray:
+        return (self.values[i, 1] if self.interpolation == "CUBICSPLINE" else self.values[i]).astype(np.float64)
+
+    def _finished(self, value: np.ndarray) -> np.ndarray:
+        return unit(value) if self.path == "rotation" else value
+
+
+def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """(4, 4) from a translation, a unit quaternion and a scale."""
+    x, y, z, w = rotation
+    out = np.eye(4)
+    out[:3, :3] = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    ) * np.asarray(scale)
+    out[:3, 3] = translation
+    return out

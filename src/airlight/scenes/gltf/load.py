@@ -1,0 +1,265 @@
+"""A stage from a glTF file."""
+
+import math
+from collections.abc import Callable
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.files.decode import tell
+from airlight.pygfx import SceneLight
+from airlight.scenes import Stage
+from airlight.scenes.environment import load_environment
+from airlight.scenes.gltf import schema
+from airlight.scenes.gltf.materials import colour
+from airlight.scenes.gltf.meshes import vertices
+from airlight.scenes.gltf.model import Model
+from airlight.scenes.gltf.validate import Gltf
+
+MAX_LIGHTS = 8  # the brightest; each has a shadow map
+LOW_SUN = math.radians(25)  # up to here the sunrise suits a file's sun, above the sky
+FOV = 40.0  # degrees, of the camera that a file without one gets
+VIEW_FROM = np.array([0.35, 0.12, 1.0])  # where it stands
+FILL = 0.8  # of a 16:9 picture that what there is to see fills
+SUN_ASIDE = math.radians(14)  # from where that camera looks, where a file without lights has its sun
+SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
+
+
+def load(path: str, environment: str | None = None) -> Stage:
+    """See `scenes.open_scene`."""
+    return _Loader(Gltf(path), environment).stage()
+
+
+def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
+    """A model that comes with Airlight (by its name) or a file's, without its cameras and lights, and pose(t) of its looped animation."""
+    path = name_or_path
+    if not path.lower().endswith((".glb", ".gltf")):
+        path = str(resources.files("airlight") / "data" / "scenes" / "models" / f"{path}.glb")
+    found = Model(Gltf(path))
+    return found.root, found.pose
+
+
+class _Loader:
+    def __init__(self, gltf: Gltf, environment: str | None) -> None:
+        self._gltf, self._environment = gltf, environment
+        self._document = gltf.document
+        self._model = Model(gltf)
+        self._nodes, self._moving = self._model.nodes, self._model.moving
+        self._scene = gfx.Scene()
+        self._scene.add(self._model.root)
+        self._cameras: dict[str, gfx.PerspectiveCamera] = {}
+        self._camera_nodes: dict[int, list[gfx.PerspectiveCamera]] = {}
+        self._lights: dict[int, gfx.Light] = {}
+        self._described: dict[int, schema.Light] = {}
+
+    # ---------------------------------------------------------------- building
+
+    def stage(self) -> Stage:
+        for i in self._gltf.order:
+            node = self._document.nodes[i]
+            if node.camera is not None:
+                self._add_camera(i, self._document.cameras[node.camera], node.name)
+        self._add_lights()
+        self._center, self._radius = center, radius = self._bounds()
+        self._finish_cameras()
+        sun = self._surround()
+        lights = self._scene_lights(sun)
+        fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
+        movable = next((light for light in lights if light.target in fixed), None)
+        path, duration = self._gltf.container.path, self._model.duration
+        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable)
+
+    def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
+        lens, flat = described.perspective, described.orthographic
+        if described.type == "perspective" and lens is not None:
+            camera = gfx.PerspectiveCamera(math.degrees(lens.yfov), depth_range=(lens.znear, lens.zfar or 0.0))
+        else:
+            assert flat is not None
+            camera = gfx.PerspectiveCamera(
+                0, width=2 * abs(flat.xmag), height=2 * abs(flat.ymag), depth_range=(flat.znear, flat.zfar)
+            )
+        base = (name or described.name)[:80] or f"camera {len(self._cameras) + 1}"
+        unique = base
+        while unique in self._cameras:
+            unique = f"{base} {len(self._cameras) + 1}"
+        self._cameras[unique] = camera
+        self._camera_nodes.setdefault(i, []).append(camera)
+
+    def _add_lights(self) -> None:
+        nodes, lights = self._document.nodes, self._document.extensions.lights.lights
+        named = {i: lights[found.light] for i in self._gltf.order if (found := nodes[i].extensions.light) is not None}
+        asked = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
+        if len(asked) > MAX_LIGHTS:
+            tell(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
+            asked = dict(sorted(asked.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
+        for i, light in asked.items():
+            self._lights[i], self._described[i] = _light(light), light
+            self._scene.add(self._lights[i])
+
+    # ---------------------------------------------------------------- time
+
+    def pose(self, t: float, camera: Any = None) -> None:
+        """Everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
+        self._model.pose(t)
+        for i, light in self._lights.items():
+            if i in self._moving:
+                self._aim(i, light)
+        for i, cameras in self._camera_nodes.items():
+            if i in self._moving:
+                for one in cameras:
+                    if one is camera:
+                        self._look(i, one)
+
+    def _aim(self, i: int, light: gfx.Light) -> None:
+        """Put a light where its node is. It hangs on the scene: pygfx turns lights itself, which no mirrored parent would survive."""
+        matrix = self._nodes[i].world.matrix
+        place, ahead = matrix[:3, 3], -matrix[:3, 2]
+        length = float(np.linalg.norm(ahead))
+        ahead = ahead / length if length > 1e-12 else np.array([0.0, 0.0, -1.0])
+        if isinstance(light, gfx.DirectionalLight):
+            place = self._center - ahead * self._radius * 1.5
+        light.local.position = place
+        if not isinstance(light, gfx.PointLight):
+            light.target.local.position = place + ahead * self._radius
+
+    def _look(self, i: int, camera: gfx.PerspectiveCamera) -> None:
+        """Put a camera where its node is, without the node's scale."""
+        matrix = self._nodes[i].world.matrix
+        axes = matrix[:3, :3].copy()
+        u, size, v = np.linalg.svd(axes)
+        turn = u @ v if size[2] > 0 else np.eye(3)
+        if np.linalg.det(turn) < 0:
+            turn[:, 0] *= -1
+        whole = np.eye(4)
+        whole[:3, :3], whole[:3, 3] = turn, matrix[:3, 3]
+        camera.local.matrix = whole
+
+    # ---------------------------------------------------------------- what there is to see, and by what light
+
+    def _bounds(self) -> tuple[np.ndarray, float]:
+        """A sphere around the vertices, at a few times if they move."""
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for share in (0.25, 0.5, 0.75, 0.0) if self._model.duration else (0.0,):
+            self._model.pose(share * self._model.duration)
+            for thing in self._model.drawn:
+                points = vertices(thing)
+                low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+        return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+
+    def _finish_cameras(self) -> None:
+        if not self._cameras:
+            camera = gfx.PerspectiveCamera(FOV)
+            away = VIEW_FROM / np.linalg.norm(VIEW_FROM)
+            right = np.cross([0.0, 1.0, 0.0], away)
+            right /= np.linalg.norm(right)
+            points = np.concatenate([vertices(thing) for thing in self._model.drawn]) - self._center
+            high, wide, near = np.abs(points @ np.cross(away, right)), np.abs(points @ right), points @ away
+            slope = math.tan(math.radians(FOV / 2)) * FILL
+            distance = float(np.max(near + np.maximum(high / slope, wide / (slope * 16 / 9))))
+            distance = max(distance, 1.01 * float(near.max()), self._radius / 10)
+            camera.local.position = self._center + away * distance
+            camera.look_at(self._center)
+            self._cameras["view"] = camera
+            camera.depth_range = (max(distance - float(near.max()), distance / 20) / 4, 0.0)
+        for i, cameras in self._camera_nodes.items():
+            for camera in cameras:
+                self._look(i, camera)
+        for camera in self._cameras.values():
+            distance = max(float(np.linalg.norm(camera.local.position - self._center)), self._radius)
+            near, far = camera.depth_range
+            if not far:
+                camera.depth_range = (near, max(100 * near, 4 * (distance + self._radius)))
+            if camera.fov:  # what orbit controls take for the distance of what is looked at
+                camera.width = camera.height = 2 * distance * math.tan(math.radians(camera.fov / 2))
+
+    def _surround(self) -> np.ndarray | None:
+        """Surroundings that suit the lights; the direction to their sun where it is the only light, which is added here."""
+        suns = [light for light in self._lights.values() if isinstance(light, gfx.DirectionalLight)]
+        for i, light in self._lights.items():
+            self._aim(i, light)
+        for light in self._lights.values():
+            self._shadow(light)
+        towards = None
+        if suns:
+            towards = np.asarray(suns[0].local.position - suns[0].target.local.position, float)
+            towards /= np.linalg.norm(towards)
+        chosen = self._environment
+        if chosen is None:
+            if self._lights and not suns:
+                chosen = "none"
+            else:
+                chosen = "sunrise" if towards is None or math.asin(min(max(towards[1], -1), 1)) < LOW_SUN else "sky"
+        if chosen == "none":
+            self._scene.add(gfx.Background.from_color("#06070a", "#14161c"), gfx.AmbientLight(intensity=0.25))
+            return None if self._lights else self._add_sun(np.array([0.45, 0.6, 0.66]), np.full(3, 3.0))
+        surroundings = load_environment(chosen)
+        if towards is None:
+            camera = next(iter(self._cameras.values()))
+            ahead = np.asarray(camera.world.forward, float)
+            turn = math.atan2(ahead[0], -ahead[2]) + SUN_ASIDE
+            towards = np.array([math.sin(turn), 0.0, -math.cos(turn)])
+        surroundings = surroundings.turned_to(towards)
+        surroundings.surround(self._scene)
+        return None if self._lights else self._add_sun(*surroundings.sun_and_light())
+
+    def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> np.ndarray:
+        strongest = float(irradiance.max())
+        sun = gfx.DirectionalLight(colour(tuple(irradiance / strongest)), min(strongest, 20.0))
+        sun.local.position = self._center + direction * self._radius * 1.5
+        sun.target.local.position = self._center
+        self._scene.add(sun)
+        self._shadow(sun)
+        return direction
+
+    def _shadow(self, light: gfx.Light) -> None:
+        """Shadows over the whole of the scene; near planes and biases that fit its size."""
+        light.cast_shadow = True
+        light.shadow.cull_mode = "none"
+        r = self._radius
+        camera = light.shadow.camera
+        if isinstance(light, gfx.DirectionalLight):
+            camera.width = camera.height = 2.05 * r
+            camera.depth_range = (0.4 * r, 2.6 * r)
+            light.shadow.bias = 0.004
+            return
+        distance = float(np.linalg.norm(light.local.position - self._center))
+        # pygfx sets a spot's angle, and far planes from the range, with near planes that swallow every bias, unless they are so already.
+        far = light.distance * 10 if light.distance else 2 * (distance + r)
+        if isinstance(light, gfx.SpotLight):
+            camera.fov, camera.aspect = 180 / math.pi * 2 * light.angle, 1
+        camera.depth_range = (min(r / 100, far / 2), far)
+        light.shadow.bias = 2e-4
+
+    def _scene_lights(self, sun: np.ndarray | None) -> list[SceneLight]:
+        if sun is not None:
+            return [SceneLight(direction=(float(sun[0]), float(sun[1]), float(sun[2])), size=SUN_SIZE)]
+        found = []
+        for i, light in self._lights.items():
+            described = self._described[i]
+            lux = described.type == "directional"  # not to be compared with candela
+            strongest = max(other.intensity for other in self._described.values() if (other.type == "directional") == lux)
+            r, g, b = (max(0.0, value) for value in described.color)
+            top = max(r, g, b)
+            found.append(SceneLight(light, color=(r / top, g / top, b / top), strength=described.intensity / strongest, size=SUN_SIZE))
+        return found
+
+
+def _light(described: schema.Light) -> gfx.Light:
+    """KHR_lights_punctual: lux for a directional light, candela for the others, which fade with the square of the distance."""
+    top = max(described.color)
+    color = colour(tuple(value / top for value in described.color))
+    intensity = min(described.intensity * top, 1e9)
+    if described.type == "directional":
+        light = gfx.DirectionalLight(color, intensity)
+    elif described.type == "point":
+        light = gfx.PointLight(color, intensity, decay=2, distance=described.range or 0)
+    else:
+        outer = min(described.spot.outer_cone_angle, math.radians(89))
+        inner = min(described.spot.inner_cone_angle, outer * 0.999)
+        light = gfx.SpotLight(color, intensity, decay=2, distance=described.range or 0, angle=outer, penumbra=1 - inner / outer)
+    light.name = described.name[:80]
+    return light
+
+

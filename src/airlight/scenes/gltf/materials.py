@@ -1,0 +1,111 @@
+"""Materials and textures of a checked glTF file as those of pygfx."""
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.scenes.gltf import images, schema
+from airlight.scenes.gltf.validate import Gltf
+
+_WRAP = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST, _LINEAR = 9728, 9729
+_MIN_NEAREST = (9728, 9984, 9986)
+_MIP_NEAREST = (9984, 9985)
+
+
+def colour(linear: tuple[float, ...]) -> gfx.Color:
+    """A linear colour, 0..1, with or without alpha."""
+    r, g, b, *alpha = (min(max(value, 0.0), 1.0) for value in linear)
+    return gfx.Color.from_physical(r, g, b, *alpha)
+
+
+class Materials:
+    """Makes each texture and material once."""
+
+    def __init__(self, gltf: Gltf) -> None:
+        self._gltf = gltf
+        self._textures: dict[tuple[int, bool], gfx.Texture] = {}
+        self._materials: dict[tuple[int, bool], gfx.Material] = {}
+
+    def _texture(self, image: int, mips: bool) -> gfx.Texture:
+        if (image, mips) not in self._textures:
+            data, kind = self._gltf.images[image]
+            pixels = images.pixels(data, kind, f"{self._gltf.container.path}: image {image}")
+            self._textures[image, mips] = gfx.Texture(pixels, dim=2, generate_mipmaps=mips)
+        return self._textures[image, mips]
+
+    def _map(self, info: schema.TextureInfo | None) -> gfx.TextureMap | None:
+        if info is None:
+            return None
+        document = self._gltf.document
+        texture = document.textures[info.index]
+        if texture.source is None:  # of an extension
+            return None
+        sampler = schema.Sampler() if texture.sampler is None else document.samplers[texture.sampler]
+        found = gfx.TextureMap(
+            self._texture(texture.source, sampler.min_filter not in (_NEAREST, _LINEAR)),
+            uv_channel=info.tex_coord,
+            mag_filter="nearest" if sampler.mag_filter == _NEAREST else "linear",
+            min_filter="nearest" if sampler.min_filter in _MIN_NEAREST else "linear",
+            mipmap_filter="nearest" if sampler.min_filter in _MIP_NEAREST else "linear",
+            wrap_s=_WRAP[sampler.wrap_s],
+            wrap_t=_WRAP[sampler.wrap_t],
+        )
+        transform = info.extensions.transform
+        if transform is not None:
+            if transform.tex_coord is not None:
+                found.uv_channel = transform.tex_coord
+            found.uniform_buffer.data["transform"][:, :3] = uv_matrix(transform).T
+            found.uniform_buffer.update_full()
+        return found
+
+    def material(self, index: int | None, flat: bool = False) -> gfx.Material:
+        """The material, or glTF's default one. flat: of a mesh without normals."""
+        key = (-1 if index is None else index, flat)
+        if key not in self._materials:
+            self._materials[key] = self._made(schema.Material() if index is None else self._gltf.document.materials[index], flat)
+        return self._materials[key]
+
+    def _made(self, m: schema.Material, flat: bool) -> gfx.Material:
+        pbr = m.pbr_metallic_roughness
+        mode = {"BLEND": {"alpha_mode": "blend", "depth_write": False}, "MASK": {"alpha_mode": "solid", "alpha_test": m.alpha_cutoff}}
+        common = {
+            "color": colour(pbr.base_color_factor),
+            "map": self._map(pbr.base_color_texture),
+            "side": "both" if m.double_sided else "front",
+            **mode.get(m.alpha_mode, {"alpha_mode": "solid"}),
+        }
+        if m.extensions.unlit is not None:
+            return gfx.MeshBasicMaterial(**common)
+        surface = self._map(pbr.metallic_roughness_texture)
+        strength = m.extensions.emissive_strength
+        material = gfx.MeshStandardMaterial(
+            **common,
+            flat_shading=flat,
+            metalness=min(max(pbr.metallic_factor, 0.0), 1.0),
+            roughness=min(max(pbr.roughness_factor, 0.0), 1.0),
+            metalness_map=surface,
+            roughness_map=surface,
+            emissive=colour(m.emissive_factor),
+            emissive_intensity=1.0 if strength is None else min(strength.emissive_strength, 60000.0),
+            emissive_map=self._map(m.emissive_texture),
+            normal_map=self._map(m.normal_texture),
+            ao_map=self._map(m.occlusion_texture),
+        )
+        if m.normal_texture is not None:
+            material.normal_scale = (m.normal_texture.scale, m.normal_texture.scale)
+        if m.occlusion_texture is not None:
+            material.ao_map_intensity = min(max(m.occlusion_texture.strength, 0.0), 1.0)
+        return material
+
+
+def uv_matrix(transform: schema.TextureTransform) -> np.ndarray:
+    """(3, 3) of KHR_texture_transform: first scaled, then turned (counter-clockwise as seen, v being down), then moved."""
+    c, s = np.cos(transform.rotation), np.sin(transform.rotation)
+    (x, y), (u, v) = transform.scale, transform.offset
+    return np.array([[c * x, s * y, u], [-s * x, c * y, v], [0, 0, 1]])
+
+
+def channels(material: gfx.Material) -> set[int]:
+    """Which sets of texture coordinates a material needs."""
+    names = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
+    return {found.uv_channel for name in names if (found := getattr(material, name, None)) is not None}

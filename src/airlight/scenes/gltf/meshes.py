@@ -1,0 +1,164 @@
+"""Meshes of a checked glTF file as pygfx's objects, and where their vertices are."""
+
+from typing import Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.scenes.gltf.materials import Materials, channels
+from airlight.scenes.gltf.schema import Primitive
+from airlight.scenes.gltf.validate import Gltf
+
+POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
+
+
+_CHUNK = 65536  # vertices that are skinned at a time
+
+
+def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
+    """(T, 3) vertices of triangles, strips and fans (glTF 2.0, section 3.7.2.1); what is left over is dropped."""
+    if mode == TRIANGLES:
+        return indices[: len(indices) // 3 * 3].reshape(-1, 3)
+    count = max(0, len(indices) - 2)
+    first, second, third = indices[:count], indices[1 : count + 1], indices[2 : count + 2]
+    if mode == TRIANGLE_FAN:
+        return np.stack([second, third, np.full(count, indices[0], indices.dtype)], axis=1)
+    odd = np.arange(count) % 2 == 1
+    return np.stack([first, np.where(odd, third, second), np.where(odd, second, third)], axis=1)
+
+
+def turned_out(positions: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(T, 3) faces whose front is where the normals point to, if nearly all of them (by area) had it at the back.
+
+    Such meshes come of careless converters; taken literally, one would look into them from outside.
+    """
+    a, b, c = (positions[faces[:, i]].astype(np.float64) for i in range(3))
+    agree = np.einsum("ij,ij->i", np.cross(b - a, c - a), normals[faces].sum(axis=1, dtype=np.float64))
+    inside_out = -agree[agree < 0].sum() > 0.95 * np.abs(agree).sum()
+    return faces[:, ::-1] if inside_out else faces
+
+
+class Meshes:
+    """Makes each geometry once."""
+
+    def __init__(self, gltf: Gltf) -> None:
+        self._gltf = gltf
+        self._materials = Materials(gltf)
+        self._geometries: dict[tuple[int, int], gfx.Geometry | None] = {}
+
+    def objects(self, mesh: int, weights: list[float], skeleton: gfx.Skeleton | None) -> list[gfx.WorldObject]:
+        """What shows a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
+        described = self._gltf.document.meshes[mesh]
+        found: list[gfx.WorldObject] = []
+        for i, primitive in enumerate(described.primitives):
+            if (mesh, i) not in self._geometries:
+                self._geometries[mesh, i] = self._geometry(primitive)
+            geometry = self._geometries[mesh, i]
+            if geometry is None:
+                continue
+            if primitive.mode < TRIANGLES:
+                found.append(self._thin(geometry, primitive))
+                continue
+            material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
+            self._complete(geometry, material)
+            if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
+                thing = gfx.SkinnedMesh(geometry, material)
+                thing.bind(skeleton, np.eye(4))
+            else:
+                thing = gfx.Mesh(geometry, material)
+            if primitive.targets:
+                thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
+            thing.cast_shadow = material.alpha_mode != "blend"
+            thing.receive_shadow = True
+            found.append(thing)
+        return found
+
+    def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
+        """Points and lines, a pixel or so wide, in the material's plain colour."""
+        color = self._materials.material(primitive.material).color
+        if primitive.mode == POINTS:
+            return gfx.Points(geometry, gfx.PointsMaterial(color=color, size=2))
+        kind = gfx.LineSegmentMaterial if primitive.mode == LINES else gfx.LineMaterial
+        return gfx.Line(geometry, kind(color=color, thickness=1.5))
+
+    def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:
+        gltf = self._gltf
+        positions = gltf.floats(primitive.attributes["POSITION"])
+        indices = np.arange(len(positions), dtype=np.uint32)
+        if primitive.indices is not None:
+            indices = gltf.integers(primitive.indices)[:, 0]
+        if primitive.mode < TRIANGLES:
+            if primitive.mode == LINE_LOOP:
+                indices = np.append(indices, indices[:1])
+            indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
+            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None
+        faces = triangles(indices, primitive.mode)
+        if not len(faces):
+            return None
+        if "NORMAL" in primitive.attributes:
+            faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
+        arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
+        for name, index in primitive.attributes.items():
+            if name == "NORMAL":
+                arrays["normals"] = gltf.floats(index)
+            elif name == "TANGENT" and "NORMAL" in primitive.attributes:
+                arrays["tangents"] = gltf.floats(index)
+            elif name == "COLOR_0":
+                arrays["colors"] = np.clip(gltf.floats(index), 0, 1)
+            elif name == "JOINTS_0":
+                arrays["skin_indices"] = gltf.integers(index)
+            elif name == "WEIGHTS_0":
+                arrays["skin_weights"] = _normalised(gltf.floats(index))
+            elif name.startswith("TEXCOORD_") and name[9:] in ("0", "1", "2", "3"):
+                arrays[f"texcoords{name[9:].lstrip('0')}"] = gltf.floats(index)
+        geometry = gfx.Geometry(**arrays)
+        for source, goal in (("POSITION", "morph_positions"), ("NORMAL", "morph_normals")):
+            present = [target.get(source) for target in primitive.targets]
+            if any(index is not None for index in present):
+                moved = [np.zeros_like(positions) if index is None else gltf.floats(index) for index in present]
+                setattr(geometry, goal, moved)
+        if primitive.targets:
+            if getattr(geometry, "morph_positions", None) is None:
+                geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
+            geometry.morph_targets_relative = True
+        return geometry
+
+    @staticmethod
+    def _complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
+        """Texture coordinates that a material asks for and the mesh lacks are 0."""
+        for channel in channels(material):
+            name = f"texcoords{channel or ''}"
+            if getattr(geometry, name, None) is None:
+                setattr(geometry, name, gfx.Buffer(np.zeros((geometry.positions.nitems, 2), np.float32)))
+
+
+def _normalised(weights: np.ndarray) -> np.ndarray:
+    """(N, 4) weights >= 0 of a sum of 1; those of a vertex without any stay 0 but for the first joint's."""
+    weights = np.maximum(weights, 0)
+    total = weights.sum(axis=1, keepdims=True)
+    weights = np.where(total > 0, weights / np.where(total > 0, total, 1), np.array([1, 0, 0, 0]))
+    return np.ascontiguousarray(weights, np.float32)
+
+
+def vertices(thing: gfx.WorldObject) -> np.ndarray:
+    """(N, 3) float64: where the vertices of a mesh (skinned, morphed), of points or lines are in the world, now."""
+    geometry = thing.geometry
+    points = np.asarray(geometry.positions.data, np.float64)
+    morphs = getattr(geometry, "morph_positions", None)
+    if morphs:
+        for share, moved in zip(thing.morph_target_influences, morphs):
+            points = points + float(share) * moved
+    if isinstance(thing, gfx.SkinnedMesh):
+        skeleton = thing.skeleton
+        joints = np.stack([bone.world.matrix @ inverse for bone, inverse in zip(skeleton.bones, skeleton.bone_inverses)])
+        weights = np.asarray(geometry.skin_weights.data, np.float64)
+        placed = np.zeros_like(points)
+        for start in range(0, len(points), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            for i in range(4):
+                matrices = joints[geometry.skin_indices.data[part, i]]
+                moved = np.einsum("nij,nj->ni", matrices[:, :3, :3], points[part]) + matrices[:, :3, 3]
+                placed[part] += weights[part, i, None] * moved
+        return placed
+    matrix = thing.world.matrix
+    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
