@@ -49,14 +49,9 @@ def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
     return gfx.Mesh(
         geometry,
         gfx.MeshStandardMaterial(
-            map=_map(ground.codes(albedo)), normal_map=_map(bumps, srgb=False), roughness=0.95, metalness=0, side="front"
+            map=ground.texture(ground.codes(albedo)), normal_map=ground.texture(bumps, srgb=False), roughness=0.95, metalness=0, side="front"
         ),
     )
-
-
-def _map(pixels: np.ndarray, srgb: bool = True) -> gfx.TextureMap:
-    texture = gfx.Texture(pixels, dim=2, generate_mipmaps=True, colorspace="srgb" if srgb else "physical")
-    return gfx.TextureMap(texture, wrap="repeat", filter="linear")
 
 
 def _sea() -> gfx.Mesh:
@@ -68,7 +63,7 @@ def _sea() -> gfx.Mesh:
         roughness=0.25,
         metalness=0,
         env_map_intensity=1 / FILL,
-        normal_map=_map(ground.waves(512, 11, 0.12), srgb=False),
+        normal_map=ground.texture(ground.waves(512, 11, 0.12), srgb=False),
         side="front",
     )
     sea = gfx.Mesh(geometry, material)

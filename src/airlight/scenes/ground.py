@@ -1,10 +1,11 @@
-"""What the scenes do not load from files: noise, a sky, land, water, and the textures on them, made from seeds (NumPy only).
+"""What the scenes do not load from files: noise, a sky, land, water, and the textures on them, made from seeds as arrays and as textures.
 
 Lengths in scene units, y up; radiance and albedo linear Rec. 709.
 """
 
 import numpy as np
 import numpy.typing as npt
+import pygfx as gfx
 
 Array = npt.NDArray[np.floating]
 
@@ -74,3 +75,9 @@ def codes(linear: Array) -> npt.NDArray[np.uint8]:
     out = np.full((*x.shape[:2], 4), 255, np.uint8)
     out[..., :3] = np.rint(255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - 0.055))
     return out
+
+
+def texture(pixels: npt.NDArray[np.uint8], srgb: bool = True) -> gfx.TextureMap:
+    """A tiled texture with mip levels; not srgb: numbers, as a normal map's."""
+    plain = gfx.Texture(pixels, dim=2, generate_mipmaps=True, colorspace="srgb" if srgb else "physical")
+    return gfx.TextureMap(plain, wrap="repeat", filter="linear")
