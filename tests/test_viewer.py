@@ -18,6 +18,7 @@ from hypothesis import strategies as some
 from airlight import presets
 from airlight.cli import image as image_command
 from airlight.cli import main
+from airlight.cli import render as render_command
 from airlight.cli.options import declared, gather
 from airlight.composite.blend import Rule, blend
 from airlight.composite.mix import LinearComposite
@@ -29,7 +30,7 @@ from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
 
-SIZE = (1280, 720)
+SIZE, SCENE_SIZE = (1280, 720), (680, 560)
 
 
 class Driver:
@@ -154,7 +155,13 @@ def hands(kept: Driver, photo: str) -> Driver:
     kept.state.command = kept.state.path = ""
     st.reset(kept.state)
     for name in [n for n in kept.places if n.startswith("group ")]:
-        inside = {"group Method": "method", "group Occlusion": "occlusion", "group Composite": "blend", "group Times": "passes"}
+        inside = {
+            "group Method": "method",
+            "group Occlusion": "occlusion",
+            "group Composite": "mix",
+            "group Shafts in the scene": "region",
+            "group Times": "passes",
+        }
         if inside.get(name) in kept.places or (name == "group Presets and settings" and "preset" in kept.places):
             kept.open_group(name.removeprefix("group "))
     kept.frame(2)
@@ -615,12 +622,14 @@ def stage(name: str = "two boxes") -> Any:
 
 
 @pytest.fixture
-def scene(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> Driver:
+def scene(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> Iterator[Driver]:
     monkeypatch.setattr(app, "_open_scene", lambda name: stage(name))
     hands.viewer.open("table")
     hands.state.playing = False
+    hands.canvas.set_logical_size(*SCENE_SIZE)
     hands.frame(3)
-    return hands
+    yield hands
+    hands.canvas.set_logical_size(*SIZE)
 
 
 def test_a_scene(scene: Driver) -> None:
@@ -635,10 +644,12 @@ def test_a_scene(scene: Driver) -> None:
 
 
 def test_each_parameter_of_a_scene_has_a_widget(scene: Driver) -> None:
-    for group in ("Scene", "Composite", "Method"):
-        scene.open_group(group) if group != "Scene" else None
-    seen = set(scene.places)
-    assert {d.name for d in st.shown(scene.state) if d.group in ("method", "composite", "shafts")} <= seen
+    groups = ("Shafts in the scene", "Composite", "Method")
+    for group in groups:
+        scene.open_group(group)
+    assert {d.name for d in st.shown(scene.state)} <= set(scene.places)
+    for group in groups:
+        scene.open_group(group)
 
 
 def test_time_runs_pauses_and_is_scrubbed(scene: Driver) -> None:
@@ -657,9 +668,9 @@ def test_time_runs_pauses_and_is_scrubbed(scene: Driver) -> None:
 def test_the_light_of_a_scene_is_dragged(scene: Driver) -> None:
     mark = scene.viewer.marks()[0]
     assert mark is not None
-    scene.drag(mark, (mark[0] + 80, mark[1] - 40))
+    scene.drag(mark, (mark[0] + 60, mark[1] - 40))
     now = scene.viewer.marks()[0]
-    assert now == pytest.approx((mark[0] + 80, mark[1] - 40), abs=2)
+    assert now == pytest.approx((mark[0] + 60, mark[1] - 40), abs=2)
     x, y, z = scene.state.lamps[0].place
     assert x > 0.1 and y > 0.55 and not scene.state.eye.moved
     assert np.allclose(scene.viewer.scene.stage.lights[0].target.world.position, (x, y, z), atol=1e-4)
@@ -668,7 +679,7 @@ def test_the_light_of_a_scene_is_dragged(scene: Driver) -> None:
 def test_orbit_fly_and_cameras(scene: Driver) -> None:
     eye = scene.state.eye
     first = eye.eye
-    scene.drag((800, 600), (900, 600))
+    scene.drag((500, 450), (600, 450))
     for _ in range(30):
         scene.frame()
     assert eye.moved and np.linalg.norm(eye.eye) == pytest.approx(np.linalg.norm(first), rel=0.02)
@@ -691,13 +702,44 @@ def test_orbit_fly_and_cameras(scene: Driver) -> None:
     assert not eye.moved and eye.eye == pytest.approx(first)
 
 
+def read_by_render(state: ViewerState) -> tuple[dict[str, Any], Any]:
+    words = shlex.split(st.as_text(st.command_line(state)))
+    assert words[:2] == ["airlight", "render"]
+    with render_command.render.make_context("render", words[2:]) as ctx:
+        return gather(ctx, None), ctx.params
+
+
 def test_the_command_of_a_scene(scene: Driver) -> None:
-    words = st.command_line(scene.state)
-    assert words[:3] == ["airlight", "render", "table"] and words[5:9] == ["--width", "1280", "--height", "720"]
-    st.change(scene.state, "occluders", "prepass")
+    values, said = read_by_render(scene.state)
+    assert values == {} and (said["scene"], said["width"], said["height"]) == ("table", *SCENE_SIZE)
+    assert said["eye"] is None and said["camera"] is None and said["light"] == said["sun"] == ()
+    scene.choose("camera", "side")
+    scene.state.time = 1.25
+    scene.frame(2)
+    _, said = read_by_render(scene.state)
+    assert (said["camera"], said["time"]) == ("side", 1.25)
+    scene.state.lamps[0].place = (-1.0, 2.0, -3.0)
+    scene.state.lamps[0].color = (1.0, 0.5, 0.25)
     scene.state.eye.moved = True
-    words = st.command_line(scene.state)
-    assert "--occluders" in words and any(word.startswith("--eye=") for word in words)
+    scene.frame(2)
+    _, said = read_by_render(scene.state)
+    assert said["camera"] is None and said["light"] == ("-1,2,-3;color=1.0,0.5,0.25",)
+    assert [float(v) for v in said["eye"].split(",")] == pytest.approx(scene.state.eye.eye, abs=1e-4)
+    assert said["fov"] == pytest.approx(scene.state.eye.fov, rel=1e-3)
+
+
+@given(some_values(), some.floats(-179, 179), some.floats(-80, 80))
+def test_the_command_of_a_scene_says_all(wanted: dict[str, Any], azimuth: float, elevation: float) -> None:
+    state = ViewerState("flying", False, size=(640, 360))
+    try:
+        st.set_values(state, wanted)
+    except AirlightError:
+        return
+    turn, up = np.radians([azimuth, elevation])
+    state.lamps = [Lamp((np.sin(turn) * np.cos(up), np.sin(up), -np.cos(turn) * np.cos(up)), direction=True)]
+    values, said = read_by_render(state)
+    assert values == {d.name: st.value(state, d.name) for d in st.shown(state) if st.value(state, d.name) != d.default}
+    assert [float(v) for v in said["sun"][0].split(",")] == pytest.approx((azimuth, elevation), abs=1e-3)
 
 
 def test_debug_views_and_times_of_a_scene(scene: Driver) -> None:
@@ -712,7 +754,7 @@ def test_debug_views_and_times_of_a_scene(scene: Driver) -> None:
     assert sum(ms for _, ms in scene.state.passes) > 0
     scene.state.timing = False
     name = scene.viewer.screenshot()
-    assert read_image(name).codes.shape == (720, 1280, 3)
+    assert read_image(name).codes.shape == (*SCENE_SIZE[::-1], 3)
 
 
 def test_scene_picture_scene(scene: Driver, photo: str) -> None:

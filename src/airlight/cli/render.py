@@ -1,6 +1,5 @@
 """`airlight render`: frames and films of 3-D scenes."""
 
-import contextlib
 import dataclasses
 import math
 import os
@@ -14,7 +13,7 @@ import rich_click
 from airlight import presets
 from airlight.cli import batch
 from airlight.cli import image as pictures
-from airlight.cli.image import FILES, LIGHT, _choice, _file, _flag, _list_presets, _option
+from airlight.cli.image import FILES, LIGHT, _file, _flag, _list_presets, _option
 from airlight.cli.light import split_light
 from airlight.cli.options import NOT_IN_SCENES, gather, given, scene_options
 from airlight.cli.settings import recall, record

@@ -194,7 +194,7 @@ class Viewer:
         """Where the lights that can be dragged are on the canvas, logical px."""
         state, area = self.state, self.area()
         if self.picture is not None:
-            return [None if lamp.place is None else controls.to_canvas(lamp.place, area) for lamp in state.lamps]
+            return [controls.to_canvas(lamp.place, area) for lamp in state.lamps]
         marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
         return marks
 

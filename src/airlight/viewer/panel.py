@@ -16,6 +16,7 @@ from airlight.viewer.state import ViewerState
 WIDTH = 344  # logical px
 LABEL = 104
 FIRST = ("shafts",)  # groups that stand at the top, open
+TITLES = {"scene": "Shafts in the scene"}
 ACCENT = (0.96, 0.70, 0.28)
 Rect = tuple[float, float, float, float]
 
@@ -108,8 +109,12 @@ class Panel:
         imgui.set_next_window_pos((0, 0))
         imgui.set_next_window_size((WIDTH, height))
         fixed = imgui.WindowFlags_.no_resize | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_title_bar
-        imgui.begin("Airlight", None, fixed | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_saved_settings)
-        foot = imgui.get_frame_height_with_spacing() + 2 * imgui.get_text_line_height_with_spacing() if self.state.message else 0
+        still = imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
+        imgui.begin("Airlight", None, fixed | still | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_saved_settings)
+        foot = 0.0
+        if self.state.message:
+            wide = imgui.get_content_region_avail().x
+            foot = imgui.calc_text_size(self.state.message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
         for group in FIRST:
             self._group(group, opened=True)
@@ -131,7 +136,7 @@ class Panel:
         imgui.end()
 
     def _group(self, group: str, opened: bool) -> None:
-        if not self._header(group.capitalize(), opened):
+        if not self._header(TITLES.get(group, group.capitalize()), opened):
             return
         for d in st.shown(self.state):
             if d.group == group:
@@ -236,7 +241,7 @@ class Panel:
             if len(s.lamps) > 1:
                 imgui.text_disabled(f"{i + 1}")
             imgui.push_id(i)
-            if lamp.place is not None:
+            if lamp.movable:
                 self._label("Towards" if lamp.direction else "Position", "also by dragging it in the picture")
                 if len(lamp.place) == 2:
                     changed, place = imgui.drag_float2("##place", list(lamp.place), 0.002, -10, 10, "%.3f")

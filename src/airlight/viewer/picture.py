@@ -111,7 +111,7 @@ class PictureView:
         """Compute what changed. hurried: something is being dragged; the automatic mix then follows a frame late. True if it has to be
         called again. Raises AirlightError for parameters that this picture cannot have."""
         state.allowed = {"occlusion": ("luminance", "contrast", "none", *(("alpha",) if self.has_alpha else ()))}
-        lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength) for lamp in state.lamps if lamp.place]
+        lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength) for lamp in state.lamps]
         wanted = (lights, state.parameters, state.composite, hurried)
         fresh = wanted != self.done
         if not fresh and not self.late and not state.timing:

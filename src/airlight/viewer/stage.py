@@ -1,5 +1,6 @@
 """A 3-D scene with its shafts on the canvas: pygfx draws it, `airlight.pygfx.LightShafts` adds them, a controller steers the camera."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -34,7 +35,7 @@ class SceneView:
         self.camera: Any = None
         self.controller: Any = None
         self.saved: dict[str, Any] = {}
-        self.applied: list[Lamp] = []
+        self.moved = False  # whether a light was
         self.posed: Any = None
 
     def open(self, stage: Any, state: ViewerState) -> None:
@@ -45,26 +46,27 @@ class SceneView:
         state.eye = Eye(name=names[0], names=names)
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
-        self.applied = [Lamp(lamp.place, lamp.color, lamp.strength, lamp.direction) for lamp in state.lamps]
+        state.lamps_before = [replace(lamp) for lamp in state.lamps]
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights = stage.scene, list(stage.lights)
-        self.dt = 0.0
+        self.dt, self.moved = 0.0, False
 
     @staticmethod
     def _lamp(light: SceneLight, movable: bool) -> Lamp:
         place = light.place()
-        where = tuple(round(float(v), 5) for v in place[:3]) if movable else None
-        return Lamp(where, light.color, light.strength, direction=bool(place[3] == 0))
+        where = tuple(round(float(v), 5) for v in place[:3])
+        return Lamp(where, light.color, light.strength, movable, direction=bool(place[3] == 0))
 
     def _apply_lamps(self, state: ViewerState) -> None:
-        for light, lamp, before in zip(self.stage.lights, state.lamps, self.applied, strict=True):
+        for light, lamp, before in zip(self.stage.lights, state.lamps, state.lamps_before, strict=True):
             light.color, light.strength = lamp.color, lamp.strength
-            if lamp.place is None or lamp.place == before.place:
+            if not lamp.movable or (lamp.place == before.place and not self.moved):
                 continue
+            self.moved = True  # then it has to be put back, too
             if light.target is None and light.position is not None:
                 light.position = _triple(lamp.place)
             elif light.target is None:
@@ -172,7 +174,7 @@ class SceneView:
     def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area) -> Triple:
         """Where a light is put by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
         lamp = state.lamps[number]
-        if lamp.direction or lamp.place is None:
+        if lamp.direction:
             return controls.toward_in_view(to, self.clip, state.eye.eye, area)
         return controls.drag_in_view(lamp.place, to, self.clip, area)
 

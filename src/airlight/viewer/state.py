@@ -1,5 +1,6 @@
 """All that the viewer shows and the panel changes, and the functions that change it. Nothing here draws."""
 
+import math
 import os
 import shlex
 from dataclasses import dataclass, field
@@ -7,24 +8,23 @@ from typing import Any
 
 from airlight import presets
 from airlight.cli.light import LightText
-from airlight.cli.options import Declared, declared
+from airlight.cli.options import NOT_IN_SCENES, Declared, declared
 from airlight.errors import AirlightError
 from airlight.parameters import Composite, InScene, Parameters
 
 DEBUG = ("occlusion", "source", "lines")
 SCENES = ("table", "flying")
-# What only pictures have: scenes know what emits, and at which resolution.
-PICTURE_ONLY = ("border", "scale", "occlusion", "threshold", "smoothness", "veil", "blend")
 
 
 @dataclass
 class Lamp:
-    """A light as the panel shows it. place: x, y of a picture, normalised; or x, y, z of a scene, None where it cannot be moved."""
+    """A light as the panel shows it. place: x, y of a picture, normalised; or x, y, z of a scene, its world's or a direction."""
 
-    place: tuple[float, ...] | None
+    place: tuple[float, ...]
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
-    direction: bool = False  # place says where to, as of a sun
+    movable: bool = True
+    direction: bool = False  # place says towards what, as of a sun
 
 
 @dataclass
@@ -50,6 +50,7 @@ class ViewerState:
     composite: Composite = field(default_factory=Composite)
     in_scene: InScene = field(default_factory=InScene)
     lamps: list[Lamp] = field(default_factory=list)
+    lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
     sources: tuple[str, ...] = SCENES  # to choose from
     size: tuple[int, int] = (0, 0)
@@ -80,7 +81,7 @@ def shown(state: ViewerState) -> tuple[Declared, ...]:
     """The parameters that have a meaning for what is shown."""
     if state.is_image:
         return declared()
-    return tuple(d for d in declared(scenes=True) if d.name not in PICTURE_ONLY)
+    return tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
 
 
 def value(state: ViewerState, name: str) -> Any:
@@ -156,11 +157,19 @@ def save(state: ViewerState, path: str) -> None:
         tell(state, f"{path} saved")
 
 
-def light_text(lamp: Lamp) -> LightText | None:
-    """A picture's light as `--light` takes it."""
-    if lamp.place is None:
-        return None
-    return LightText(",".join(_number(v) for v in lamp.place), lamp.color, lamp.strength)
+def light_words(state: ViewerState) -> list[str]:
+    """The lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
+    if not state.is_image and state.lamps == state.lamps_before:
+        return []
+    words = []
+    for lamp in state.lamps:
+        name, place = "--light", lamp.place
+        if lamp.direction:
+            x, y, z = lamp.place
+            name, place = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
+        text = LightText(",".join(_number(v) for v in place), lamp.color, lamp.strength).text
+        words.append(f"{name}={text}")
+    return words
 
 
 def _number(v: float) -> str:
@@ -173,10 +182,8 @@ def command_line(state: ViewerState) -> list[str]:
     stem, kind = os.path.splitext(os.path.basename(state.source))
     ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
-    if state.is_image:
-        for light in filter(None, map(light_text, state.lamps)):
-            words.append(f"--light={light.text}")  # one word: it may begin with a minus
-    else:
+    words += light_words(state)
+    if not state.is_image:
         words += _view(state)
     for name, v in said.items():
         words += ["--" + name.replace("_", "-"), str(v)]
