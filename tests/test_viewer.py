@@ -30,7 +30,7 @@ from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
 
-SIZE, SCENE_SIZE = (1280, 720), (680, 560)
+SIZE, SCENE_SIZE = (1280, 720), (800, 560)
 
 
 class Driver:
@@ -97,12 +97,10 @@ class Driver:
 
     def type(self, name: str, text: str) -> None:
         self.click(name)
-        for kind in ("key_down", "key_up"):
-            self.canvas.submit_event({"event_type": kind, "key": "Control", "modifiers": ("Control",)}) if kind == "key_down" else None
-        for key in ("a",):
-            self.canvas.submit_event({"event_type": "key_down", "key": key, "modifiers": ("Control",)})
+        held = ("Control",)
+        for kind, key in (("key_down", "Control"), ("key_down", "a"), ("key_up", "a")):
+            self.canvas.submit_event({"event_type": kind, "key": key, "modifiers": held})
             self.frame()
-            self.canvas.submit_event({"event_type": "key_up", "key": key, "modifiers": ("Control",)})
         self.canvas.submit_event({"event_type": "key_up", "key": "Control", "modifiers": ()})
         self.frame()
         for letter in text:
@@ -154,16 +152,10 @@ def hands(kept: Driver, photo: str) -> Driver:
     kept.state.sources = (*st.SCENES, photo)
     kept.state.command = kept.state.path = ""
     st.reset(kept.state)
-    for name in [n for n in kept.places if n.startswith("group ")]:
-        inside = {
-            "group Method": "method",
-            "group Occlusion": "occlusion",
-            "group Composite": "mix",
-            "group Shafts in the scene": "region",
-            "group Times": "passes",
-        }
-        if inside.get(name) in kept.places or (name == "group Presets and settings" and "preset" in kept.places):
-            kept.open_group(name.removeprefix("group "))
+    for name in [n.removeprefix("group ") for n in kept.places if n.startswith("group ")]:
+        inside = {"Method": "method", "Occlusion": "occlusion", "Composite": "mix", "Shafts in the scene": "region", "Times": "passes"}
+        if {**inside, "Presets and settings": "preset"}.get(name) in kept.places:
+            kept.open_group(name)
     kept.frame(2)
     return kept
 
@@ -511,7 +503,8 @@ def test_resizes(hands: Driver) -> None:
 
 def test_the_panel_can_be_hidden(hands: Driver) -> None:
     for width in (0, 344):
-        hands.canvas.submit_event({"event_type": "key_down", "key": "Tab", "modifiers": ()})
+        for kind in ("key_down", "key_up"):
+            hands.canvas.submit_event({"event_type": kind, "key": "h", "modifiers": ()})
         hands.frame(2)
         assert hands.viewer.panel.width == width and ("samples" in hands.places) == (width > 0)
 
@@ -567,10 +560,11 @@ def test_memory_does_not_grow(hands: Driver) -> None:
         if i % 15 == 0:
             st.change(state, "method", ("radial", "epipolar", "bands")[i // 15 % 3])
         if i % 15 == 7:
-            hands.canvas.set_logical_size(*((900, 600), SIZE)[i // 15 % 2])
+            hands.canvas.set_logical_size(*((640, 400), (560, 360))[i // 15 % 2])
         state.debug = ("occlusion", None, "source")[i // 20 % 3]
         hands.frame()
 
+    hands.canvas.set_logical_size(640, 400)
     for i in range(90):
         turn(i)
     tracemalloc.start()
@@ -579,6 +573,7 @@ def test_memory_does_not_grow(hands: Driver) -> None:
         turn(i)
     grown, objects = resident() - first, tracemalloc.get_traced_memory()[0] - python
     tracemalloc.stop()
+    hands.canvas.set_logical_size(*SIZE)
     assert grown < 0.05 * first, f"{grown / 2**20:.1f} MiB more than {first / 2**20:.0f}"
     assert objects < 4 << 20
 

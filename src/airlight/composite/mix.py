@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.composite import adapt
-from airlight.composite.blend import COVER, Rule, measured, sample_step
+from airlight.composite.blend import COVER, FloatArray, Rule, measured, sample_step
 from airlight.composite.codes import LUMINANCES
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
@@ -25,7 +25,7 @@ class _Luminances:
         self.pick = device.pipeline(LUMINANCES, "pick", STEP=step)
         self.bind = device.bind(LUMINANCES, texture, self.found)
 
-    def read(self) -> np.ndarray:
+    def read(self) -> FloatArray:
         encoder = self.device.encoder()
         run = encoder.begin_compute_pass()
         run.set_pipeline(self.pick)
@@ -54,7 +54,7 @@ class LinearComposite:
         """Settle what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
         if rule.mix is None or (rule.veil and rule.peak is None):
             cover = COVER * (adapt.MIDDLE / self.picture_scale if rule.adapt else 1.0)
-            rule = measured(rule, self.of_layer.read() / np.float32(scale), cover)
+            rule = measured(rule, (self.of_layer.read() / scale).astype(np.float32), cover)
         values = np.zeros((), RULE)
         values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         values["scale"] = scale

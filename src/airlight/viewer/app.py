@@ -18,6 +18,7 @@ from airlight.viewer.state import Lamp, ViewerState
 SIZE = (1280, 720)
 TITLE = "Airlight"
 LONGEST_STEP = 0.25  # s that time goes on between two frames at most
+EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
 LINGER = 3  # frames after an event, in which the panel follows it
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
@@ -81,7 +82,7 @@ class Viewer:
         self.panel = Panel(self.device.device, canvas, self.state)
         self.panel.overlay = self._marks
         canvas.add_event_handler(self._woken, "*", order=-100)
-        canvas.add_event_handler(self._handle, *st_events(), order=-50)
+        canvas.add_event_handler(self._handle, *EVENTS, order=-50)
         canvas.request_draw(self.draw)
 
     def _repr_mimebundle_(self, *args: Any, **keywords: Any) -> Any:
@@ -209,7 +210,7 @@ class Viewer:
         """An event that the panel left."""
         kind, state = event["event_type"], self.state
         at = (event.get("x", 0.0), event.get("y", 0.0))
-        if kind == "key_down" and event["key"] == "Tab":
+        if kind == "key_down" and event["key"].lower() == "h":
             self.panel.visible = not self.panel.visible
         elif kind == "pointer_down" and event["button"] == 1:
             self.dragging = self._grabbed(at)
@@ -264,7 +265,7 @@ class Viewer:
         if type(self.canvas).__module__ == "rendercanvas.glfw":
             import glfw
 
-            glfw.set_clipboard_string(None, text)
+            glfw.set_clipboard_string(None, text)  # type: ignore[arg-type]
             st.tell(self.state, "the command is in the clipboard")
 
     def screenshot(self) -> str:
@@ -278,10 +279,6 @@ class Viewer:
         else:
             write_image(name, self.scene.pixels_shown())
         return os.path.normpath(name)
-
-
-def st_events() -> tuple[str, ...]:
-    return ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
 
 
 def _open_scene(name: str) -> Any:

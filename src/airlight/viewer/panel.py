@@ -147,7 +147,8 @@ class Panel:
     def _parameter(self, d: Declared) -> None:
         about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
         self._label(d.name.replace("_", " ").capitalize(), about)
-        now, new = st.value(self.state, d.name), None
+        now = st.value(self.state, d.name)
+        new: Any = None
         if d.choices:
             new = self._choose(d.name, now, self.state.allowed.get(d.name, d.choices))
         elif d.default is None:
@@ -162,6 +163,7 @@ class Panel:
 
     def _number(self, d: Declared, now: Any) -> Any:
         low, high = d.slider or (0, 1)
+        v: float
         if d.kind is int:
             changed, v = imgui.slider_int(f"##{d.name}", now, int(low), int(high))
         else:
@@ -179,9 +181,7 @@ class Panel:
         unset = now is None
         _, auto = imgui.checkbox(f"auto##{d.name}", unset)
         self._seen(f"{d.name} auto")
-        guess = self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
-        if d.kind is str:
-            guess = "#101010"
+        guess: Any = "#101010" if d.kind is str else self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
         if auto != unset:
             return () if auto else (guess if d.kind is str else float(f"{guess:.4g}"))
         imgui.same_line()
@@ -249,7 +249,7 @@ class Panel:
                     changed, place = imgui.drag_float3("##place", list(lamp.place), 0.01, -1e4, 1e4, "%.2f")
                 self._seen(f"light {i}")
                 if changed:
-                    st.move(s, i, place)
+                    st.move(s, i, tuple(place))
             self._label("Colour")
             changed, color = imgui.color_edit3("##color", list(lamp.color), imgui.ColorEditFlags_.float)
             self._seen(f"color {i}")
@@ -335,8 +335,8 @@ def _style() -> None:
     style.window_border_size = style.child_border_size = 0
     style.frame_rounding = style.grab_rounding = style.popup_rounding = 3
     style.scrollbar_size = 10
-    style.window_padding = (10, 10)
-    style.item_spacing = (6, 5)
+    style.window_padding = imgui.ImVec2(10, 10)
+    style.item_spacing = imgui.ImVec2(6, 5)
     r, g, b = ACCENT
     colors = {
         "window_bg": (0.09, 0.10, 0.115, 0.94),

@@ -169,14 +169,14 @@ class PictureView:
     def _debug(self, name: str) -> tuple[Any, bool, int]:
         """(texture, whether it is linear light, its apron) of a debug view. Raises AirlightError where there is none."""
         if name == "source":
-            return self.plan.source.texture, True, self.plan.source.knee["apron"]
+            return self.plan.source.texture, True, int(self.plan.source.knee["apron"])
         if name not in self.debugs:
             if name == "occlusion":
                 plan = self._plan(self.p, fraction=True)
                 plan.source.knee["low"], plan.source.knee["high"] = self.p.knee
                 plan.source.write(None, None, 1.0)
                 plan.submit(plan.source.record)
-                self.debugs[name] = plan.source.texture, False, plan.source.knee["apron"]
+                self.debugs[name] = plan.source.texture, False, int(plan.source.knee["apron"])
             else:
                 self.debugs[name] = self._lines(), False, 0
         found: tuple[Any, bool, int] = self.debugs[name]
