@@ -19,7 +19,7 @@ from airlight.gpu.timing import Timer, timing
 from airlight.parameters import InScene
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.projection import pixel_rays
+from airlight.pygfx.projection import pixel_rays, project
 
 FORMAT, DEPTH = "rgba16float", "depth32float"
 MOST = 8  # discs, as in discs.wgsl
@@ -49,7 +49,7 @@ class Unlit(private.MeshShader):  # type: ignore[misc]
 
 def _silhouette(wobject: Any) -> Any:
     made: Any = private.shader_of(wobject)
-    plain = isinstance(made, type) and issubclass(made, private.MeshShader) and made.get_code is private.MeshShader.get_code
+    plain = getattr(made, "get_code", None) is private.MeshShader.get_code and issubclass(made, private.MeshShader)
     return Silhouette(wobject) if plain else made(wobject)
 
 
@@ -131,14 +131,21 @@ def strength(material: Any) -> float | None:
     return None if color is None else max(color.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
 
 
-def layout(size: tuple[int, int], scene: InScene) -> tuple[tuple[int, int], tuple[int, int]]:
-    """((width, height) of the view, (x, y) of the margin around it), in texels of the source, of a picture of size (width, height).
+def margins(inside: int, room: int, places: Iterable[float]) -> int:
+    """Texels before the view, of `room` texels around its `inside` ones, so that the source reaches to lights at normalised places.
 
-    Texels of the view lie where they would without a margin.
+    Rays from the view end at the lights: what lies on the other side is never summed. No texel of the view moves within its grid.
     """
-    texels = [max(1, round(scene.resolution * n)) for n in size]
-    margin = [math.ceil((scene.region - 1) / 2 * n) for n in texels]
-    return (texels[0], texels[1]), (margin[0], margin[1])
+    before = after = 0.0
+    for place in places:
+        before, after = max(before, -place * inside), max(after, (place - 1) * inside)
+    if before + after > room:
+        return round(room * before / (before + after))
+    return int(before + (room - before - after) / 2)
+
+
+def _helps(wobject: Any) -> bool:
+    return type(wobject).__module__.startswith("pygfx.helpers")
 
 
 class Prepass:
@@ -175,16 +182,20 @@ class Prepass:
         self._states: dict[Role, Any] = {}
         self._discs: Any = None  # pipeline, bind group, buffer
 
-    def _fit(self) -> None:
-        (width, height), (x, y) = layout(self.size, self.in_scene)
-        whole = width + 2 * x, height + 2 * y
+    def _fit(self, camera: Any) -> None:
+        """Have textures of the size that the settings ask for, and the view where the lights want it."""
+        view = [max(1, round(self.in_scene.resolution * n)) for n in self.size]
+        room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n) for n in view]
+        whole = view[0] + room[0], view[1] + room[1]
         if self.texture is None or self.texture.size[:2] != whole:
             wgpu = self.device.wgpu
             self.texture = self.device.texture(*whole, FORMAT)
             usage = wgpu.TextureUsage.RENDER_ATTACHMENT
             self._depth = self.device.device.create_texture(size=(*whole, 1), format=DEPTH, usage=usage)
             self._views = self.texture.create_view(), self._depth.create_view()
-        self.view = float(x), float(y), float(width), float(height)
+        found = [project(light.place(), camera.view_matrix, camera.projection_matrix) for light in self.lights]
+        x, y = (margins(view[i], room[i], [at.position[i] for at in found if at.fade > 0]) for i in (0, 1))
+        self.view = float(x), float(y), float(view[0]), float(view[1])
 
     def _roles(self) -> Iterator[tuple[Role, Any]]:
         """(role, object) of all that is drawn."""
@@ -195,8 +206,8 @@ class Prepass:
             wobject, mark = left.pop()
             if not wobject.visible:
                 continue
-            mark = marks.get(id(wobject), mark)
-            left += [(child, mark) for child in wobject.children]
+            mark = marks.get(id(wobject), False if _helps(wobject) and mark is None else mark)
+            left += [(child, mark) for child in reversed(wobject.children)]
             if wobject.material is not None:
                 role = self._role(wobject, wobject.material, id(wobject) in emitters, mark)
                 if role is not None:
@@ -207,7 +218,7 @@ class Prepass:
             return SKY if mark is not False and self.in_scene.clear is None else None
         mesh = isinstance(wobject, gfx.Mesh)
         if not emitter:
-            if mark is False or (mark is None and (not mesh or type(wobject).__module__.startswith("pygfx.helpers"))):
+            if mark is False or (mark is None and not mesh):
                 return None
             emitter = mesh and (
                 (material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG
@@ -221,7 +232,7 @@ class Prepass:
 
     def draw(self, camera: Any, timer: Timer | None = None) -> None:
         """Draw and submit what `camera` sees, and beyond it as far as the region reaches."""
-        self._fit()
+        self._fit(camera)
         found: dict[Role, list[Any]] = {role: [] for role in ROLES}
         for role, wobject in self._roles():
             private.place(wobject)
@@ -267,18 +278,22 @@ class Prepass:
 
     def _look(self, camera: Any) -> Any:
         """Let pygfx's shaders look through the camera and beyond its borders; (4, 4) its projection."""
-        (width, height), whole = self.view[2:], self.texture.size[:2]
-        scale = np.array([width / whole[0], height / whole[1]])
-        projection = np.diag([*scale, 1.0, 1.0]) @ np.asarray(camera.projection_matrix, np.float64)
+        x, y, width, height = self.view
+        whole = self.texture.size[:2]
+        scale = width / whole[0], height / whole[1]
+        shift = (2 * x + width) / whole[0] - 1, 1 - (2 * y + height) / whole[1]  # of the view's centre
+        into = np.diag([*scale, 1.0, 1.0])
+        into[:2, 3] = shift
+        projection = into @ np.asarray(camera.projection_matrix, np.float64)
         a, b, c, d = private.view_offset(camera)
         logical = np.asarray(self.renderer.logical_size, float)
         private.write_camera(
             camera,
             projection_transform=projection.T,
             projection_transform_inv=np.linalg.inv(projection).T,
-            ndc_offset=(a / scale[0], b / scale[1], c, d),
+            ndc_offset=(a / scale[0], b / scale[1], c - a * shift[0] / scale[0], d - b * shift[1] / scale[1]),
             physical_size=whole,
-            logical_size=logical / scale,
+            logical_size=logical / np.array(scale),
         )
         return projection
 
