@@ -22,6 +22,15 @@ def noise(size: int, seed: int, slope: float, lowest: float = 1.0) -> Array:
     return np.asarray(field / field.std())
 
 
+def tiled(field: Array, x: Array, y: Array) -> Array:
+    """A tileable (n, n) field at x, y in tiles, bilinear."""
+    n = len(field)
+    i, j = np.floor(x * n).astype(int), np.floor(y * n).astype(int)
+    fx, fy = x * n - i, y * n - j
+    rows = [field[k % n, i % n] * (1 - fx) + field[k % n, (i + 1) % n] * fx for k in (j, j + 1)]
+    return np.asarray(rows[0] * (1 - fy) + rows[1] * fy)
+
+
 def smoothstep(low: float, high: float, x: Array) -> Array:
     t = np.clip((x - low) / (high - low), 0, 1)
     return np.asarray(t * t * (3 - 2 * t))
@@ -44,8 +53,7 @@ def sky(sun: npt.NDArray[np.float64], height: int, seed: int) -> npt.NDArray[np.
     colour += (0.16 * towards)[..., None] * (1.0, 0.5, 0.25) + (2.2 * np.exp(-angle / 0.06))[..., None] * (1.0, 0.6, 0.26)
     # A layer of cloud seen from below: its plane's coordinates, thinner towards the zenith and in the haze.
     field, away = noise(1024, seed, 1.45, 3), np.maximum(up, 0.01) + 0.06
-    tile = [np.floor(field.shape[0] * (0.11 * p / away + 0.5)).astype(int) % field.shape[0] for p in (right * 0.55, back)]
-    cover = smoothstep(0.1, 1.9, field[tile[1], tile[0]]) * smoothstep(0.02, 0.12, up)
+    cover = smoothstep(0.1, 1.9, tiled(field, 0.06 * right / away, 0.11 * back / away)) * smoothstep(0.02, 0.12, up)
     lit = mix((0.13, 0.10, 0.14), (1.3, 0.62, 0.28), np.exp(-angle / 0.38))
     colour = mix(colour, lit, 0.75 * cover)
     below = smoothstep(0.0, -0.1, up)
