@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import click
 
@@ -14,6 +14,18 @@ from airlight.errors import AirlightError, MachineError
 
 T = TypeVar("T")
 AHEAD = 2  # pictures that are read, and that wait to be written, beyond the one that is rendered
+
+
+class Writes(Protocol):
+    """A task and the files that it writes, the first being its picture."""
+
+    @property
+    def output(self) -> str: ...
+    @property
+    def outputs(self) -> list[str]: ...
+
+
+W = TypeVar("W", bound=Writes)
 
 
 @dataclass(frozen=True)

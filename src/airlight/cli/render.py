@@ -55,6 +55,12 @@ def numbers(text: str, form: str) -> tuple[float, ...]:
     return found
 
 
+def triple(text: str) -> tuple[float, float, float]:
+    """`x,y,z` as numbers."""
+    x, y, z = numbers(text, PLACE)
+    return x, y, z
+
+
 class _Light(click.ParamType):
     """A light of a scene, kept as it was written."""
 
@@ -69,6 +75,9 @@ class _Light(click.ParamType):
         return str(value)
 
 
+PLACE, SUN = "x,y,z", "azimuth,elevation"
+
+
 def _light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
     from airlight.lights import Light
 
@@ -78,9 +87,6 @@ def _light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, A
     if form == SUN and abs(at[1]) > 90:
         raise AirlightError(f"the elevation of the sun {text!r} is beyond 90 degrees: write azimuth,elevation, as in 90,20")
     return at, known
-
-
-PLACE, SUN = "x,y,z", "azimuth,elevation"
 
 
 def read_scene_light(text: str, form: str) -> "SceneLight":
@@ -138,6 +144,7 @@ class Task:
 @_option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
 @_option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
 @_option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
+@_option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
 @_option("--fps", panel=TIME, type=_Fps(), default="24", help="Frames a second: frame k is at (k - 1) / fps.")
 @_option(
     "--light",
@@ -229,19 +236,19 @@ def render(
     except ImportError as error:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
     inputs = [path for path in (scene, preset, environment) if path is not None]
-    todo = _tasks(ctx, 0.0)
-    _check(todo, is_film, inputs, overwrite or resume)  # before the scene is read
-    offline.prepare(device)
-    stage = open_scene(scene, environment)
-    if not todo:
-        todo = _tasks(ctx, stage.duration)
-        if not todo:
+    stage, all = None, _tasks(ctx, 0.0)
+    if not all:  # as many as the animation has
+        offline.prepare(device)
+        stage = open_scene(scene, environment, ctx.params["seed"])
+        all = _tasks(ctx, stage.duration)
+        if not all:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
-        _check(todo, is_film, inputs, overwrite or resume)
-    if not is_film:
-        todo = pictures._left(todo, skip_existing, resume)
+    todo = all if is_film else _left(ctx, all, inputs)
     if not todo:
         return 0
+    if stage is None:
+        offline.prepare(device)
+        stage = open_scene(scene, environment, ctx.params["seed"])
     shot = _shot(ctx, size, structs[0].quality)
     studio = offline.Studio(stage, shot, *structs, exclude=exclude, linear=_is_linear(output))
     work = _Work(ctx, studio, values, overwrite or resume)
@@ -251,7 +258,7 @@ def render(
             work.add = add
             batch.run(todo, work.read, _strict(work.render), _strict(work.write))
         return 0
-    if len(todo) == 1 and not _is_sequence(ctx):
+    if not _is_sequence(ctx):
         work.write(todo[0], None, work.render(todo[0], None))
         return 0
     failed = batch.run(todo, work.read, work.render, work.write)
@@ -284,7 +291,7 @@ def _shot(ctx: click.Context, size: tuple[int, int, int], quality: str) -> "Shot
     from airlight.scenes.offline import Shot
 
     o = ctx.params
-    eye, target = (None if o[name] is None else numbers(o[name], PLACE) for name in ("eye", "target"))
+    eye, target = (None if o[name] is None else triple(o[name]) for name in ("eye", "target"))
     lights = [read_scene_light(text, PLACE) for text in o["light"]] + [read_scene_light(text, SUN) for text in o["sun"]]
     smooth = quality == "draft" and not o["no_antialias"]
     return Shot(*size, smooth, o["camera"], eye, target, o["fov"], tuple(lights))
@@ -308,7 +315,7 @@ def _tasks(ctx: click.Context, duration: float) -> list[Task]:
     else:
         chosen = [1]
     if len(chosen) > 1 and not several:
-        raise AirlightError(f"{output}: {len(chosen)} frames do not go into one picture; name a pattern such as shot.####.png, or a film.mp4")
+        raise AirlightError(f"{output}: {len(chosen)} frames do not go into one picture; name a pattern, as in shot.####.png, or a .mp4")
 
     def place(path: str | None, number: int) -> str | None:
         pattern = None if path is None else numbered(path)
@@ -322,20 +329,22 @@ def _tasks(ctx: click.Context, duration: float) -> list[Task]:
         if o["time"] + ahead < 0:
             raise AirlightError(f"frame {number} lies before the animation's start: frame 1 is at --time; give later --frames")
         turn = (number - 1) % turntable / turntable if turntable is not None else o["turn"] / 360
-        name = output if video.is_film(output) else place(output, number)
+        name = output if video.is_film(output) else place(output, number) or output
         layer, buffer = place(o["layer"], number), place(o["occlusion_buffer"], number)
         found.append(Task(number, name, layer, buffer, o["time"] + ahead, turn))
     return found
 
 
-def _check(todo: Sequence[Task], is_film: bool, inputs: Sequence[str], overwrite: bool) -> None:
-    """Refuse outputs that cannot be written."""
-    if is_film:
-        return
+def _left(ctx: click.Context, all: Sequence[Task], inputs: Sequence[str]) -> list[Task]:
+    """The pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
+    o = ctx.params
+    overwrite = o["overwrite"] or o["resume"]
+    todo = pictures._left(all, o["skip_existing"], o["resume"])
     for task in todo:
-        pictures._check_outputs(task.outputs, inputs, len(todo) > 1 or overwrite)
-    if len(todo) > 1:
+        pictures._check_outputs(task.outputs, inputs, len(all) > 1 or overwrite)
+    if len(all) > 1:
         pictures._refuse_existing(todo, overwrite)
+    return todo
 
 
 @dataclasses.dataclass

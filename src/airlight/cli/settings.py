@@ -14,7 +14,7 @@ from airlight.errors import AirlightError
 _OPTIONS = {
     "image": ("mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace"),
     "render": ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
-    + ("time", "turn", "turntable", "frames", "fps", "crf"),
+    + ("time", "seed", "turn", "turntable", "frames", "fps", "crf"),
 }
 _LISTS = {"image": {"light": "written", "angle": "angles"}, "render": {"light": "light", "sun": "sun", "exclude": "exclude"}}
 _PRESET = "airlight.preset"  # in ctx.meta

@@ -78,7 +78,13 @@ class _At:
 
 @contextlib.contextmanager
 def film(
-    path: str | os.PathLike[str], width: int, height: int, fps: Fraction, crf: float = 18, overwrite: bool = False, settings: str | None = None
+    path: str | os.PathLike[str],
+    width: int,
+    height: int,
+    fps: Fraction,
+    crf: float = 18,
+    overwrite: bool = False,
+    settings: str | None = None,
 ) -> Iterator[Callable[[np.ndarray], None]]:
     """A function that adds a frame, (height, width, 3) uint8 sRGB codes; at the end of the block the film is verified and in place.
 
@@ -89,7 +95,7 @@ def film(
     name = os.fsdecode(path)
     check_film(name, width, height, overwrite)
     av = library()
-    count = 0
+    count, sound = 0, True
     with replacing(name, overwrite) as file, _told(av, name):
         options = {"movflags": "faststart", "fflags": "+bitexact"}
         container = av.open(_At(file), "w", format="mp4", options=options, io_open=lambda *_: _At(file))
@@ -102,15 +108,18 @@ def film(
         container.metadata["comment"] = MARK + (settings or "")
 
         def add(codes: np.ndarray) -> None:
-            nonlocal count
+            nonlocal count, sound
             if codes.shape != (height, width, 3) or codes.dtype != np.uint8:  # FFmpeg would scale it
                 raise ValueError(f"a frame of {codes.shape} {codes.dtype} in a film of {width}x{height}")
+            if not sound:  # FFmpeg crashes if it is asked again after it has failed
+                raise MachineError(f"{name}: could not be written")
+            sound = False
             with _told(av, name):
                 rgb = av.VideoFrame.from_ndarray(np.ascontiguousarray(codes), format="rgb24")
                 frame = rgb.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG", threads=1)
                 frame.pts, frame.time_base = count, 1 / fps
                 container.mux(stream.encode(frame))
-            count += 1
+            count, sound = count + 1, True
 
         yield add
         container.mux(stream.encode(None))
