@@ -613,7 +613,10 @@ def stage(name: str = "two boxes") -> Any:
         if camera is cameras["side"]:
             camera.local.position = (4, 0.5 + 0.1 * t, 6)
 
-    return Stage(name, scene, cameras, [light], 4.0, pose, np.zeros(3), 3.0, light)
+    path = gfx.Line(gfx.Geometry(positions=np.array([[-2, -1, 0], [2, -1, 0]], np.float32)), gfx.LineMaterial(thickness=9, color="#ff0000"))
+    path.visible = False
+    scene.add(path)
+    return Stage(name, scene, cameras, [light], 4.0, pose, np.zeros(3), 3.0, light, path)
 
 
 @pytest.fixture
@@ -636,6 +639,14 @@ def test_a_scene(scene: Driver) -> None:
     assert (seen[:, 360:].astype(int) - dark[:, 360:]).max() > 10
     scene.click("shafts")
     assert np.array_equal(scene.frame(2)[:, 360:], seen[:, 360:])
+
+
+def test_the_path_is_drawn_on_request(scene: Driver) -> None:
+    plain = scene.frame(2)
+    scene.click("path drawn")
+    assert scene.state.path_drawn and np.abs(scene.frame(2)[:, 360:].astype(int) - plain[:, 360:]).max() > 50
+    scene.click("path drawn")
+    assert np.array_equal(scene.frame(2)[:, 360:], plain[:, 360:])
 
 
 def test_each_parameter_of_a_scene_has_a_widget(scene: Driver) -> None:

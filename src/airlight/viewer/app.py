@@ -101,17 +101,17 @@ class Viewer:
             view = PictureView(self.device, picture)
             self.picture, state.is_image = view, True
             state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength) for lamp in lamps] or [found_light(picture)]
-            state.duration = 0.0
+            state.duration, state.path_drawn = 0.0, None
         else:
             stage = _open_scene(path)
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
                 self.scene = SceneView(self.canvas)
+            state.settled = {}
             self.scene.open(stage, state)
             self.picture, state.is_image = None, False
-        state.source, state.debug, state.split, state.passes = path, None, None, []
-        state.allowed, state.settled = {}, {}
+        state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
         st.tell(state, "")
 
@@ -315,7 +315,7 @@ def offscreen(make: Any, frames: int = 8) -> Any:
     from rendercanvas.offscreen import RenderCanvas
 
     canvas = RenderCanvas(size=SIZE)
-    make(canvas)
+    make(canvas).state.playing = False  # the same picture each time
     for _ in range(frames):
         pixels = canvas.draw()
     return np.asarray(pixels)

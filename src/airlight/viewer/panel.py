@@ -222,6 +222,9 @@ class Panel:
         mode = self._choose("steer", "fly" if s.eye.fly else "orbit", ("orbit", "fly"))
         if mode:
             s.eye.fly = mode == "fly"
+        if s.path_drawn is not None:
+            self._label("Path")
+            s.path_drawn = self._toggle("path drawn", "##path drawn", s.path_drawn)
         if s.duration:
             self._label("Time")
             if self._button("play", "Pause" if s.playing else "Play", 56):
@@ -281,9 +284,10 @@ class Panel:
             s.asked.append(("screenshot", ""))
         imgui.same_line()
         if self._button("copy", "Copy command", -1):
-            s.command = st.as_text(st.command_line(s))
+            s.command = st.as_text(st.command_line(s))  # which from now on is kept up to date
             s.asked.append(("copy", s.command))
         if s.command:
+            s.command = st.as_text(st.command_line(s))
             imgui.set_next_item_width(-1)
             imgui.input_text("##command", s.command, imgui.InputTextFlags_.read_only)
             self._seen("command")

@@ -47,6 +47,7 @@ class SceneView:
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
         state.lamps_before = [replace(lamp) for lamp in state.lamps]
+        state.path_drawn, state.settled = (False if stage.path is not None else None), {"mix": 1.0}
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
@@ -137,6 +138,8 @@ class SceneView:
             state.eye.moved = self.was_moved = True
         self._pose(state)
         self._apply_lamps(state)
+        if self.stage.path is not None:
+            self.stage.path.visible = bool(state.path_drawn)
         eye, camera = state.eye, self.camera
         eye.eye = _triple(camera.world.position)
         eye.fov = float(camera.fov)

@@ -60,6 +60,7 @@ class ViewerState:
     playing: bool = True
     time: float = 0.0  # s
     duration: float = 0.0  # s; 0: nothing moves
+    path_drawn: bool | None = None  # of a scene in which something flies along one, else None
     timing: bool = False
     passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
     settled: dict[str, float] = field(default_factory=dict)  # what unset parameters are for this picture
