@@ -775,6 +775,33 @@ def test_scene_picture_scene(scene: Driver, photo: str) -> None:
     assert np.abs(scene.frame(2)[:, 360:].astype(int) - seen[:, 360:]).max() <= 1
 
 
+def test_memory_does_not_grow_in_scenes(scene: Driver, photo: str) -> None:
+    """300 frames of flying, sizes, ways of occlusion, presets, other scenes and pictures."""
+
+    def turn(i: int) -> None:
+        state = scene.state
+        if i % 30 == 29:
+            scene.viewer.open(("table", photo, "flying")[i // 30 % 3])
+        if i % 30 == 15:
+            scene.canvas.set_logical_size(*((640, 400), (560, 360))[i // 30 % 2])
+        if i % 30 == 20:
+            st.load(state, ("vesper", "soft", "long")[i // 30 % 3])
+        if i % 30 == 5:
+            st.change(state, "occluders", ("stencil", "prepass", "contrast")[i // 30 % 3])
+        state.time, state.playing = i % 40 / 10, False
+        state.debug = ("occlusion", None, "source")[i // 20 % 3]
+        scene.frame()
+
+    scene.canvas.set_logical_size(640, 400)
+    for i in range(180):  # two rounds
+        turn(i)
+    first = resident()
+    for i in range(300):
+        turn(i)
+    grown = resident() - first
+    assert grown < 0.05 * first, f"{grown / 2**20:.1f} MiB more than {first / 2**20:.0f}"
+
+
 @given(some.tuples(*[some.floats(-2, 2)] * 3), some.tuples(some.floats(350, 1200), some.floats(10, 700)))
 def test_dragging_in_space_keeps_the_distance(point: tuple[float, float, float], to: tuple[float, float]) -> None:
     f = 1 / np.tan(np.radians(25))
