@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from airlight.parameters import Composite as Composite
     from airlight.parameters import Parameters as Parameters
     from airlight.scatter.render import Renderer as Renderer
+    from airlight.viewer.app import view as view
 
 __version__ = "0.1.0"
 _HOME = {
@@ -24,6 +25,7 @@ _HOME = {
     "lights": ("Light",),
     "parameters": ("Composite", "Parameters"),
     "scatter.render": ("Renderer",),
+    "viewer.app": ("view",),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = sorted(_MODULE)

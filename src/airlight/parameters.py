@@ -12,8 +12,9 @@ THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
-def _meta(description: str, group: str, source: str, unit: str = "", **bounds: Any) -> Meta:
-    return Meta(description=description, extra={"group": group, "source": source, "unit": unit}, **bounds)
+def _meta(description: str, group: str, source: str, unit: str = "", slider: tuple[float, ...] | None = None, **bounds: Any) -> Meta:
+    """slider: the range in which it is usually moved by hand, where that is narrower than its bounds; or its only values, three or more."""
+    return Meta(description=description, extra={"group": group, "source": source, "unit": unit, "slider": slider}, **bounds)
 
 
 _GG3 = "GPU Gems 3, ch. 13"
@@ -47,7 +48,14 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     ] = "epipolar"
     samples: Annotated[
         int,
-        _meta("samples n along the ray; for epipolar it only sets lambda = -n ln(decay)", "shafts", _GG3 + ", Eq. 4", ge=1, le=MAX_SAMPLES),
+        _meta(
+            "samples n along the ray; for epipolar it only sets lambda = -n ln(decay)",
+            "shafts",
+            _GG3 + ", Eq. 4",
+            slider=(1, 300),
+            ge=1,
+            le=MAX_SAMPLES,
+        ),
     ] = 100
     density: Annotated[
         float,
@@ -57,13 +65,16 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             "shafts",
             _GG3 + ", Listing 13-1",
             "ray lengths",
+            slider=(0.05, 1.5),
             gt=0,
             le=16,
         ),
     ] = 0.97
-    decay: Annotated[float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", ge=1e-6, le=1)] = 0.98
-    weight: Annotated[float, _meta("factor of every sample", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.0
-    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", ge=0, le=1e6)] = 1.5
+    decay: Annotated[
+        float, _meta("factor from one sample to the next", "shafts", _GG3 + ", Eq. 3", "per sample", slider=(0.9, 1), ge=1e-6, le=1)
+    ] = 0.98
+    weight: Annotated[float, _meta("factor of every sample", "shafts", _GG3 + ", Eq. 3", slider=(0, 2), ge=0, le=1e6)] = 1.0
+    exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", slider=(0, 3), ge=0, le=1e6)] = 1.5
     normalization: Annotated[
         Literal["mean", "listing"],
         _meta("mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted", "method", _GG3),
@@ -78,7 +89,15 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
         ),
     ] = "fixed"
     scale: Annotated[
-        float, _meta("resolution of the radial sum: 1, 0.5 or 0.25, filtered down and up", "method", _GG3 + ", sec. 13.3.1", ge=0.25, le=1)
+        float,
+        _meta(
+            "resolution of the radial sum: 1, 0.5 or 0.25, filtered down and up",
+            "method",
+            _GG3 + ", sec. 13.3.1",
+            slider=(1, 0.5, 0.25),
+            ge=0.25,
+            le=1,
+        ),
     ] = 1.0
     quality: Annotated[Literal["draft", "normal", "final"], _meta("fineness of the epipolar grid", "method", "Airlight")] = "normal"
     occlusion: Annotated[
@@ -98,6 +117,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             "occlusion",
             "Blender, Resolve",
             "linear",
+            slider=(0, 2),
         ),
     ] = None
     smoothness: Annotated[
@@ -108,6 +128,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             "occlusion",
             "Blender Sun Beams",
             "linear",
+            slider=(0, 2),
         ),
     ] = None
 
@@ -210,6 +231,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "scene",
             _GG3 + ", sec. 13.6",
             "m",
+            slider=(0, 20),
             ge=0,
             le=1e6,
         ),
@@ -219,7 +241,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
         _meta("colour of the source where nothing is drawn, sRGB as #101010; unset: the scene's background", "scene", "Vesper"),
     ] = None
     adapt_seconds: Annotated[
-        float, _meta("time in which light adaptation follows the picture", "scene", _GG3 + ", sec. 13.8", "s", ge=0, le=60)
+        float, _meta("time in which light adaptation follows the picture", "scene", _GG3 + ", sec. 13.8", "s", slider=(0, 5), ge=0, le=60)
     ] = 0.5
     tone: Annotated[
         Literal["filmic", "none"], _meta("how linear light becomes a picture: a filmic curve, or cut off at 1", "scene", "Airlight")

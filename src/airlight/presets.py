@@ -2,6 +2,7 @@
 
 import difflib
 import functools
+import json
 import os
 import stat
 import tomllib
@@ -56,6 +57,20 @@ def load(preset: str | os.PathLike[str]) -> dict[str, Any]:
     if not name.lower().endswith(".toml"):
         raise AirlightError(f"there is no preset {name!r}{_nearest(name, names())}; use {', '.join(names())} or a .toml file")
     return _check(Path(name))
+
+
+def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") -> None:
+    """Write some values as a preset, which `load` reads; a new file, whole or not at all. Raises AirlightError, MachineError."""
+    from airlight.files.atomic import check_output, replacing
+
+    build(values)
+    check_output(path, image=False)
+    lines = [f"description = {json.dumps(''.join(c if c.isprintable() else '?' for c in about))}", ""]
+    for key, value in values.items():
+        if value is not None:  # unset
+            lines.append(f"{key} = {json.dumps(value)}")  # numbers, texts and truths are written alike in JSON and TOML
+    with replacing(path) as file:
+        file.write(("\n".join(lines) + "\n").encode())
 
 
 def choices(kind: Any) -> list[str]:

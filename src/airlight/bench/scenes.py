@@ -26,7 +26,8 @@ class _Frame:
         from airlight.scenes.offline import Shot, Studio
 
         self.studio = Studio(open_scene(name), Shot(*SIZE, samples=1))
-        shafts, seen = self.studio.shafts, {}
+        shafts = self.studio.shafts
+        seen: dict[str, Any] = {}
         inner = shafts.render
 
         def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:

@@ -92,7 +92,7 @@ def tasks(
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
 
-    found = []
+    found: list[Task] = []
     for number, source in given:
         outputs = [place(target, number, source) for target in (output, layer, fraction)]
         found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], beside(mask, number), beside(depth, number), len(found)))

@@ -33,6 +33,7 @@ class Declared:
     group: str
     source: str
     unit: str
+    slider: tuple[float, ...] | None  # where it is usually moved: its bounds, if nothing else is said; three or more: its only values
 
     @property
     def option(self) -> str:
@@ -80,6 +81,7 @@ def _declared(field: msgspec.structs.FieldInfo) -> Declared:
         group=notes.get("group", "other"),
         source=notes.get("source", ""),
         unit=notes.get("unit", ""),
+        slider=notes.get("slider") or ((number and kind.ge is not None and kind.le is not None and (kind.ge, kind.le)) or None),
     )
 
 
@@ -90,9 +92,9 @@ def _choices(annotation: Any) -> tuple[str, ...]:
     return next((found for part in get_args(annotation) if (found := _choices(part))), ())
 
 
-def parameter_options(command: F) -> F:
-    """Decorator: one option for each declared parameter, in a panel for each group."""
-    for parameter in reversed(declared()):
+def parameter_options(command: F, scenes: bool = False) -> F:
+    """Decorator: one option for each declared parameter, in a panel for each group. scenes: those of 3-D scenes too."""
+    for parameter in reversed(declared(scenes)):
         command = _option(parameter)(command)
     return command
 

@@ -1,10 +1,9 @@
-// The layer put on an 8-bit sRGB picture: haze taken away, added or screened in linear light, encoded, dithered. Twins: lift_veil and
-// blend in blend.py, encode_codes in files/colour.py. Where nothing is added the codes stay as they are.
+// The layer put on an 8-bit sRGB picture: haze taken away, added or screened in linear light, encoded, dithered. Twins: blend
+// in blend.py, encode_codes in files/colour.py. Where nothing is added the codes stay as they are.
 //! include "gpu/srgb.wgsl"
+//! include "composite/put.wgsl"
 override SCREEN: bool = true;
 override VEIL: bool = true;
-
-const WHITE = 0.9911;         // code 254
 
 struct Rule {
     peak: f32,                // luminance of the brightest shafts
@@ -18,19 +17,13 @@ struct Rule {
 @group(0) @binding(3) var noise: texture_2d<f32>; // in (0, 1), a tile
 @group(0) @binding(4) var result: texture_storage_2d<rgba8unorm, write>;
 
-fn lift_veil(color: vec3f) -> vec3f {
-    let q = min(dot(color, vec3f(0.2126, 0.7152, 0.0722)) / rule.peak, 1e4);
-    let t = q * q * q * q;
-    return color * (t / max(t + rule.veil, 1e-30));
-}
-
 fn composited(p: vec2u) -> vec4f {
     let before = textureLoad(codes, p, 0);
     var added = textureLoad(layer, p, 0).rgb;
-    if (VEIL) { added = lift_veil(added); }
+    if (VEIL) { added = lift_veil(added, rule.peak, rule.veil); }
     added *= rule.mix;
     let a = srgb_decode(before.rgb);
-    if (SCREEN) { added = max(WHITE - a, vec3f(0.0)) * (added / (1.0 + added)); }
+    if (SCREEN) { added = screened(a, added); }
     if (all(added == vec3f(0.0))) {
         return before;
     }

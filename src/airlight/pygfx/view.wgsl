@@ -39,7 +39,8 @@ struct View {
     aim: array<Aim, 8>,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
+// in storage, for software Vulkan compiles a shader anew, and keeps it, for each value of a uniform that ends a loop
+@group(0) @binding(0) var<storage, read> view: View;
 @group(0) @binding(1) var scene: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_depth_2d;
 

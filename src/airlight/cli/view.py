@@ -1,0 +1,94 @@
+"""`airlight view`: a picture or a scene, live."""
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import click
+import rich_click
+
+from airlight.cli.light import LightText, LightType
+from airlight.cli.options import gather, parameter_options
+from airlight.errors import AirlightError
+
+_option = functools.partial(click.option, cls=rich_click.RichOption)
+
+
+@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
+@click.argument("source", metavar="SCENE|IMAGE", default="table")
+@_option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
+@_option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
+@_option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
+@_option("--screenshot", metavar="FILE", type=click.Path(), help="Open nothing: write what the viewer would show, panel and all.")
+@_option("-y", "--overwrite", is_flag=True, help="Replace the screenshot if it exists.")
+@_option(
+    "--light",
+    "written",
+    panel="Light",
+    type=LightType(),
+    multiple=True,
+    help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
+    "Unset: it is found.",
+)
+@_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@functools.partial(parameter_options, scenes=True)
+@_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@click.pass_context
+def view(
+    ctx: click.Context,
+    source: str,
+    browser: bool,
+    host: str,
+    port: int,
+    screenshot: str | None,
+    overwrite: bool,
+    written: Sequence[LightText],
+    preset: str | None,
+    device: str | None,
+    **_: Any,
+) -> None:
+    """Show a picture or a 3-D scene (table, flying, a .glb or .gltf file) live, with a panel of all parameters."""
+    values = gather(ctx, preset)
+    if browser and screenshot is not None:
+        raise AirlightError("--browser and --screenshot exclude each other; give one")
+    from airlight.files import check_output, write_image
+
+    if screenshot is not None:
+        check_output(screenshot, [source], overwrite)
+    try:
+        from airlight.viewer import app
+    except ImportError as error:
+        raise AirlightError(f"the viewer needs more packages ({error}): pip install airlight[viewer]") from None
+    lamps = _lamps(written, source)
+
+    def make(canvas: Any) -> Any:
+        try:
+            return app.Viewer(canvas, source, values=values, lamps=lamps, device=device)
+        except ImportError as error:
+            raise AirlightError(f"the viewer needs more packages ({error}): {app.MISSING}") from None
+
+    if screenshot is not None:
+        write_image(screenshot, None, encoded=app.offscreen(make)[..., :3], overwrite=overwrite)
+    elif browser:
+        from airlight.viewer.browser import serve
+
+        serve(make, host, port)
+    else:
+        app.in_window(make)
+
+
+def _lamps(written: Sequence[LightText], source: str) -> list[Any]:
+    """The lights of --light in the picture's own pixels."""
+    from airlight.cli.light import place
+    from airlight.viewer.app import is_image
+    from airlight.viewer.state import Lamp
+
+    given = [light for light in written if light.position != "auto"]
+    if not given:
+        return []
+    if not is_image(source):
+        raise AirlightError("--light is for pictures: a scene has lights of its own, which the panel moves")
+    from airlight.files import read_image
+
+    picture = read_image(source)
+    return [Lamp(one.position, one.color, one.strength) for one in (place(light, picture) for light in given)]

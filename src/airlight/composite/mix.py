@@ -1,0 +1,73 @@
+"""The composite in linear light on the GPU, for what is shown at once: nothing but some luminances visits the CPU."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.composite import adapt
+from airlight.composite.blend import COVER, FloatArray, Rule, measured, sample_step
+from airlight.composite.codes import LUMINANCES
+from airlight.gpu.device import Device
+from airlight.gpu.timing import timing
+
+MIX = "composite/mix.wgsl"
+RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("scale", "f4")])
+
+
+class _Luminances:
+    """Those of every n-th pixel of a texture."""
+
+    def __init__(self, device: Device, texture: Any) -> None:
+        width, height, _ = texture.size
+        step = sample_step(width, height)
+        self.device, self.count = device, (-(-width // step), -(-height // step))
+        self.found = device.buffer(size=4 * self.count[0] * self.count[1])
+        self.pick = device.pipeline(LUMINANCES, "pick", STEP=step)
+        self.bind = device.bind(LUMINANCES, texture, self.found)
+
+    def read(self) -> FloatArray:
+        encoder = self.device.encoder()
+        run = encoder.begin_compute_pass()
+        run.set_pipeline(self.pick)
+        run.set_bind_group(0, self.bind)
+        run.dispatch_workgroups(-(-self.count[0] // 64), self.count[1])
+        run.end()
+        self.device.submit(encoder)
+        return np.frombuffer(self.device.queue.read_buffer(self.found), np.float32)
+
+
+class LinearComposite:
+    """The pass that puts a layer (rgba16float) on a picture (rgba32float, linear, or rgba8unorm, sRGB codes) into `result`, rgba16float,
+    linear, not yet adapted. picture_scale: `adapt.measured` of the picture alone, for the mix where it is unset and the rule adapts."""
+
+    def __init__(self, device: Device, picture: Any, layer: Any, rule: Rule, picture_scale: float) -> None:
+        width, height, _ = picture.size
+        self.device, self.size, self.picture_scale = device, (width, height), picture_scale
+        self.result = device.texture(width, height, "rgba16float")
+        self.uniform = device.buffer(size=RULE.itemsize, uniform=True)
+        constants = {"SCREEN": rule.blend == "screen", "VEIL": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
+        self.pipeline = device.pipeline(MIX, "put", **constants)
+        self.bind = device.bind(MIX, self.uniform, picture, layer, self.result)
+        self.of_layer, self.of_result = _Luminances(device, layer), _Luminances(device, self.result)
+
+    def measure(self, rule: Rule, scale: float = 1.0) -> Rule:
+        """Settle what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
+        if rule.mix is None or (rule.veil and rule.peak is None):
+            cover = COVER * (adapt.MIDDLE / self.picture_scale if rule.adapt else 1.0)
+            rule = measured(rule, (self.of_layer.read() / scale).astype(np.float32), cover)
+        values = np.zeros((), RULE)
+        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
+        values["scale"] = scale
+        self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
+        return rule
+
+    def ramp(self) -> adapt.Ramp:
+        """What adapts the result as it is now."""
+        return adapt.measured(self.of_result.read())
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        run = encoder.begin_compute_pass(**timing(timer, "composite"))
+        run.set_pipeline(self.pipeline)
+        run.set_bind_group(0, self.bind)
+        run.dispatch_workgroups(-(-self.size[0] // 64), self.size[1])
+        run.end()

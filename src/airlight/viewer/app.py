@@ -1,0 +1,361 @@
+"""The viewer on any canvas of rendercanvas: a window, a browser, a notebook, or none at all."""
+
+import contextlib
+import os
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError, MachineError
+from airlight.files import Picture, read_image, write_image
+from airlight.gpu.device import WANTED_FEATURES, Device, choose
+from airlight.viewer import controls
+from airlight.viewer import state as st
+from airlight.viewer.state import Lamp, ViewerState
+
+SIZE = (1280, 720)
+TITLE = "Airlight"
+LONGEST_STEP = 0.25  # s that time goes on between two frames at most
+EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
+LINGER = 3  # frames after an event, in which the panel follows it
+SPLIT = 7  # logical px beside the split within which it is taken hold of
+MISSING = "pip install airlight[viewer]"
+
+
+def shared_device(name: str | None = None) -> Device:
+    """The device that pygfx, too, will use: wgpu's default device, on the adapter whose name holds `name`."""
+    import wgpu
+
+    with contextlib.suppress(ImportError):
+        import pygfx  # noqa: F401  first, as it asks for features of the device that is still to be made
+
+    chosen = choose(name)
+    with contextlib.suppress(RuntimeError):  # it is there already: everything has to use it
+        features = {f for f in WANTED_FEATURES if f in chosen.features}
+        wgpu.preconfigure_default_device("airlight", adapter=chosen, required_features=features)
+    device = wgpu.get_default_device()
+    if name and name.lower() not in f"{device.adapter.info['device']} {device.adapter.info['adapter_type']}".lower():
+        raise AirlightError(f"the device is chosen already ({device.adapter.info['device']}); choose {name!r} in a new process")
+    return Device.of(device)
+
+
+def is_image(source: str) -> bool:
+    """Whether a source is a picture rather than a scene."""
+    return source not in st.SCENES and not source.lower().endswith((".glb", ".gltf"))
+
+
+class Viewer:
+    """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
+
+    source: a picture's path, a Picture, a scene's name or path. Raises AirlightError where it cannot be shown; later failures are lines in
+    the panel. Shows itself in notebooks, if the canvas does.
+    """
+
+    def __init__(
+        self,
+        canvas: Any,
+        source: str | Picture,
+        *,
+        values: dict[str, Any] | None = None,
+        lamps: Sequence[Lamp] = (),
+        device: str | None = None,
+        folder: str = ".",
+    ) -> None:
+        from airlight.viewer.panel import Panel
+
+        self.canvas, self.folder = canvas, folder
+        self.device = shared_device(device)
+        self.scene: Any = None
+        self.picture: Any = None
+        self.dragging: int | str | None = None
+        self.linger = LINGER
+        self.last: float | None = None
+        path = source if isinstance(source, str) else source.path
+        self.state = ViewerState(source=path, is_image=True)
+        if values:
+            st.set_values(self.state, values)
+        self.open(source, lamps)
+        context = canvas.get_wgpu_context()
+        self.format: str = context.get_preferred_format(self.device.device.adapter)
+        self.panel = Panel(self.device.device, canvas, self.state)
+        self.panel.overlay = self._marks
+        canvas.add_event_handler(self._woken, "*", order=-100)
+        canvas.add_event_handler(self._handle, *EVENTS, order=-50)
+        canvas.request_draw(self.draw)
+
+    def _repr_mimebundle_(self, *args: Any, **keywords: Any) -> Any:
+        return self.canvas._repr_mimebundle_(*args, **keywords)
+
+    # what is shown
+
+    def open(self, source: str | Picture, lamps: Sequence[Lamp] = ()) -> None:
+        """Show another picture or scene. Raises AirlightError, and goes on showing the one before."""
+        state = self.state
+        path = source if isinstance(source, str) else source.path
+        if not isinstance(source, str) or is_image(path):
+            from airlight.viewer.picture import PictureView, found_light
+
+            picture = read_image(source) if isinstance(source, str) else source
+            view = PictureView(self.device, picture)
+            self.picture, state.is_image = view, True
+            state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength) for lamp in lamps] or [found_light(picture)]
+            state.duration, state.path_drawn = 0.0, None
+        else:
+            stage = _open_scene(path)
+            if self.scene is None:
+                from airlight.viewer.stage import SceneView
+
+                self.scene = SceneView(self.canvas)
+            state.settled = {}
+            self.scene.open(stage, state)
+            self.picture, state.is_image = None, False
+        state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
+        state.sources = tuple(dict.fromkeys((*state.sources, path)))
+        st.tell(state, "")
+
+    def room(self) -> controls.Area:
+        """Where there is place beside the panel, physical px."""
+        width, height = self.canvas.get_physical_size()
+        left = round(self.panel.width * self.canvas.get_pixel_ratio())
+        return (left, 0, max(1, width - left), height) if left < width - 64 else (0, 0, width, height)
+
+    def area(self) -> controls.Area:
+        """Where the picture is, logical px."""
+        if self.picture is None:
+            return (0.0, 0.0, *self.canvas.get_logical_size())
+        from airlight.viewer.picture import fitted
+
+        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in fitted(self.picture.size, self.room()))
+        return x, y, width, height
+
+    def draw(self) -> None:
+        """One frame: called by the canvas."""
+        state = self.state
+        self._do_asked()
+        width, height = self.canvas.get_physical_size()
+        if width < 2 or height < 2:
+            return
+        state.size = (width, height)
+        now = time.perf_counter()
+        step = 0.0 if self.last is None else min(now - self.last, LONGEST_STEP)
+        self.last = now
+        if state.playing and state.duration:
+            state.time = (state.time + step) % state.duration
+        hurried = self.dragging is not None or self.panel.busy
+        again = False
+        try:
+            if self.picture is not None:
+                again = self._draw_picture(hurried)
+            else:
+                again = self.scene.update(state, step)
+                self.scene.show(state)
+        except AirlightError as error:
+            st.tell(state, str(error), error=True)
+            if self.picture is not None and self.picture.done is not None:
+                self._show_picture()
+        self.panel.render()
+        self.linger -= 1
+        settling = not state.is_image and state.composite.adapt > 0
+        if again or hurried or self.linger > 0 or state.asked or (state.playing and state.duration) or settling:
+            self.canvas.request_draw()
+
+    def _draw_picture(self, hurried: bool) -> bool:
+        again: bool = self.picture.update(self.state, hurried)
+        self._show_picture()
+        return again
+
+    def _show_picture(self) -> None:
+        from airlight.viewer.picture import fitted
+
+        target = self.canvas.get_wgpu_context().get_current_texture().create_view()
+        self.picture.show(self.state, target, self.format, fitted(self.picture.size, self.room()))
+
+    def _marks(self, draw: Any) -> None:
+        """The lights and the split, over the picture."""
+        from imgui_bundle import imgui
+
+        state, area = self.state, self.area()
+        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
+        for i, mark in enumerate(self.marks()):
+            if mark is not None:
+                radius = 8 if self.dragging == i else 6
+                draw.add_circle(mark, radius, dark, 0, 3.5)
+                draw.add_circle(mark, radius, light, 0, 1.5)
+        if state.is_image and state.split is not None and state.shafts and not state.debug:
+            x = area[0] + state.split * area[2]
+            draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
+            draw.add_line((x, area[1]), (x, area[1] + area[3]), light, 1)
+            draw.add_circle_filled((x, area[1] + area[3] / 2), 6, light)
+            draw.add_text((x - 50, area[1] + 8), light, "before")
+            draw.add_text((x + 10, area[1] + 8), light, "after")
+
+    def marks(self) -> list[tuple[float, float] | None]:
+        """Where the lights that can be dragged are on the canvas, logical px."""
+        state, area = self.state, self.area()
+        if self.picture is not None:
+            return [controls.to_canvas(lamp.place, area) for lamp in state.lamps]
+        marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
+        return marks
+
+    # what the user does
+
+    def _woken(self, event: dict[str, Any]) -> None:
+        if event["event_type"] not in ("close", "before_draw", "animate"):
+            self.linger = LINGER
+            self.canvas.request_draw()
+
+    def _handle(self, event: dict[str, Any]) -> None:
+        """An event that the panel left."""
+        kind, state = event["event_type"], self.state
+        at = (event.get("x", 0.0), event.get("y", 0.0))
+        if kind == "key_down" and event["key"].lower() == "h":
+            self.panel.visible = not self.panel.visible
+        elif kind == "pointer_down" and event["button"] == 1:
+            self.dragging = self._grabbed(at)
+        elif kind == "pointer_move" and self.dragging is not None:
+            self._drag(at)
+        elif kind == "pointer_up" and self.dragging is not None:
+            self.dragging = None
+            return
+        if self.picture is None and self.dragging is None and self.scene is not None:
+            self.scene.handle(event)
+        if kind == "double_click" and state.is_image and len(state.lamps) == 1:
+            self.dragging = 0
+            self._drag(at)
+            self.dragging = None
+
+    def _grabbed(self, at: tuple[float, float]) -> int | str | None:
+        area, state = self.area(), self.state
+        found = controls.nearest(at, self.marks())
+        if found is not None:
+            return found
+        shown = state.is_image and state.split is not None and state.shafts and not state.debug
+        if shown and abs(at[0] - area[0] - (state.split or 0.0) * area[2]) <= SPLIT and area[1] <= at[1] <= area[1] + area[3]:
+            return "split"
+        return None
+
+    def _drag(self, at: tuple[float, float]) -> None:
+        state, area = self.state, self.area()
+        if self.dragging == "split":
+            state.split = min(max(controls.to_picture(at, area)[0], 0.0), 1.0)
+        elif isinstance(self.dragging, int) and self.picture is not None:
+            st.move(state, self.dragging, controls.to_picture(at, area))
+        elif isinstance(self.dragging, int):
+            st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
+
+    def _do_asked(self) -> None:
+        state = self.state
+        asked, state.asked = state.asked, []
+        for what, said in asked:
+            try:
+                if what == "open":
+                    self.open(said)
+                elif what == "screenshot":
+                    st.tell(state, f"{self.screenshot()} saved")
+                elif what == "copy":
+                    self._copy(said)
+            except AirlightError as error:
+                st.tell(state, str(error), error=True)
+
+    def _copy(self, text: str) -> None:
+        """To the clipboard, where the canvas is a window; elsewhere the panel's line is there to be copied."""
+        st.tell(self.state, "the command stands below its button")
+        if type(self.canvas).__module__ == "rendercanvas.glfw":
+            import glfw
+
+            glfw.set_clipboard_string(None, text)  # type: ignore[arg-type]
+            st.tell(self.state, "the command is in the clipboard")
+
+    def screenshot(self) -> str:
+        """Write what is shown, without the panel, as a new numbered PNG; its name. Raises AirlightError, MachineError."""
+        stem = os.path.splitext(os.path.basename(self.state.source))[0] or "airlight"
+        number = 1
+        while os.path.lexists(name := os.path.join(self.folder, f"{stem}-{number:04d}.png")):
+            number += 1
+        if self.picture is not None:
+            write_image(name, None, encoded=self.picture.pixels_shown(self.state))
+        else:
+            write_image(name, self.scene.pixels_shown())
+        return os.path.normpath(name)
+
+
+def _open_scene(name: str) -> Any:
+    try:
+        from airlight.scenes import open_scene
+
+        return open_scene(name)
+    except ImportError as error:
+        raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None
+
+
+def in_window(make: Any) -> None:
+    """Show make(canvas) in a window until it is closed. Raises MachineError where there is no display."""
+    import warnings
+
+    try:
+        import glfw
+        from rendercanvas.glfw import RenderCanvas, loop
+    except ImportError as error:
+        raise AirlightError(f"the viewer needs more packages ({error}): {MISSING}") from None
+    except Exception as error:  # what a broken display raises while the back end is imported
+        raise MachineError(f"no window can be opened ({error}); use --browser, or --screenshot FILE") from None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if not glfw.init():
+            raise MachineError("no display to open a window on; use --browser, or --screenshot FILE")
+        canvas = RenderCanvas(size=SIZE, title=TITLE, max_fps=60)
+    make(canvas)
+    loop.run()
+
+
+def offscreen(make: Any, frames: int = 8) -> Any:
+    """(H, W, 4) uint8: what make(canvas) shows after some frames, panel and all."""
+    from rendercanvas.offscreen import RenderCanvas
+
+    canvas = RenderCanvas(size=SIZE)
+    make(canvas).state.playing = False  # the same picture each time
+    for _ in range(frames):
+        pixels = canvas.draw()
+    return np.asarray(pixels)
+
+
+def view(source: Any, light: Any = None, *, device: str | None = None, size: tuple[int, int] = (1000, 600), **parameters: Any) -> Viewer:
+    """The live viewer in a notebook cell: it shows itself.
+
+    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb or .gltf file.
+    light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
+    """
+    try:
+        from rendercanvas.anywidget import RenderCanvas
+    except ImportError as error:
+        raise AirlightError(f"a notebook's view needs more packages ({error}): {MISSING} anywidget") from None
+    from airlight.lights import as_lights
+
+    lamps = [] if light is None else [Lamp(one.position, one.color, one.strength) for one in as_lights(light)]
+    shown = os.fspath(source) if isinstance(source, (str, os.PathLike)) else from_array(source)
+    return Viewer(RenderCanvas(size=size), shown, values=parameters, lamps=lamps, device=device)
+
+
+def from_array(array: Any) -> Picture:
+    """An array as airlight.light_shafts takes it, (H, W), (H, W, 3) or (H, W, 4), as a picture."""
+    from airlight.files import to_linear
+    from airlight.files.colour import alpha_of
+
+    given = np.asarray(array)
+    to_linear(given)  # refuses what is no picture
+    codes = given if given.ndim == 3 else given[..., None]
+    if codes.dtype.kind == "f":
+        codes = np.nan_to_num(codes.astype(np.float32), posinf=65504.0, neginf=0.0)
+    real = codes.dtype.kind == "f"
+    return Picture(
+        codes=np.ascontiguousarray(codes),
+        channels=("R", "G", "B", "A")[: codes.shape[2]],
+        alpha=alpha_of(codes[..., -1]) if codes.shape[2] in (2, 4) else None,
+        encoding="linear" if real else "srgb",
+        path="array",
+        spec=None,
+        format="png",
+        bits=codes.dtype.itemsize * 8,
+    )

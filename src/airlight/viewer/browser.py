@@ -1,0 +1,451 @@
+"""The viewer in a web browser: rendercanvas' remote view behind guards of our own.
+
+rendercanvas.http trusts whoever connects. Here a client must have opened the printed address (its token becomes a cookie), come from our
+own page (Host and Origin, against DNS rebinding and other sites), and be one of eight; its messages are decoded by type, clamped, counted,
+and encoded anew before rendercanvas sees them. The first client steers, the others watch; when it goes, the next one steers.
+"""
+
+import asyncio
+import contextlib
+import errno
+import hmac
+import ipaddress
+import math
+import secrets
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from importlib.resources import files
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+from urllib.parse import parse_qs, urlsplit
+
+import msgspec
+
+from airlight.errors import AirlightError
+from airlight.files.decode import tell
+from airlight.supervisor import STOPS
+
+if TYPE_CHECKING:
+    import uvicorn
+
+TITLE = "Airlight"
+SIZE = (1280, 720)  # until the first client tells its own
+MOST_CLIENTS = 8
+MOST_BYTES = 16 * 1024  # of a message
+RATE, BURST = 240, 480  # messages a second, and how many at once; our page sends at most about 200 a second
+MOST_PIXELS, MOST_SIDE = 3840 * 2160, 4096  # of the canvas, physical
+PATIENCE = 10.0  # s that a client may take to acknowledge a frame
+CLOSE_TIME = 0.5  # s for closing a connection
+SHUTDOWN = 0.4  # s for all clients when the program ends
+PAGE = "/ws"
+
+HEADERS = [
+    (
+        b"content-security-policy",
+        b"default-src 'none'; script-src 'self'; style-src 'self'; img-src blob: data:; connect-src 'self'; "
+        b"base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    ),
+    (b"x-frame-options", b"DENY"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"cache-control", b"no-store"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cross-origin-opener-policy", b"same-origin"),
+]
+
+# What a client may say. Anything else is dropped: other types (close, and what rendercanvas means for itself, with a "_"), other fields.
+
+Button = Annotated[int, msgspec.Meta(ge=0, le=6)]
+Buttons = Annotated[list[Button], msgspec.Meta(max_length=6)]
+Modifiers = Annotated[list[Literal["Alt", "Control", "Meta", "Shift"]], msgspec.Meta(max_length=4)]
+Word = Annotated[str, msgspec.Meta(max_length=32)]
+
+
+class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
+    timestamp: float
+
+
+class _At(_Message):
+    x: float
+    y: float
+    modifiers: Modifiers
+
+
+class _Pointer(_At):
+    button: Button
+    buttons: Buttons
+    ntouches: Literal[0] = 0
+    touches: Annotated[dict[str, None], msgspec.Meta(max_length=0)] = {}
+
+
+class _Down(_Pointer, tag="pointer_down"):
+    pass
+
+
+class _Up(_Pointer, tag="pointer_up"):
+    pass
+
+
+class _Move(_Pointer, tag="pointer_move"):
+    pass
+
+
+class _Enter(_Pointer, tag="pointer_enter"):
+    pass
+
+
+class _Leave(_Pointer, tag="pointer_leave"):
+    pass
+
+
+class _Double(_At, tag="double_click"):
+    button: Button
+    buttons: Buttons
+
+
+class _Wheel(_At, tag="wheel"):
+    dx: float
+    dy: float
+    buttons: Buttons
+
+
+class _Key(_Message):
+    key: Word
+    modifiers: Modifiers
+
+
+class _KeyDown(_Key, tag="key_down"):
+    pass
+
+
+class _KeyUp(_Key, tag="key_up"):
+    pass
+
+
+class _Char(_Message, tag="char"):
+    data: Word | None
+    is_composing: bool
+    input_type: Word
+
+
+class _Resize(_Message, tag="resize"):
+    width: float
+    height: float
+    pwidth: float
+    pheight: float
+    ratio: float
+
+
+class _Feedback(_Message, tag="_framefeedback"):
+    index: int
+    localtime: float
+
+
+Said = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | _Feedback
+_DECODER = msgspec.json.Decoder(Said)
+_SPANS = {
+    **dict.fromkeys(("x", "y"), (-2.0 * MOST_SIDE, 2.0 * MOST_SIDE)),
+    **dict.fromkeys(("dx", "dy"), (-10_000.0, 10_000.0)),
+    **dict.fromkeys(("timestamp", "localtime"), (0.0, 1e10)),
+    "ratio": (0.1, 10.0),
+}
+
+
+def understood(text: str) -> Said | None:
+    """A message of a client, its numbers clamped; None where it is none that a client may send."""
+    try:
+        message: Said = _DECODER.decode(text)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return None
+    for name in message.__struct_fields__:
+        if name in _SPANS:
+            low, high = _SPANS[name]
+            setattr(message, name, min(max(getattr(message, name), low), high))
+    if isinstance(message, _Resize):
+        _bound(message)
+    return message
+
+
+def _bound(size: _Resize) -> None:
+    """Too large a canvas gets fewer pixels a point: the points stay, and so the pointer's coordinates."""
+    width, height = (min(max(v, 1.0), 1e6) for v in (size.pwidth, size.pheight))
+    shrunk = min(1.0, MOST_SIDE / max(width, height), math.sqrt(MOST_PIXELS / (width * height)))
+    size.pwidth, size.pheight = (max(1, math.floor(v * shrunk)) for v in (width, height))
+    size.ratio *= shrunk
+    size.width, size.height = size.pwidth / size.ratio, size.pheight / size.ratio
+
+
+class _Sent(msgspec.Struct):
+    """What matters of a message to a client."""
+
+    type: str
+    index: int = 0
+
+
+class _Client:
+    """One websocket: its messages to rendercanvas, filtered, and the frames on their way to it, counted."""
+
+    def __init__(self, app: Any, scope: Any, receive: Any, send: Any) -> None:
+        self.app, self.scope, self.take, self.give = app, scope, receive, send
+        self.inbox: asyncio.Queue[Any] = asyncio.Queue(maxsize=16)
+        self.sent = self.confirmed = 0
+        self.allowance, self.counted = float(BURST), asyncio.get_running_loop().time()
+        self.patience = asyncio.timeout(None)
+
+    async def run(self) -> None:
+        """Until it goes, talks too much, or takes no frames any more."""
+        served = asyncio.create_task(self.app(self.scope, self.inbox.get, self._send))
+        served.add_done_callback(lambda _: self._wait(0.0))
+        code, why = 1008, "it took no frames"
+        try:
+            async with self.patience:
+                code, why = await self._listen()
+        except TimeoutError:
+            pass
+        finally:
+            if not served.done():
+                await self.inbox.put({"type": "websocket.disconnect", "code": 1005})
+            await served
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_TIME):
+                await self.give({"type": "websocket.close", "code": code, "reason": why})
+
+    async def _listen(self) -> tuple[int, str]:
+        """Its messages, until it is to be closed: with what code, and why."""
+        while True:
+            event = await self.take()
+            if event["type"] == "websocket.disconnect":
+                return 1000, ""
+            if event["type"] == "websocket.connect":
+                await self.inbox.put(event)
+                continue
+            if not self._may_speak():
+                return 1008, "too many messages"
+            message = understood(event.get("text") or "")
+            if isinstance(message, _Feedback):
+                if not self.confirmed < message.index <= self.sent:
+                    continue
+                self.confirmed = message.index
+                self._wait(PATIENCE if self.confirmed < self.sent else None)
+            if message is not None:
+                await self.inbox.put({"type": "websocket.receive", "text": msgspec.json.encode(message).decode()})
+
+    def _may_speak(self) -> bool:
+        now = asyncio.get_running_loop().time()
+        self.allowance = min(BURST, self.allowance + RATE * (now - self.counted)) - 1
+        self.counted = now
+        return self.allowance >= 0
+
+    def _wait(self, seconds: float | None) -> None:
+        """End it in some seconds; None: no more."""
+        with contextlib.suppress(RuntimeError):  # it ends already
+            self.patience.reschedule(None if seconds is None else asyncio.get_running_loop().time() + seconds)
+
+    async def _send(self, event: Any) -> None:
+        if "text" in event:
+            told = msgspec.json.decode(event["text"], type=_Sent)
+            if told.type == "framebufferdata":
+                if self.sent == self.confirmed:
+                    self._wait(PATIENCE)
+                self.sent = told.index
+        await self.give(event)
+
+
+class Guard:
+    """The ASGI application around rendercanvas' own, `app`.
+
+    loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name.
+    """
+
+    def __init__(self, app: Any, renderview: str, host: str, port: int, loopback: bool) -> None:
+        self.app, self.loopback = app, loopback
+        self.token, self.secret = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
+        self.cookie = f"airlight-{port}"  # browsers share cookies among the ports of a host
+        own = socket.gethostname().lower()
+        self.names = {"localhost"} if loopback else {"localhost", host.lower(), own, f"{own}.local"}
+        self.clients = 0
+        page = files("airlight").joinpath("viewer/page")
+        self.files = {
+            "/": ("text/html", page.joinpath("index.html").read_bytes()),
+            "/view.css": ("text/css", page.joinpath("view.css").read_bytes()),
+            "/view.js": ("text/javascript", page.joinpath("view.js").read_bytes()),
+            "/renderview.js": ("text/javascript", renderview.encode()),
+        }
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        if scope["type"] == "http":
+            await self._answer(scope, send)
+        elif scope["type"] == "websocket":
+            await self._connect(scope, receive, send)
+
+    async def _connect(self, scope: Any, receive: Any, send: Any) -> None:
+        host = _header(scope, b"host")
+        ours = self._is_ours(host) and _header(scope, b"origin") == f"http://{host}"
+        if scope["path"] != PAGE or not ours or not self._is_known(scope):
+            await send({"type": "websocket.close"})  # before it is accepted: 403
+            return
+        if self.clients >= MOST_CLIENTS:
+            await send({"type": "websocket.accept"})
+            await send({"type": "websocket.close", "code": 1013, "reason": f"{MOST_CLIENTS} windows show this already"})
+            return
+        self.clients += 1
+        try:
+            await _Client(self.app, scope, receive, send).run()
+        finally:
+            self.clients -= 1
+
+    async def _answer(self, scope: Any, send: Any) -> None:
+        token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
+        if not self._is_ours(_header(scope, b"host")):
+            await _reply(send, 403, "This is not the address that Airlight printed.\n")
+        elif scope["path"] not in self.files:
+            await _reply(send, 404, "There is nothing here.\n")
+        elif scope["method"] not in ("GET", "HEAD"):
+            await _reply(send, 405, "Only GET is answered.\n")
+        elif scope["path"] == "/" and hmac.compare_digest(token.encode(), self.token.encode()):
+            cookie = f"{self.cookie}={self.secret}; Path=/; HttpOnly; SameSite=Strict"
+            await _reply(send, 303, "", headers=[(b"location", b"/"), (b"set-cookie", cookie.encode())])
+        elif token or not self._is_known(scope):
+            await _reply(send, 403, "Open the address that Airlight printed, with its token.\n")
+        else:
+            kind, body = self.files[scope["path"]]
+            await _reply(send, 200, body, kind)
+
+    def _is_ours(self, host: str) -> bool:
+        """Whether a Host header names this machine by an address, or by a name that no other site can point at it.
+
+        Its port may differ, as it does behind a tunnel.
+        """
+        try:
+            name = urlsplit(f"//{host}").hostname or ""
+        except ValueError:
+            return False
+        if name in self.names:
+            return True
+        try:
+            address = ipaddress.ip_address(name)
+        except ValueError:
+            return False
+        return address.is_loopback or not self.loopback
+
+    def _is_known(self, scope: Any) -> bool:
+        """Whether the cookie is there."""
+        for part in _header(scope, b"cookie").split(";"):
+            name, _, value = part.strip().partition("=")
+            if name == self.cookie and hmac.compare_digest(value.encode(), self.secret.encode()):
+                return True
+        return False
+
+
+def _header(scope: Any, name: bytes) -> str:
+    """Its value; empty where it is not there exactly once."""
+    found = [value for key, value in scope["headers"] if key.lower() == name]
+    return found[0].decode("latin-1") if len(found) == 1 else ""
+
+
+async def _reply(send: Any, status: int, body: str | bytes, kind: str = "text/plain", headers: Any = ()) -> None:
+    body = body.encode() if isinstance(body, str) else body
+    described = [(b"content-type", f"{kind}; charset=utf-8".encode()), (b"content-length", str(len(body)).encode())]
+    await send({"type": "http.response.start", "status": status, "headers": [*described, *HEADERS, *headers]})
+    await send({"type": "http.response.body", "body": body})
+
+
+def serve(start: Callable[[Any], Any], host: str = "127.0.0.1", port: int = 0, announce: Callable[[str], None] = print) -> None:
+    """Show in browsers what start(canvas) draws on a canvas of rendercanvas, until Ctrl-C, or until the canvas is closed.
+
+    start: installs the drawing function and event handlers. host: to listen on; other machines only where it is not loopback, with a
+    warning. port: 0 for any that is free. announce: is told the address to open, which holds the secret token.
+    Raises AirlightError where packages lack or the port is taken; and what `start` raises.
+    """
+    try:
+        from airlight.viewer import remote  # noqa: F401
+    except ImportError as error:
+        raise AirlightError(f"the browser view needs more packages ({error}): pip install airlight[viewer]") from None
+    with contextlib.closing(_listen(host, port)) as listening, _handlers_kept():
+        asyncio.run(_serve(start, listening, host, announce))
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        return socket.create_server(address[:2], family=family)
+    except (OSError, UnicodeError) as error:
+        if getattr(error, "errno", None) == errno.EADDRINUSE:
+            raise AirlightError(f"port {port} of {host} is taken; give another --port, or none for any that is free") from None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise AirlightError(f"cannot listen on {host} port {port} ({reason}); give another --host or --port") from None
+
+
+@contextlib.contextmanager
+def _handlers_kept() -> Iterator[None]:
+    """What happens at signals, afterwards as before: asyncio and rendercanvas install handlers of their own."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in STOPS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+async def _serve(start: Callable[[Any], Any], listening: socket.socket, host: str, announce: Callable[[str], None]) -> None:
+    import uvicorn
+
+    from airlight.viewer import remote
+
+    class Server(uvicorn.Server):
+        @contextlib.contextmanager
+        def capture_signals(self) -> Iterator[None]:
+            yield  # they are ours, below
+
+    bound, port = listening.getsockname()[:2]
+    loopback = ipaddress.ip_address(bound.partition("%")[0]).is_loopback
+    guard = Guard(remote.asgi, remote.RENDERVIEW, host, port, loopback)
+    server = Server(_config(uvicorn, guard, remote.Door, remote.Socket))
+
+    def stop(*_: Any) -> None:
+        server.force_exit = server.should_exit
+        server.should_exit = True
+
+    canvas = remote.RemoteCanvas(SIZE, TITLE, stop)
+    try:
+        shown = start(canvas)  # kept alive
+        await asyncio.sleep(0)  # in which rendercanvas' loop starts, and installs its handlers
+        if threading.current_thread() is threading.main_thread():
+            for number in STOPS:
+                signal.signal(number, stop)
+        name = socket.gethostname() if bound in ("0.0.0.0", "::") else host
+        written = f"[{name}]" if ":" in name else name
+        if not loopback:
+            tell(
+                f"listening on {host}: whoever has the address below can look and steer, and all is sent unencrypted; "
+                "safer is the default --host with a tunnel (ssh -L)"
+            )
+        announce(f"Open http://{written}:{port}/?token={guard.token} in a browser; Ctrl-C ends it.")
+        await server.serve(sockets=[listening])
+        del shown
+    finally:
+        canvas.close()
+        remote.loop.stop(force=True)
+
+
+def _config(uvicorn: Any, guard: Guard, http: Any, ws: Any) -> "uvicorn.Config":
+    return uvicorn.Config(
+        guard,
+        http=http,
+        ws=ws,
+        lifespan="off",
+        log_config=None,
+        log_level="critical",
+        access_log=False,
+        ws_max_size=MOST_BYTES,
+        ws_per_message_deflate=False,
+        ws_ping_interval=PATIENCE,
+        ws_ping_timeout=PATIENCE,
+        proxy_headers=False,
+        server_header=False,
+        timeout_graceful_shutdown=SHUTDOWN,
+    )

@@ -1,0 +1,50 @@
+"""What the mouse and the keys do in the picture: drag the light, drag the split, steer the camera."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+NEAR = 14  # logical px within which a mark is taken hold of
+Area = tuple[float, float, float, float]
+
+
+def to_picture(at: tuple[float, float], area: Area) -> tuple[float, float]:
+    """A place on the canvas as one of the picture at `area`, normalised."""
+    return (at[0] - area[0]) / area[2], (at[1] - area[1]) / area[3]
+
+
+def to_canvas(place: Sequence[float], area: Area) -> tuple[float, float]:
+    return area[0] + place[0] * area[2], area[1] + place[1] * area[3]
+
+
+def nearest(at: tuple[float, float], marks: Sequence[tuple[float, float] | None], reach: float = NEAR) -> int | None:
+    """The mark, on the canvas, that lies nearest to a place, within reach."""
+    found = [(float(np.hypot(m[0] - at[0], m[1] - at[1])), i) for i, m in enumerate(marks) if m is not None]
+    return min(found)[1] if found and min(found)[0] <= reach else None
+
+
+def project(point: Sequence[float], clip: np.ndarray, area: Area) -> tuple[float, float] | None:
+    """Where a point of the world lies on the canvas; None behind the eye. clip: (4, 4) from world to clip space."""
+    x, y, _, w = clip @ np.array([*point, 1.0])
+    if w <= 1e-9:
+        return None
+    return to_canvas((0.5 + 0.5 * x / w, 0.5 - 0.5 * y / w), area)
+
+
+def drag_in_view(point: Sequence[float], to: tuple[float, float], clip: np.ndarray, area: Area) -> tuple[float, float, float]:
+    """The point of the world at the distance of `point` from the eye's plane that lies at `to` on the canvas."""
+    here = clip @ np.array([*point, 1.0])
+    x, y = to_picture(to, area)
+    there = np.array([(2 * x - 1) * here[3], (1 - 2 * y) * here[3], here[2], here[3]])
+    world = np.linalg.solve(clip, there)
+    moved = world[:3] / world[3]
+    return float(moved[0]), float(moved[1]), float(moved[2])
+
+
+def toward_in_view(to: tuple[float, float], clip: np.ndarray, eye: Sequence[float], area: Area) -> tuple[float, float, float]:
+    """The direction from the eye, of length 1, through a place on the canvas."""
+    x, y = to_picture(to, area)
+    far = np.linalg.solve(clip, np.array([2 * x - 1, 1 - 2 * y, 0.5, 1.0]))
+    way = far[:3] / far[3] - np.asarray(eye)
+    way = way / np.linalg.norm(way)
+    return float(way[0]), float(way[1]), float(way[2])

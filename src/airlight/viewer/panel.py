@@ -1,0 +1,367 @@
+"""The panel: Dear ImGui widgets, most of them made from the declared parameters. It draws a ViewerState, and changes it."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import imgui_bundle
+from imgui_bundle import imgui
+from wgpu.utils.imgui import ImguiRenderer
+
+from airlight import presets
+from airlight.cli.options import Declared
+from airlight.viewer import state as st
+from airlight.viewer.state import ViewerState
+
+WIDTH = 344  # logical px
+LABEL = 104
+FIRST = ("shafts",)  # groups that stand at the top, open
+TITLES = {"scene": "Shafts in the scene"}
+ACCENT = (0.96, 0.70, 0.28)
+Rect = tuple[float, float, float, float]
+
+
+class Panel:
+    """Draws the panel of a state onto a canvas, over what is there; `places` holds where each widget lies, (x0, y0, x1, y1) logical px."""
+
+    def __init__(self, device: Any, canvas: Any, state: ViewerState) -> None:
+        self.state = state
+        self.places: dict[str, Rect] = {}
+        self.visible = True
+        self.overlay: Callable[[Any], None] = lambda draw: None  # draws on the picture, below the panel
+        self.renderer = ImguiRenderer(device, canvas)
+        self.renderer.set_gui(self._draw)
+        imgui.set_current_context(self.renderer.imgui_context)
+        _style()
+
+    @property
+    def width(self) -> float:
+        """Of the canvas that the panel takes, logical px."""
+        return WIDTH if self.visible else 0
+
+    def render(self) -> None:
+        self.renderer.render()
+
+    @property
+    def busy(self) -> bool:
+        """Whether the panel is being used: it then follows each frame."""
+        imgui.set_current_context(self.renderer.imgui_context)
+        return bool(imgui.is_any_item_active())
+
+    # the pieces of a row
+
+    def _seen(self, name: str) -> None:
+        low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+        self.places[name] = (low.x, low.y, high.x, high.y)
+
+    def _label(self, text: str, about: str = "") -> None:
+        imgui.align_text_to_frame_padding()
+        imgui.text_unformatted(text)
+        if about and imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
+            imgui.push_text_wrap_pos(320)
+            imgui.set_tooltip(about)
+            imgui.pop_text_wrap_pos()
+        imgui.same_line(LABEL)
+        imgui.set_next_item_width(-1)
+
+    def _button(self, name: str, text: str, width: float = 0) -> bool:
+        pressed = imgui.button(text, (width, 0))
+        self._seen(name)
+        return bool(pressed)
+
+    def _choose(self, name: str, now: str, choices: tuple[str, ...]) -> str | None:
+        """A combo box; what was chosen, if it is another one."""
+        chosen = None
+        opened = imgui.begin_combo(f"##{name}", now)
+        self._seen(name)
+        if opened:
+            for choice in choices:
+                if imgui.selectable(choice, choice == now)[0] and choice != now:
+                    chosen = choice
+                self._seen(f"{name}:{choice}")
+            imgui.end_combo()
+        return chosen
+
+    def _toggle(self, name: str, text: str, on: bool) -> bool:
+        _, on = imgui.checkbox(text, on)
+        self._seen(name)
+        return on
+
+    def _header(self, name: str, opened: bool) -> bool:
+        flags = imgui.TreeNodeFlags_.default_open if opened else 0
+        shown = imgui.collapsing_header(name, flags)
+        self._seen(f"group {name}")
+        return bool(shown)
+
+    def _text(self, name: str, text: str, hint: str) -> str:
+        _, text = imgui.input_text_with_hint(f"##{name}", hint, text)
+        self._seen(name)
+        return str(text)
+
+    # sections
+
+    def _draw(self) -> None:
+        self.places.clear()
+        self.overlay(imgui.get_background_draw_list())
+        if not self.visible:
+            return
+        height = imgui.get_io().display_size.y
+        imgui.set_next_window_pos((0, 0))
+        imgui.set_next_window_size((WIDTH, height))
+        fixed = imgui.WindowFlags_.no_resize | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_title_bar
+        still = imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
+        imgui.begin("Airlight", None, fixed | still | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_saved_settings)
+        foot = 0.0
+        if self.state.message:
+            wide = imgui.get_content_region_avail().x
+            foot = imgui.calc_text_size(self.state.message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
+        imgui.begin_child("all", (0, -foot))
+        for group in FIRST:
+            self._group(group, opened=True)
+        self._source()
+        self._lights()
+        for group in dict.fromkeys(d.group for d in st.shown(self.state) if d.group not in FIRST):
+            self._group(group, opened=False)
+        self._view()
+        self._settings()
+        self._times()
+        imgui.end_child()
+        if self.state.message:
+            imgui.separator()
+            color = (1.0, 0.45, 0.38, 1.0) if self.state.is_error else (0.72, 0.76, 0.8, 1.0)
+            imgui.push_style_color(imgui.Col_.text, color)
+            imgui.text_wrapped(self.state.message)
+            imgui.pop_style_color()
+            self._seen("message")
+        imgui.end()
+
+    def _group(self, group: str, opened: bool) -> None:
+        if not self._header(TITLES.get(group, group.capitalize()), opened):
+            return
+        for d in st.shown(self.state):
+            if d.group == group:
+                self._parameter(d)
+        if self._button(f"reset {group}", f"Reset to defaults##{group}", -1):
+            st.reset(self.state, group)
+
+    def _parameter(self, d: Declared) -> None:
+        about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
+        self._label(d.name.replace("_", " ").capitalize(), about)
+        now = st.value(self.state, d.name)
+        new: Any = None
+        if d.choices:
+            new = self._choose(d.name, now, self.state.allowed.get(d.name, d.choices))
+        elif d.default is None:
+            new = self._optional(d, now)
+        elif d.slider and len(d.slider) > 2:
+            said = self._choose(d.name, f"{now:g}", tuple(f"{v:g}" for v in d.slider))
+            new = None if said is None else float(said)
+        else:
+            new = self._number(d, now)
+        if new is not None:
+            st.change(self.state, d.name, None if new == () else new)
+
+    def _number(self, d: Declared, now: Any) -> Any:
+        low, high = d.slider or (0, 1)
+        v: float
+        if d.kind is int:
+            changed, v = imgui.slider_int(f"##{d.name}", now, int(low), int(high))
+        else:
+            digits = 2 if high - low > 1 else 3 if high - low > 0.2 else 4
+            changed, v = imgui.slider_float(f"##{d.name}", now, low, high, f"%.{digits}f")
+            v = float(f"{v:.5g}")
+        self._seen(d.name)
+        if not changed or v == now:
+            return None
+        # by ctrl + click any number may be typed
+        return d.kind(max(v if d.low is None else d.low, min(v if d.high is None else d.high, v)))
+
+    def _optional(self, d: Declared, now: Any) -> Any:
+        """A parameter that may be unset: () is that."""
+        unset = now is None
+        _, auto = imgui.checkbox(f"auto##{d.name}", unset)
+        self._seen(f"{d.name} auto")
+        guess: Any = "#101010" if d.kind is str else self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
+        if auto != unset:
+            return () if auto else (guess if d.kind is str else float(f"{guess:.4g}"))
+        imgui.same_line()
+        imgui.set_next_item_width(-1)
+        imgui.begin_disabled(unset)
+        try:
+            if d.kind is not str:
+                return self._number(d, guess if unset else now)
+            rgb = [int((now or guess)[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+            changed, rgb = imgui.color_edit3(f"##{d.name}", rgb)
+            self._seen(d.name)
+            return "#" + "".join(f"{round(255 * v):02x}" for v in rgb) if changed else None
+        finally:
+            imgui.end_disabled()
+
+    def _source(self) -> None:
+        s = self.state
+        if not self._header("Picture" if s.is_image else "Scene", True):
+            return
+        self._label("Show")
+        chosen = self._choose("source", Path(s.source).name, tuple(dict.fromkeys((*s.sources,))))
+        if chosen:
+            s.asked.append(("open", chosen))
+        self._label("Open")
+        imgui.set_next_item_width(-52)
+        s.path = self._text("path", s.path, "picture, .glb or .gltf")
+        imgui.same_line()
+        if self._button("open", "Open", -1) and s.path:
+            s.asked.append(("open", s.path))
+        if s.is_image:
+            return
+        if len(s.eye.names) > 1:
+            self._label("Camera")
+            name = self._choose("camera", s.eye.name, s.eye.names)
+            if name:
+                s.eye.name, s.eye.moved = name, False
+        self._label("Steer", "orbit: drag, wheel, right button to pan; fly: w a s d, space, shift, q e, drag to look")
+        mode = self._choose("steer", "fly" if s.eye.fly else "orbit", ("orbit", "fly"))
+        if mode:
+            s.eye.fly = mode == "fly"
+        if s.path_drawn is not None:
+            self._label("Path")
+            s.path_drawn = self._toggle("path drawn", "##path drawn", s.path_drawn)
+        if s.duration:
+            self._label("Time")
+            if self._button("play", "Pause" if s.playing else "Play", 56):
+                s.playing = not s.playing
+            imgui.same_line()
+            imgui.set_next_item_width(-1)
+            changed, v = imgui.slider_float("##time", s.time, 0, s.duration, "%.2f s")
+            self._seen("time")
+            if changed:
+                s.time, s.playing = min(max(v, 0.0), s.duration), False
+
+    def _lights(self) -> None:
+        s = self.state
+        if not s.lamps or not self._header("Light", True):
+            return
+        for i, lamp in enumerate(s.lamps):
+            if len(s.lamps) > 1:
+                imgui.text_disabled(f"{i + 1}")
+            imgui.push_id(i)
+            if lamp.movable:
+                self._label("Towards" if lamp.direction else "Position", "also by dragging it in the picture")
+                if len(lamp.place) == 2:
+                    changed, place = imgui.drag_float2("##place", list(lamp.place), 0.002, -10, 10, "%.3f")
+                else:
+                    changed, place = imgui.drag_float3("##place", list(lamp.place), 0.01, -1e4, 1e4, "%.2f")
+                self._seen(f"light {i}")
+                if changed:
+                    st.move(s, i, tuple(place))
+            self._label("Colour")
+            changed, color = imgui.color_edit3("##color", list(lamp.color), imgui.ColorEditFlags_.float)
+            self._seen(f"color {i}")
+            if changed:
+                lamp.color = (round(color[0], 3), round(color[1], 3), round(color[2], 3))
+            self._label("Strength")
+            changed, strength = imgui.slider_float("##strength", lamp.strength, 0, 4, "%.2f")
+            self._seen(f"strength {i}")
+            if changed:
+                lamp.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
+            imgui.pop_id()
+
+    def _view(self) -> None:
+        s = self.state
+        if not self._header("View", True):
+            return
+        self._label("Shafts")
+        s.shafts = self._toggle("shafts", "##shafts", s.shafts)
+        if s.is_image:
+            imgui.same_line()
+            split = self._toggle("split", "before | after", s.split is not None)
+            s.split = (s.split or 0.5) if split else None
+        self._label("Debug", "what emits, the light that is summed, or the lines along which it is")
+        chosen = self._choose("debug", s.debug or "none", ("none", *st.DEBUG))
+        if chosen:
+            s.debug = None if chosen == "none" else chosen
+        half = (imgui.get_content_region_avail().x - imgui.get_style().item_spacing.x) / 2
+        if self._button("screenshot", "Screenshot", half):
+            s.asked.append(("screenshot", ""))
+        imgui.same_line()
+        if self._button("copy", "Copy command", -1):
+            s.command = st.as_text(st.command_line(s))  # which from now on is kept up to date
+            s.asked.append(("copy", s.command))
+        if s.command:
+            s.command = st.as_text(st.command_line(s))
+            imgui.set_next_item_width(-1)
+            imgui.input_text("##command", s.command, imgui.InputTextFlags_.read_only)
+            self._seen("command")
+
+    def _settings(self) -> None:
+        s = self.state
+        if not self._header("Presets and settings", False):
+            return
+        self._label("Preset")
+        chosen = self._choose("preset", s.preset or "none", ("none", *presets.names()))
+        if chosen == "none":
+            st.reset(s)
+        elif chosen:
+            st.load(s, chosen)
+        self._label("File")
+        s.file = self._text("file", s.file, "settings.toml")
+        half = (imgui.get_content_region_avail().x - imgui.get_style().item_spacing.x) / 2
+        if self._button("save", "Save", half):
+            st.save(s, s.file)
+        imgui.same_line()
+        if self._button("load", "Load", -1):
+            st.load(s, s.file)
+
+    def _times(self) -> None:
+        s = self.state
+        if not self._header("Times", False):
+            s.timing = False
+            return
+        s.timing = True
+        if not s.passes:
+            imgui.text_disabled("no pass was timed yet")
+        elif imgui.begin_table("passes", 2, imgui.TableFlags_.row_bg):
+            imgui.table_setup_column("pass", imgui.TableColumnFlags_.width_stretch)
+            imgui.table_setup_column("ms", imgui.TableColumnFlags_.width_fixed)
+            for label, ms in (*s.passes, ("all", sum(ms for _, ms in s.passes))):
+                imgui.table_next_row()
+                imgui.table_next_column()
+                imgui.text_unformatted(label)
+                imgui.table_next_column()
+                imgui.text_unformatted(f"{ms:7.2f} ms")
+            imgui.end_table()
+            self._seen("passes")
+
+
+def _style() -> None:
+    """Colours, spacing and the font of the current context."""
+    imgui.style_colors_dark()
+    style = imgui.get_style()
+    style.window_border_size = style.child_border_size = 0
+    style.frame_rounding = style.grab_rounding = style.popup_rounding = 3
+    style.scrollbar_size = 10
+    style.window_padding = imgui.ImVec2(10, 10)
+    style.item_spacing = imgui.ImVec2(6, 5)
+    r, g, b = ACCENT
+    colors = {
+        "window_bg": (0.09, 0.10, 0.115, 0.94),
+        "popup_bg": (0.12, 0.13, 0.15, 0.98),
+        "frame_bg": (0.17, 0.185, 0.21, 1),
+        "frame_bg_hovered": (0.22, 0.24, 0.27, 1),
+        "frame_bg_active": (0.25, 0.27, 0.30, 1),
+        "header": (0.145, 0.16, 0.185, 1),
+        "header_hovered": (0.20, 0.22, 0.25, 1),
+        "header_active": (0.24, 0.26, 0.30, 1),
+        "button": (0.20, 0.22, 0.25, 1),
+        "button_hovered": (0.26, 0.285, 0.32, 1),
+        "button_active": (0.32, 0.34, 0.38, 1),
+        "slider_grab": (r, g, b, 0.5),
+        "slider_grab_active": (r, g, b, 0.75),
+        "check_mark": (r, g, b, 1),
+        "text": (0.90, 0.91, 0.92, 1),
+        "text_selected_bg": (r, g, b, 0.35),
+    }
+    for name, color in colors.items():
+        style.set_color_(getattr(imgui.Col_, name), color)
+    font = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
+    if font.is_file():  # else the built-in one
+        imgui.get_io().fonts.add_font_from_file_ttf(str(font), 15)

@@ -1,0 +1,187 @@
+"""A 3-D scene with its shafts on the canvas: pygfx draws it, `airlight.pygfx.LightShafts` adds them, a controller steers the camera."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pygfx as gfx
+from pygfx.utils.viewport import Viewport
+
+from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.viewer import controls
+from airlight.viewer.state import Eye, Lamp, ViewerState
+
+STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
+Area = tuple[float, float, float, float]
+Triple = tuple[float, float, float]
+
+
+def _triple(v: Any) -> Triple:
+    return float(v[0]), float(v[1]), float(v[2])
+
+
+class SceneView:
+    """Shows stages (`airlight.scenes.Stage`), one after the other, with one renderer and one LightShafts."""
+
+    def __init__(self, canvas: Any) -> None:
+        self.canvas = canvas
+        self.renderer = gfx.WgpuRenderer(canvas, pixel_scale=1, ppaa="none", enable_events=False)
+        use_hdr(self.renderer)
+        self.viewport = Viewport.from_viewport_or_renderer(self.renderer)
+        self.shafts: Any = None
+        self.dt = 0.0
+        self.stage: Any = None
+        self.camera: Any = None
+        self.controller: Any = None
+        self.saved: dict[str, Any] = {}
+        self.moved = False  # whether a light was
+        self.posed: Any = None
+
+    def open(self, stage: Any, state: ViewerState) -> None:
+        """Show another stage, and let the state say what it has."""
+        self.stage = stage
+        self.saved = {name: camera.get_state() for name, camera in stage.cameras.items()}
+        names = tuple(stage.cameras)
+        state.eye = Eye(name=names[0], names=names)
+        state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
+        state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
+        state.lamps_before = [replace(lamp) for lamp in state.lamps]
+        state.path_drawn, state.settled = (False if stage.path is not None else None), {"mix": 1.0}
+        self.camera = self.controller = self.posed = None
+        if self.shafts is None:
+            self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
+            self.renderer.effect_passes = [self.shafts]
+            self.renderer.ppaa = "fxaa"  # after the shafts, on tones
+        self.shafts.scene, self.shafts.lights = stage.scene, list(stage.lights)
+        self.dt, self.moved = 0.0, False
+
+    @staticmethod
+    def _lamp(light: SceneLight, movable: bool) -> Lamp:
+        place = light.place()
+        where = tuple(round(float(v), 5) for v in place[:3])
+        return Lamp(where, light.color, light.strength, movable, direction=bool(place[3] == 0))
+
+    def _apply_lamps(self, state: ViewerState) -> None:
+        for light, lamp, before in zip(self.stage.lights, state.lamps, state.lamps_before, strict=True):
+            light.color, light.strength = lamp.color, lamp.strength
+            if not lamp.movable or (lamp.place == before.place and not self.moved):
+                continue
+            self.moved = True  # then it has to be put back, too
+            if light.target is None and light.position is not None:
+                light.position = _triple(lamp.place)
+            elif light.target is None:
+                if any(lamp.place):
+                    light.direction = _triple(lamp.place)
+            elif isinstance(light.target, gfx.DirectionalLight):
+                towards = light.place()[:3]
+                about = np.asarray(light.target.world.position) - towards
+                if any(lamp.place):
+                    way = np.asarray(lamp.place) / np.linalg.norm(lamp.place)
+                    light.target.world.position = about + way * np.linalg.norm(towards)
+            else:
+                light.target.world.position = lamp.place
+
+    def _steer(self, state: ViewerState) -> None:
+        """The camera and controller that the state asks for."""
+        eye = state.eye
+        camera = self.stage.cameras[eye.name]
+        kind = gfx.FlyController if eye.fly else gfx.OrbitController
+        again = camera is not self.camera
+        if again or (not eye.moved and self.was_moved):
+            camera.set_state(self.saved[eye.name])
+            self.posed = None
+        if again or type(self.controller) is not kind or (not eye.moved and self.was_moved):
+            self.camera = self.shafts.camera = camera
+            self.controller = None
+        if self.controller is None:
+            self._pose(state)
+            if kind is gfx.OrbitController:
+                self._look_from(self.stage.center)
+                self.controller = kind(camera)
+            else:
+                self.controller = kind(camera, speed=0.4 * self.stage.radius)
+        self.was_moved = eye.moved
+
+    was_moved = False
+
+    def _look_from(self, center: Any) -> None:
+        """Let orbits go around what lies as far ahead as the middle of the scene: a controller tells the distance by width and height."""
+        from pygfx.cameras._perspective import fov_distance_factor
+
+        camera = self.camera
+        ahead = np.asarray(camera.world.forward, float)
+        distance = max(float((np.asarray(center) - camera.world.position) @ ahead), 0.1 * self.stage.radius)
+        if camera.depth_range is None:
+            camera.depth_range = camera.near, camera.far  # which would follow width and height
+        extent = distance / fov_distance_factor(camera.fov)
+        scale = extent / (0.5 * (camera.width + camera.height))
+        camera.width, camera.height = camera.width * scale, camera.height * scale
+
+    def _pose(self, state: ViewerState) -> None:
+        asked = (state.time, state.eye.name, state.eye.moved)
+        if asked != self.posed:
+            self.stage.pose(state.time, None if state.eye.moved else self.camera)
+            self.posed = asked
+
+    def handle(self, event: dict[str, Any]) -> None:
+        """Steer by an event of the canvas."""
+        if self.controller is not None:
+            self.controller.handle_event(SimpleNamespace(type=event["event_type"], **event), self.viewport)
+
+    def update(self, state: ViewerState, dt: float) -> bool:
+        """Pose everything as the state says. dt: seconds since the last frame. True if another frame has to follow."""
+        self.dt = dt
+        self._steer(state)
+        moving = self.controller.tick() is not None
+        if moving:
+            state.eye.moved = self.was_moved = True
+        self._pose(state)
+        self._apply_lamps(state)
+        if self.stage.path is not None:
+            self.stage.path.visible = bool(state.path_drawn)
+        eye, camera = state.eye, self.camera
+        eye.eye = _triple(camera.world.position)
+        eye.fov = float(camera.fov)
+        ahead = np.asarray(camera.world.forward, float)
+        distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
+        eye.target = _triple(np.asarray(eye.eye) + distance * ahead)
+        return moving
+
+    def show(self, state: ViewerState) -> None:
+        """Draw onto the canvas. Raises AirlightError for parameters that do not go together."""
+        shafts = self.shafts
+        shafts.parameters, shafts.composite, shafts.in_scene = state.structs
+        shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
+        self.renderer.render(self.stage.scene, self.camera)
+        if state.timing:
+            state.passes = shafts.profile()
+
+    # where lights are in the view
+
+    @property
+    def clip(self) -> np.ndarray:
+        """(4, 4), from world to clip space."""
+        return np.asarray(self.camera.projection_matrix @ self.camera.view_matrix, np.float64)
+
+    def marks(self, state: ViewerState, area: Area) -> list[tuple[float, float] | None]:
+        """Where the movable lights are on the canvas."""
+        if self.camera is None:
+            return [None for _ in state.lamps]
+        clip, eye = self.clip, np.asarray(state.eye.eye)
+        return [
+            None if lamp.place is None else controls.project(eye + np.asarray(lamp.place) if lamp.direction else lamp.place, clip, area)
+            for lamp in state.lamps
+        ]
+
+    def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area) -> Triple:
+        """Where a light is put by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
+        lamp = state.lamps[number]
+        if lamp.direction:
+            return controls.toward_in_view(to, self.clip, state.eye.eye, area)
+        return controls.drag_in_view(lamp.place, to, self.clip, area)
+
+    def pixels_shown(self) -> np.ndarray:
+        """(H, W, 3) float32 linear: the last frame without the panel."""
+        seen = self.renderer.snapshot()[..., :3].astype(np.float32)
+        return np.ascontiguousarray(np.clip(seen, 0, 1))

@@ -1,0 +1,213 @@
+"""All that the viewer shows and the panel changes, and the functions that change it. Nothing here draws."""
+
+import math
+import os
+import shlex
+from dataclasses import dataclass, field
+from typing import Any
+
+from airlight import presets
+from airlight.cli.light import LightText
+from airlight.cli.options import NOT_IN_SCENES, Declared, declared
+from airlight.errors import AirlightError
+from airlight.parameters import Composite, InScene, Parameters
+
+DEBUG = ("occlusion", "source", "lines")
+SCENES = ("table", "flying")
+
+
+@dataclass
+class Lamp:
+    """A light as the panel shows it. place: x, y of a picture, normalised; or x, y, z of a scene, its world's or a direction."""
+
+    place: tuple[float, ...]
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    strength: float = 1.0
+    movable: bool = True
+    direction: bool = False  # place says towards what, as of a sun
+
+
+@dataclass
+class Eye:
+    """Where a scene is seen from. eye, target: as last drawn. moved: whether the user moved it away from the named camera."""
+
+    name: str = ""
+    names: tuple[str, ...] = ()
+    eye: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    target: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    fov: float = 50.0
+    moved: bool = False
+    fly: bool = False
+
+
+@dataclass
+class ViewerState:
+    """What is shown. source: a picture's path, or a scene's name or path. size: of the view in px."""
+
+    source: str
+    is_image: bool
+    parameters: Parameters = field(default_factory=Parameters)
+    composite: Composite = field(default_factory=Composite)
+    in_scene: InScene = field(default_factory=InScene)
+    lamps: list[Lamp] = field(default_factory=list)
+    lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
+    eye: Eye = field(default_factory=Eye)
+    sources: tuple[str, ...] = SCENES  # to choose from
+    size: tuple[int, int] = (0, 0)
+    shafts: bool = True  # whether they are drawn
+    debug: str | None = None
+    split: float | None = None  # left of it, as a part of the width, the picture without shafts; None: nowhere
+    playing: bool = True
+    time: float = 0.0  # s
+    duration: float = 0.0  # s; 0: nothing moves
+    path_drawn: bool | None = None  # of a scene in which something flies along one, else None
+    timing: bool = False
+    passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
+    settled: dict[str, float] = field(default_factory=dict)  # what unset parameters are for this picture
+    allowed: dict[str, tuple[str, ...]] = field(default_factory=dict)  # choices that this picture has, where not all
+    preset: str = ""
+    file: str = "settings.toml"
+    command: str = ""
+    message: str = ""
+    is_error: bool = False
+    path: str = ""  # as typed, to be opened
+    asked: list[tuple[str, str]] = field(default_factory=list)  # what the app has to do: ("open", path), ("screenshot", ""), ("copy", text)
+
+    @property
+    def structs(self) -> tuple[Parameters, Composite, InScene]:
+        return self.parameters, self.composite, self.in_scene
+
+
+def shown(state: ViewerState) -> tuple[Declared, ...]:
+    """The parameters that have a meaning for what is shown."""
+    if state.is_image:
+        return declared()
+    return tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
+
+
+def value(state: ViewerState, name: str) -> Any:
+    """The value of a declared parameter."""
+    return next(getattr(struct, name) for struct in state.structs if name in struct.__struct_fields__)
+
+
+def values(state: ViewerState) -> dict[str, Any]:
+    """The parameters that differ from the defaults."""
+    return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != d.default}
+
+
+def set_values(state: ViewerState, new: dict[str, Any]) -> None:
+    """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together."""
+    built = presets.build(new)
+    state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[InScene]
+
+
+def change(state: ViewerState, name: str, new: Any) -> None:
+    """Set one parameter. What does not go with another method is given its default. What is refused is told, and nothing changes."""
+    wanted = {**values(state), name: new}
+    attempts = [wanted]
+    if name == "method":
+        attempts.append({k: v for k, v in wanted.items() if k not in ("scale", "normalization")})
+    for attempt in attempts:
+        try:
+            set_values(state, attempt)
+        except AirlightError as error:
+            tell(state, str(error), error=True)
+        else:
+            tell(state, "")
+            return
+
+
+def reset(state: ViewerState, group: str | None = None) -> None:
+    """The defaults again, of one group or of all."""
+    kept = {} if group is None else {d.name: value(state, d.name) for d in declared(scenes=True) if d.group != group}
+    try:
+        set_values(state, kept)
+    except AirlightError:  # what is left of the other groups needs what was reset
+        set_values(state, {})
+    state.preset = ""
+    tell(state, "")
+
+
+def tell(state: ViewerState, text: str, error: bool = False) -> None:
+    """One line in the panel."""
+    state.message, state.is_error = text, error
+
+
+def load(state: ViewerState, preset: str) -> None:
+    """A preset by its name or a file of settings, over the defaults; a bad one is told."""
+    try:
+        set_values(state, presets.load(preset))
+    except AirlightError as error:
+        tell(state, str(error), error=True)
+    else:
+        state.preset = preset if preset in presets.names() else ""
+        tell(state, f"{preset} loaded")
+
+
+def save(state: ViewerState, path: str) -> None:
+    """The parameters that differ from the defaults as a preset, a new file; a failure is told."""
+    try:
+        if not path.lower().endswith(".toml"):
+            raise AirlightError(f"{path or 'no name'}: settings are kept in a .toml file; name one")
+        if os.path.lexists(path):
+            raise AirlightError(f"{path}: exists already; choose another name")
+        presets.save(path, values(state), f"Settings of {os.path.basename(state.source)}")
+    except AirlightError as error:
+        tell(state, str(error), error=True)
+    else:
+        tell(state, f"{path} saved")
+
+
+def light_words(state: ViewerState) -> list[str]:
+    """The lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
+    if not state.is_image and state.lamps == state.lamps_before:
+        return []
+    words = []
+    for lamp in state.lamps:
+        name, place = "--light", lamp.place
+        if lamp.direction:
+            x, y, z = lamp.place
+            name, place = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
+        text = LightText(",".join(_number(v) for v in place), lamp.color, lamp.strength).text
+        words.append(f"{name}={text}")
+    return words
+
+
+def _number(v: float) -> str:
+    return f"{v:.5f}".rstrip("0").rstrip(".") if abs(v) < 1e4 else repr(float(v))
+
+
+def command_line(state: ViewerState) -> list[str]:
+    """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
+    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != d.default}
+    stem, kind = os.path.splitext(os.path.basename(state.source))
+    ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
+    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
+    words += light_words(state)
+    if not state.is_image:
+        words += _view(state)
+    for name, v in said.items():
+        words += ["--" + name.replace("_", "-"), str(v)]
+    return words
+
+
+def _view(state: ViewerState) -> list[str]:
+    words = ["--width", str(state.size[0]), "--height", str(state.size[1])]
+    eye = state.eye
+    if eye.moved:
+        words += [f"--{name}={','.join(_number(v) for v in at)}" for name, at in (("eye", eye.eye), ("target", eye.target))]
+        words.append(f"--fov={eye.fov:.4g}")
+    elif eye.names and eye.name != eye.names[0]:
+        words += ["--camera", eye.name]
+    if state.duration:
+        words += ["--time", _number(state.time)]
+    return words
+
+
+def as_text(words: list[str]) -> str:
+    return shlex.join(words)
+
+
+def move(state: ViewerState, number: int, place: tuple[float, ...]) -> None:
+    """Put a light elsewhere."""
+    state.lamps[number].place = tuple(round(float(v), 5) for v in place)
