@@ -37,7 +37,7 @@ RATE, BURST = 240, 480  # messages a second, and how many at once; our page send
 MOST_PIXELS, MOST_SIDE = 3840 * 2160, 4096  # of the canvas, physical
 PATIENCE = 10.0  # s that a client may take to acknowledge a frame
 CLOSE_TIME = 0.5  # s for closing a connection
-SHUTDOWN = 0.4  # s for all clients when the program ends
+SHUTDOWN = 0.3  # s for all clients when the program ends
 PAGE = "/ws"
 
 HEADERS = [
