@@ -134,19 +134,11 @@ def live(**more):
         made.stop()
 
 
-@pytest.fixture(scope="module")
-def shared():
+@pytest.fixture
+def view():
+    """A server of its own for each test: rendercanvas has one in a process."""
     with live() as made:
         yield made
-
-
-@pytest.fixture
-def view(shared):
-    """The module's server, with nobody there and nothing seen."""
-    until(lambda: not theirs.asgi.get_count())
-    shared.events.clear()
-    yield shared
-    assert shared.thread.is_alive()
 
 
 def say(client, **message):
@@ -602,7 +594,7 @@ from airlight.viewer.browser import serve
 def start(canvas):
     device = wgpu.gpu.request_adapter_sync().request_device_sync()
     context = canvas.get_wgpu_context()
-    context.configure(device=device, format=context.get_preferred_format(device.adapter))
+    context.configure(device=device, format=context.get_preferred_format(device.adapter).removesuffix("-srgb"))
     color = [0.2, 0.2, 0.2]
 
     def draw():
