@@ -37,7 +37,7 @@ RATE, BURST = 240, 480  # messages a second, and how many at once; our page send
 MOST_PIXELS, MOST_SIDE = 3840 * 2160, 4096  # of the canvas, physical
 PATIENCE = 10.0  # s that a client may take to acknowledge a frame
 CLOSE_TIME = 0.5  # s for closing a connection
-SHUTDOWN = 0.4  # s for all clients when the program ends
+SHUTDOWN = 0.3  # s for all clients when the program ends
 PAGE = "/ws"
 
 HEADERS = [
@@ -362,8 +362,8 @@ def serve(start: Callable[[Any], Any], host: str = "127.0.0.1", port: int = 0, a
         from airlight.viewer import remote  # noqa: F401
     except ImportError as error:
         raise AirlightError(f"the browser view needs more packages ({error}): pip install airlight[viewer]") from None
-    with contextlib.closing(_listen(host, port)) as listening, _handlers_kept():
-        asyncio.run(_serve(start, listening, host, announce))
+    with contextlib.closing(_listen(host, port)) as listening, _handlers_kept() as handlers:
+        asyncio.run(_serve(start, listening, host, announce, handlers))
 
 
 def _listen(host: str, port: int) -> socket.socket:
@@ -378,20 +378,24 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 @contextlib.contextmanager
-def _handlers_kept() -> Iterator[None]:
-    """What happens at signals, afterwards as before: asyncio and rendercanvas install handlers of their own."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in STOPS}
+def _handlers_kept() -> Iterator[dict[int, Any]]:
+    """What happens at signals (nothing known outside of the main thread), and afterwards does so again."""
+    main = threading.current_thread() is threading.main_thread()
+    before = {number: signal.getsignal(number) for number in STOPS} if main else {}
     try:
-        yield
+        yield before
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        _handle(before)
 
 
-async def _serve(start: Callable[[Any], Any], listening: socket.socket, host: str, announce: Callable[[str], None]) -> None:
+def _handle(handlers: dict[int, Any]) -> None:
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
+async def _serve(
+    start: Callable[[Any], Any], listening: socket.socket, host: str, announce: Callable[[str], None], handlers: dict[int, Any]
+) -> None:
     import uvicorn
 
     from airlight.viewer import remote
@@ -412,11 +416,10 @@ async def _serve(start: Callable[[Any], Any], listening: socket.socket, host: st
 
     canvas = remote.RemoteCanvas(SIZE, TITLE, stop)
     try:
+        await asyncio.sleep(0)  # in which rendercanvas' loop starts, and handles signals
+        _handle(handlers)  # Ctrl-C ends `start` as it would end anything
         shown = start(canvas)  # kept alive
-        await asyncio.sleep(0)  # in which rendercanvas' loop starts, and installs its handlers
-        if threading.current_thread() is threading.main_thread():
-            for number in STOPS:
-                signal.signal(number, stop)
+        _handle(dict.fromkeys(handlers, stop))
         name = socket.gethostname() if bound in ("0.0.0.0", "::") else host
         written = f"[{name}]" if ":" in name else name
         if not loopback:

@@ -18,7 +18,7 @@ LOSSLESS = 100  # rendercanvas asks for this where nothing has changed for 0.3 s
 PNG_LEVEL = 1  # zlib's; higher ones are slow and win little
 MOST_CONNECTIONS = 64
 MOST_WAITING = 1 << 16  # bytes not yet taken by a client, above which its pings are not answered
-LINGER = 0.3  # s that a closed connection has to take what is still to be sent
+LINGER = 0.15  # s that a closed connection has to take what is still to be sent
 
 asgi, loop = http.asgi, http.loop
 RENDERVIEW = files("rendercanvas.core").joinpath("renderview.js").read_text(encoding="utf-8")  # events of the page, CC0

@@ -36,9 +36,13 @@ const view = new View(picture, null)
 const observer = new ResizeObserver(entries => {
   const entry = entries[entries.length - 1]
   const ratio = window.devicePixelRatio
-  const exact = entry.devicePixelContentBoxSize
-  const pwidth = exact ? exact[0].inlineSize : Math.round(entry.contentRect.width * ratio)
-  const pheight = exact ? exact[0].blockSize : Math.round(entry.contentRect.height * ratio)
+  const exact = entry.devicePixelContentBoxSize?.[0]
+  const pixels = (points, found) => { // found is not there in every browser, and knows nothing of an emulated density
+    const near = points * ratio
+    return found !== undefined && Math.abs(found - near) < 2 ? found : Math.round(near)
+  }
+  const pwidth = pixels(entry.contentRect.width, exact?.inlineSize)
+  const pheight = pixels(entry.contentRect.height, exact?.blockSize)
   if (!pwidth || !pheight) return
   size = { type: 'resize', width: pwidth / ratio, height: pheight / ratio, pwidth, pheight, ratio, timestamp: now() }
   send(size)
