@@ -82,8 +82,8 @@ def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
         variants: dict[str, tuple[InScene, Parameters]] = {
             "stencil": (InScene(), Parameters()),
             "contrast": (InScene(occluders="contrast"), Parameters()),
-            #"prepass": (InScene(occluders="prepass"), Parameters()),
-            #"prepass, region 1": (InScene(occluders="prepass", region=1.0), Parameters()),
+            "prepass": (InScene(occluders="prepass"), Parameters()),
+            "prepass, region 1": (InScene(occluders="prepass", region=1.0), Parameters()),
             "60 taps, stencil": (InScene(), msgspec.convert(SIXTY, Parameters)),
         }
         times: dict[str, list[float]] = {"copy": [], **{variant: [] for variant in variants}}
