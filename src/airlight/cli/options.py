@@ -81,7 +81,7 @@ def _declared(field: msgspec.structs.FieldInfo) -> Declared:
         group=notes.get("group", "other"),
         source=notes.get("source", ""),
         unit=notes.get("unit", ""),
-        slider=notes.get("slider") or ((number and kind.ge is not None and kind.le is not None and (kind.ge, kind.le)) or None),
+        slider=notes.get("slider") or (None if ge is None or le is None else (ge, le)),
     )
 
 
