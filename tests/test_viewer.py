@@ -304,6 +304,13 @@ def test_a_light_below_the_panel_is_not_dragged(hands: Driver) -> None:
     assert hands.state.parameters.samples > 200
 
 
+def test_a_double_click_puts_the_light_there(hands: Driver) -> None:
+    hands.event("double_click", controls.to_canvas((0.6, 0.7), hands.viewer.area()), button=1)
+    assert hands.state.lamps[0].place == pytest.approx((0.6, 0.7), abs=0.01)
+    hands.event("double_click", hands.where("samples"), button=1)  # of the panel
+    assert hands.state.lamps[0].place == pytest.approx((0.6, 0.7), abs=0.01)
+
+
 def test_light_colour_and_strength(hands: Driver) -> None:
     bright = hands.frame(2)[:, 400:].astype(int)
     hands.drag(hands.where("strength 0", 0.25), hands.where("strength 0", 0.0))

@@ -221,7 +221,8 @@ class Viewer:
             return
         if self.picture is None and self.dragging is None and self.scene is not None:
             self.scene.handle(event)
-        if kind == "double_click" and state.is_image and len(state.lamps) == 1:
+        beside = at[0] >= self.panel.width  # the panel lets double clicks through
+        if kind == "double_click" and beside and state.is_image and len(state.lamps) == 1:
             self.dragging = 0
             self._drag(at)
             self.dragging = None
