@@ -57,7 +57,7 @@ class _Loader:
     # ---------------------------------------------------------------- building
 
     def stage(self) -> Stage:
-        for i in self._gltf.order:
+        for i in sorted(self._gltf.order):
             node = self._document.nodes[i]
             if node.camera is not None:
                 self._add_camera(i, self._document.cameras[node.camera], node.name)
@@ -89,7 +89,7 @@ class _Loader:
 
     def _add_lights(self) -> None:
         nodes, lights = self._document.nodes, self._document.extensions.lights.lights
-        named = {i: lights[found.light] for i in self._gltf.order if (found := nodes[i].extensions.light) is not None}
+        named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
         asked = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(asked) > MAX_LIGHTS:
             tell(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)

@@ -22,7 +22,7 @@ def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
     count = max(0, len(indices) - 2)
     first, second, third = indices[:count], indices[1 : count + 1], indices[2 : count + 2]
     if mode == TRIANGLE_FAN:
-        return np.stack([second, third, np.full(count, indices[0], indices.dtype)], axis=1)
+        return np.stack([second, third, np.repeat(indices[:1], count)], axis=1)
     odd = np.arange(count) % 2 == 1
     return np.stack([first, np.where(odd, third, second), np.where(odd, second, third)], axis=1)
 

@@ -101,7 +101,7 @@ class Gltf:
         if offset + (count - 1) * stride + size > len(data):
             self.refuse(f"{what} ends behind the end of its buffer view")
         array = np.ndarray((count, components), kind, buffer=data, offset=offset, strides=(stride, kind.itemsize))
-        return np.ascontiguousarray(array)
+        return np.array(array)  # contiguous, and not the file's own bytes
 
     def _accessor(self, index: int) -> np.ndarray:
         """(count, components) in the file's own type."""
