@@ -91,6 +91,10 @@ def test_pursuit_of_straight_flight_intercepts(quarry: Any, velocity: Any) -> No
         run = Run([start, Vehicle(quarry, velocity, 10, 1)], [wish, lambda now, i: np.zeros(3)])
         gaps = (np.linalg.norm(run.step(k)[0].position - run.step(k)[1].position) for k in range(60 * 60))
         times[name] = next((k / 60 for k, gap in enumerate(gaps) if gap < 0.5), np.inf)
+        if name == "pursue" and times[name] > 1.0:  # up to speed it flies straight, to where they meet
+            ways = np.array([run.step(k)[0].velocity for k in range(45, int(times[name] * 60) - 10)])
+            ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+            assert (ways @ ways[0]).min(initial=1.0) > np.cos(np.radians(2))
     assert times["pursue"] <= due + 0.5
     assert times["pursue"] <= times["seek"] + 1 / 60
 
@@ -132,6 +136,18 @@ def test_the_pursuer_catches_up_and_keeps_its_distance() -> None:
     run = flight(path)
     gaps = [float(np.linalg.norm(run.step(k)[0].position - run.step(k)[1].position)) for k in range(60 * 12, 60 * 40, 10)]
     assert min(gaps) > 10 and max(gaps) < 20
+    for k in range(60 * 12, 60 * 40, 10):
+        leader, hunter = run.step(k)
+        assert (hunter.position - leader.position) @ leader.velocity < 0  # behind
+
+
+def test_between_two_steps_lies_the_line() -> None:
+    run = flight(Path(loop(2, radius=40, height=20, rise=5, wander=0.2), radius=5))
+    for k in (0, 17, 200):
+        for share in (0.0, 0.25, 0.5):
+            a, b, seen = run.step(k)[1], run.step(k + 1)[1], run.at((k + share) / run.rate)[1]
+            np.testing.assert_allclose(seen.position, (1 - share) * a.position + share * b.position, atol=1e-9)
+            np.testing.assert_allclose(seen.velocity, (1 - share) * a.velocity + share * b.velocity, atol=1e-9)
 
 
 @pytest.mark.parametrize("rates", [(24, 30, 60, 144)])

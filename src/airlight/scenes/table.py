@@ -171,11 +171,11 @@ def table() -> Stage:
     ball.add(glow, _cage())
     scene.add(ball)
 
-    floor = _sheet(30, 24, 3.2, map=_boards(3), roughness=0.55)
+    floor = _sheet(90, 36, 3.2, map=_boards(3), roughness=0.55)
     floor.local.rotation = la.quat_from_axis_angle((1, 0, 0), -np.pi / 2)
-    floor.local.position = (0, -0.1, WALL + 12)
+    floor.local.position = (0, -0.1, WALL + 18)
     plaster, bumps = _plaster(8)
-    wall = _sheet(30, 14, 6.0, map=plaster, normal_map=bumps, roughness=0.95)
+    wall = _sheet(90, 14, 6.0, map=plaster, normal_map=bumps, roughness=0.95)
     wall.local.position = (0, 6.9, WALL)
     scene.add(floor, wall)
     kinds = {node.name: node.children[0] for node in model("table")[0].iter() if any(isinstance(c, gfx.Mesh) for c in node.children)}
