@@ -66,7 +66,7 @@ class LinearComposite:
         return adapt.measured(self.of_result.read())
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, "composite"))
+        run = encoder.begin_compute_pass(**timing(timer, "composite", encoder))
         run.set_pipeline(self.pipeline)
         run.set_bind_group(0, self.bind)
         run.dispatch_workgroups(-(-self.size[0] // 64), self.size[1])

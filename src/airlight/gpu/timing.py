@@ -14,34 +14,52 @@ class Timer:
         self.device = device
         self.labels: list[str] = []
         self.capacity = capacity
-        self.queries = device.device.create_query_set(type="timestamp", count=2 * capacity) if device.timestamps else None
+        self.queries = device.device.create_query_set(type="timestamp", count=2 * capacity + 2) if device.timestamps else None
         usage = device.wgpu.BufferUsage
         flags = usage.QUERY_RESOLVE | usage.COPY_SRC
-        self._result = device.device.create_buffer(size=16 * capacity, usage=flags) if self.queries else None
+        # software Vulkan carries a pass's first timestamp out with its second, after the work of a compute pass: there, empty passes that
+        # draw are put between the others and tell the times
+        self._mark = device.texture(1, 1, "rgba8unorm").create_view() if device.is_cpu and self.queries else None
+        self._result = device.device.create_buffer(size=16 * capacity + 16, usage=flags) if self.queries else None
 
-    def writes(self, label: str) -> Any:
+    def writes(self, label: str, encoder: Any) -> Any:
+        """The timestamps of the pass that is begun next. encoder: on which."""
         if self.queries is None or len(self.labels) >= self.capacity:
             return None
-        i = len(self.labels)
+        if self._mark:
+            self._put_mark(encoder)
+            self.labels.append(label)
+            return None
         self.labels.append(label)
+        return self._indices(len(self.labels) - 1)
+
+    def _indices(self, i: int) -> dict[str, Any]:
         return {"query_set": self.queries, "beginning_of_pass_write_index": 2 * i, "end_of_pass_write_index": 2 * i + 1}
 
+    def _put_mark(self, encoder: Any) -> None:
+        target = {"view": self._mark, "load_op": "clear", "store_op": "store"}
+        encoder.begin_render_pass(color_attachments=[target], timestamp_writes=self._indices(len(self.labels))).end()
+
     def resolve(self, encoder: Any) -> None:
-        if self.queries is not None and self.labels:
-            encoder.resolve_query_set(self.queries, 0, 2 * len(self.labels), self._result, 0)
+        if self.queries is None or not self.labels:
+            return
+        if self._mark:
+            self._put_mark(encoder)
+        encoder.resolve_query_set(self.queries, 0, 2 * (len(self.labels) + bool(self._mark)), self._result, 0)
 
     def milliseconds(self) -> list[tuple[str, float]]:
         """(label, ms) of each pass since the last call, in order."""
         if self.queries is None or not self.labels:
             return []
-        raw = self.device.queue.read_buffer(self._result, 0, 16 * len(self.labels)).cast("Q")
         labels, self.labels = self.labels, []
-        return [(label, (raw[2 * i + 1] - raw[2 * i]) * 1e-6) for i, label in enumerate(labels)]
+        raw = self.device.queue.read_buffer(self._result, 0, 16 * (len(labels) + bool(self._mark))).cast("Q")
+        step = 2 if self._mark else 1  # to the next mark, or the pass's end
+        return [(label, (raw[2 * i + step] - raw[2 * i]) * 1e-6) for i, label in enumerate(labels)]
 
 
-def timing(timer: Timer | None, label: str) -> dict[str, Any]:
-    """Arguments of begin_compute_pass or begin_render_pass that time the pass, if there is a timer."""
-    return {"timestamp_writes": timer.writes(label)} if timer else {}
+def timing(timer: Timer | None, label: str, encoder: Any) -> dict[str, Any]:
+    """Arguments of the encoder's begin_compute_pass or begin_render_pass that time the pass, if there is a timer."""
+    return {"timestamp_writes": timer.writes(label, encoder)} if timer else {}
 
 
 def run_ms(device: Device, record: Callable[[Any], None]) -> float:

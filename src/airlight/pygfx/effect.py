@@ -321,7 +321,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._compute(encoder, passes["mask"], binds["mask"], (-(-width // 64), -(-height // 8)), "mask", timer)
 
     def _compute(self, encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, int], label: str, timer: Timer | None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, label))
+        run = encoder.begin_compute_pass(**timing(timer, label, encoder))
         run.set_pipeline(pipeline)
         run.set_bind_group(0, bind)
         run.dispatch_workgroups(*counts)
@@ -333,7 +333,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._compute(encoder, passes["measure"], binds["measure"], (1, 1), "adapt", timer)
             self._settled = True
         attachment = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}
-        run = encoder.begin_render_pass(color_attachments=[attachment], **timing(timer, "merge"))
+        run = encoder.begin_render_pass(color_attachments=[attachment], **timing(timer, "merge", encoder))
         run.set_pipeline(passes["merge"])
         run.set_bind_group(0, binds["merge"])
         run.draw(3)

@@ -253,7 +253,7 @@ class Prepass:
         discs = self._aim(camera, projection)
 
         encoder = self.device.device.create_command_encoder()
-        run = encoder.begin_render_pass(**self._attachments(), **timing(timer, "prepass"))
+        run = encoder.begin_render_pass(**self._attachments(), **timing(timer, "prepass", encoder))
         for role, drawn in found.items():
             if role is VEIL and discs:
                 self._draw_discs(run)

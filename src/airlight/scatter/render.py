@@ -51,7 +51,7 @@ class _Occluders:
         self.bind = device.bind(OCCLUDERS, knee, picture, aside, device.buffer(size=16 * width * self.blocks), self.mean)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, "occluders"))
+        run = encoder.begin_compute_pass(**timing(timer, "occluders", encoder))
         run.set_bind_group(0, self.bind)
         for pipeline, count in zip(self.pipelines, ((self.columns, self.blocks), (1, 1)), strict=True):
             run.set_pipeline(pipeline)
@@ -96,7 +96,7 @@ class _Source:
         width, height, _ = self.texture.size
         if self.occluders:
             self.occluders.record(encoder, timer)
-        run = encoder.begin_compute_pass(**timing(timer, "source"))
+        run = encoder.begin_compute_pass(**timing(timer, "source", encoder))
         run.set_pipeline(self.pipeline)
         run.set_bind_group(0, self.bind)
         run.dispatch_workgroups(-(-width // 64), -(-height // 8))

@@ -56,7 +56,7 @@ class AdditivePlan:
         """Record the quantisation of the source and the blends; long ones are carried out on the way if the encoder is ours."""
         steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
         for pipeline, bind, (width, height) in steps:
-            run = encoder.begin_compute_pass(**timing(timer, "additive"))
+            run = encoder.begin_compute_pass(**timing(timer, "additive", encoder))
             run.set_pipeline(pipeline)
             run.set_bind_group(0, bind)
             run.dispatch_workgroups(-(-width // 64), height)

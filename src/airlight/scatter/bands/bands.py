@@ -81,7 +81,7 @@ class BandsPlan:
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the rings, each of which waits for the one before; some at a time are carried out if the encoder is ours."""
         for first in range(0, self.count, TOGETHER):
-            run = encoder.begin_compute_pass(**timing(timer, "bands"))
+            run = encoder.begin_compute_pass(**timing(timer, "bands", encoder))
             run.set_bind_group(0, self.bind)
             if first == 0:
                 run.set_pipeline(self.reset)

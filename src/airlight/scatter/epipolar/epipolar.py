@@ -173,7 +173,7 @@ class EpipolarPlan:
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the way back."""
-        scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan"))
+        scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
         scan.set_pipeline(self.pipeline)
         for bind, count in self.scans:
             scan.set_bind_group(0, bind)

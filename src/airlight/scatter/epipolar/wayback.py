@@ -149,9 +149,9 @@ class WayBack:
     def record(self, encoder: Any, timer: Any = None) -> None:
         if self.raster:
             target = {"view": self.layer, "load_op": "load", "store_op": "store"}
-            run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "epipolar gather"))
+            run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "epipolar gather", encoder))
         else:
-            run = encoder.begin_compute_pass(**timing(timer, "epipolar gather"))
+            run = encoder.begin_compute_pass(**timing(timer, "epipolar gather", encoder))
         run.set_bind_group(0, self.bind)
         for pipeline, count in self.draws:
             run.set_pipeline(pipeline)

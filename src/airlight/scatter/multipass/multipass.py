@@ -77,7 +77,7 @@ class MultipassPlan:
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
         for pipeline, bind, size in self.steps:
-            run = encoder.begin_compute_pass(**timing(timer, "multipass"))
+            run = encoder.begin_compute_pass(**timing(timer, "multipass", encoder))
             run.set_pipeline(pipeline)
             run.set_bind_group(0, bind)
             run.dispatch_workgroups(-(-size[0] // 64), size[1])

@@ -29,7 +29,7 @@ def _noise_texture(device: Device) -> Any:
 
 
 def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int, rows: int, label: str, timer: Any) -> None:
-    run = encoder.begin_compute_pass(**timing(timer, label))
+    run = encoder.begin_compute_pass(**timing(timer, label, encoder))
     run.set_pipeline(pipeline)
     run.set_bind_group(0, bind)
     run.dispatch_workgroups(-(-width // 64), rows)
