@@ -68,23 +68,19 @@ def _run(grid: Grid, q: Quadrant, apron: int, a: float, b: float, steps: Array) 
     return np.concatenate([head, steps.reshape(-1, 4)])
 
 
-def _needed(grid: Grid, q: Quadrant, first: int, end: int, stride: int, lines: int) -> int:
-    """Steps of a zone that some of its lines [first, end) need: until the last of them is well out of the image."""
+def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, lines: int) -> Array:
+    """Steps of a zone that some of its lines [first, end) need: until the last of them is well out of the image. (n,) each."""
     minor = grid.light[1 - q.axis]
     other = grid.size[1 - q.axis]
     slack = 2 + 4 * grid.fine.spacing
-    reach = 0.0
-    for index in (first, min(end, lines) - 1):
-        m = q.m_lo + q.dm * stride * index
-        if m > 0:
-            reach = max(reach, (other + slack - minor) / m)
-        elif m < 0:
-            reach = max(reach, (-slack - minor) / m)
-        else:
-            reach = np.inf
-        if first * stride * q.dm + q.m_lo <= 0 <= q.m_lo + q.dm * stride * (min(end, lines) - 1):
-            reach = np.inf
-    return int(np.searchsorted(q.u, reach)) + 1
+    low, high = (q.m_lo + q.dm * stride * index for index in (first, np.minimum(end, lines) - 1))
+    far = np.zeros(len(first))
+    for m in (low, high):
+        side = np.where(m > 0, other + slack - minor, -slack - minor)
+        far = np.maximum(far, np.divide(side, m, out=np.full(len(m), np.inf), where=m != 0))
+    far[(low <= 0) & (high >= 0)] = np.inf
+    needed: Array = np.searchsorted(q.u, far) + 1
+    return needed
 
 
 def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float, float]) -> Tables:
@@ -121,12 +117,12 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             marched += [_run(grid, q, apron, q.u[a], q.u[b], steps[a:b]) for a, b in runs(q.u, begin, end)]
             blocks += marched
             texels += sum(map(len, marched))
-            for line in range(0, lines, per_workgroup):
-                needed = min(end, _needed(grid, q, line, line + per_workgroup, stride, lines)) - begin
-                if needed > 0 or zone == 0:
-                    record["line"], record["steps"] = line, max(needed, 0) + 1
-                    zones[zone].append(record.copy())
-    return Tables(np.concatenate(blocks).astype(np.float32), [np.array(z, BUNDLE) for z in zones], max(states, 4))
+            line = np.arange(0, lines, per_workgroup)
+            needed = np.minimum(end, _needed(grid, q, line, line + per_workgroup, stride, lines)) - begin
+            bundles = np.full(len(line), record)
+            bundles["line"], bundles["steps"] = line, np.maximum(needed, 0) + 1
+            zones[zone].append(bundles[needed > 0] if zone else bundles)
+    return Tables(np.concatenate(blocks).astype(np.float32), [np.concatenate([np.zeros(0, BUNDLE), *z]) for z in zones], max(states, 4))
 
 
 class EpipolarPlan:

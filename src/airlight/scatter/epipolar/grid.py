@@ -191,7 +191,10 @@ class Grid:
             unseen = (1 - self.density) * max(q.u_min - 1, 0)
             dark, u = dark or unseen > u, max(u, unseen)
         nodes = [u]
+        marks = sorted({*self.radii, last, q.u_max})  # where the step may change
+        steady = ratio <= 1e-9 or not self.mix.opposite  # and only there
         while u < q.u_max:
+            more = 1
             if u < first - 1e-9:
                 following = beside(u, first)
             elif u >= last - 1e-9:
@@ -201,9 +204,13 @@ class Grid:
                 cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
                 place = q.sign * (major + q.sign * u) / cell
                 edge = (math.floor(place + 1e-6) + 1 - place) * cell
-                following = u + (edge + step - cell if edge < cell - 1e-6 else step)
-            u = following if following > u + 1e-9 * max(1.0, u) else u + 1.0
-            nodes.append(u)
+                aligned = edge >= cell - 1e-6
+                following = u + (step if aligned else edge + step - cell)
+                if steady and aligned:
+                    more = max(1, math.ceil((next((m for m in marks if m > u), u) - u) / step - 1e-9))
+            following = following if following > u + 1e-9 * max(1.0, u) else u + 1.0
+            nodes += [u + (following - u) * k for k in range(1, more + 1)]
+            u = nodes[-1]
         if len(nodes) == 1:
             nodes.append(u + 1.0)
         return np.array(nodes), not dark
