@@ -47,4 +47,4 @@ def test_mutants(number: int, seed: int, tmp_path: Path) -> None:
     stages, faults, _, growth = campaign(tmp_path, number, seed, Drawing())
     assert not faults, f"{len(faults)} faults:\n" + "\n".join(faults[:5])
     assert stages > number // 20, "nearly all were refused: the mutations are too coarse"
-    assert growth < GROWTH
+    assert longest < 10 and growth < GROWTH

@@ -13,7 +13,7 @@ from airlight.pygfx import SceneLight
 from airlight.scenes import Stage
 from airlight.scenes.environment import load_environment
 from airlight.scenes.gltf import schema
-from airlight.scenes.gltf.materials import colour
+from airlight.scenes.gltf.materials import broken_driver, colour, spare_maps
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.gltf.model import Model
 from airlight.scenes.gltf.validate import Gltf
@@ -65,6 +65,7 @@ class _Loader:
         self._center, self._radius = center, radius = self._bounds()
         self._finish_cameras()
         sun = self._surround()
+        self._spare_maps()
         lights = self._scene_lights(sun)
         fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
         movable = next((light for light in lights if light.target in fixed), None)
@@ -97,6 +98,16 @@ class _Loader:
         for i, light in asked.items():
             self._lights[i], self._described[i] = _light(light), light
             self._scene.add(self._lights[i])
+
+    def _spare_maps(self) -> None:
+        """See `spare_maps`."""
+        kinds = {type(thing) for thing in self._scene.iter() if isinstance(thing, gfx.Light)} - {gfx.AmbientLight}
+        others = len(kinds) + (self._scene.environment is not None)
+        if broken_driver():
+            lost = [name for material in {thing.material for thing in self._model.drawn} for name in spare_maps(material, others)]
+            if lost:
+                names = ", ".join(sorted(name.replace("_", " ") + "s" for name in set(lost)))
+                tell(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
 
     # ---------------------------------------------------------------- time
 

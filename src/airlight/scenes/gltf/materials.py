@@ -1,5 +1,7 @@
 """Materials and textures of a checked glTF file as those of pygfx."""
 
+import re
+
 import numpy as np
 import pygfx as gfx
 
@@ -105,7 +107,54 @@ def uv_matrix(transform: schema.TextureTransform) -> np.ndarray:
     return np.array([[c * x, s * y, u], [-s * x, c * y, v], [0, 0, 1]])
 
 
+_MAPS = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
+_LEAST = ("ao_map", "metalness_map", "roughness_map", "normal_map", "emissive_map")  # which to leave out first
+
+
+def broken_driver() -> bool:
+    """Whether pygfx draws by Mesa's llvmpipe of a version before 24, see `spare_maps`."""
+    info = gfx.renderers.wgpu.get_shared().adapter.info
+    version = re.search(r"Mesa (\d+)\.", info["description"])
+    return "llvmpipe" in info["device"] and (version is None or int(version[1]) < 24)
+
+
+def spare_maps(material: gfx.Material, others: int) -> list[str]:
+    """Leave out maps, the least needed first, until they and `others` (an environment, each kind of light) are 6; returns their names.
+
+    For the driver above: beyond that the lights' uniform buffers have indices from 11 on, which its search for uniforms that steer
+    branches writes over its pipeline (seen with 22.3.6); sooner or later that ends the process.
+    """
+    if not isinstance(material, gfx.MeshStandardMaterial):
+        return []
+    lost: list[str] = []
+    order = [name for name in _LEAST[1:3] if _spread(material, name) < 2] + list(_LEAST)  # what is flat is no loss
+    for name in order:
+        if others + sum(getattr(material, each) is not None for each in _MAPS) <= 6:
+            break
+        found = getattr(material, name)
+        if found is None:
+            continue
+        if name in _CHANNEL:
+            factor, channel = _CHANNEL[name]
+            setattr(material, factor, getattr(material, factor) * float(found.texture.data[..., channel].mean()) / 255)
+        if _spread(material, name) >= 2:
+            lost.append(name)
+        setattr(material, name, None)
+    return lost
+
+
+_CHANNEL = {"metalness_map": ("metalness", 2), "roughness_map": ("roughness", 1)}
+
+
+def _spread(material: gfx.Material, name: str) -> int:
+    """How far the codes of a map differ, in the channel that counts."""
+    found = getattr(material, name)
+    if found is None:
+        return 0
+    codes = found.texture.data[..., _CHANNEL[name][1]] if name in _CHANNEL else found.texture.data[..., :3]
+    return int(np.ptp(codes, axis=(0, 1)).max())
+
+
 def channels(material: gfx.Material) -> set[int]:
     """Which sets of texture coordinates a material needs."""
-    names = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
-    return {found.uv_channel for name in names if (found := getattr(material, name, None)) is not None}
+    return {found.uv_channel for name in _MAPS if (found := getattr(material, name, None)) is not None}

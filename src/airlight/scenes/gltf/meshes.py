@@ -60,7 +60,7 @@ class Meshes:
                 found.append(self._thin(geometry, primitive))
                 continue
             material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
-            self._complete(geometry, material)
+            complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
                 thing.bind(skeleton, np.eye(4))
@@ -123,13 +123,13 @@ class Meshes:
             geometry.morph_targets_relative = True
         return geometry
 
-    @staticmethod
-    def _complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
-        """Texture coordinates that a material asks for and the mesh lacks are 0."""
-        for channel in channels(material):
-            name = f"texcoords{channel or ''}"
-            if getattr(geometry, name, None) is None:
-                setattr(geometry, name, gfx.Buffer(np.zeros((geometry.positions.nitems, 2), np.float32)))
+
+def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
+    """Texture coordinates that a material asks for and the mesh lacks are 0."""
+    for channel in channels(material):
+        name = f"texcoords{channel or ''}"
+        if getattr(geometry, name, None) is None:
+            setattr(geometry, name, gfx.Buffer(np.zeros((geometry.positions.nitems, 2), np.float32)))
 
 
 def _normalised(weights: np.ndarray) -> np.ndarray:
