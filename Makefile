@@ -12,7 +12,7 @@ ifneq ($(shell cat .build/env.stamp 2>/dev/null),$(if $(wildcard .venv/bin/airli
 $(shell rm -f .build/*.stamp)
 endif
 
-.PHONY: help demo test validate bench lint wheel env vulkan clean
+.PHONY: help demo test validate bench lint wheel env vulkan chromium clean
 .NOTPARALLEL:
 
 help:
@@ -33,12 +33,15 @@ env: .build/env.stamp
 vulkan: env
 	@scripts/ensure_vulkan.sh
 
+chromium:
+	@scripts/ensure_chromium.sh
+
 demo: env vulkan
 	@mkdir -p "$(dir $(OUT))"
 	@$(RUN)/airlight image "$(PHOTO)" -o "$(OUT)" --light auto --overwrite
 	@echo "The picture: $(abspath $(OUT))"
 
-test: lint vulkan
+test: lint vulkan chromium
 	$(RUN)/python -m pytest
 
 validate: env vulkan
