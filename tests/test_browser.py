@@ -619,9 +619,11 @@ def test_other_machines_only_with_a_warning():
 
 
 APP = """
-import sys
+import signal
 import wgpu
 from airlight.viewer.browser import serve
+
+handlers = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
 
 def start(canvas):
     device = wgpu.gpu.request_adapter_sync().request_device_sync()
@@ -650,7 +652,8 @@ def start(canvas):
     canvas.request_draw(draw)
 
 serve(start, announce=lambda text: print(text, flush=True))
-print("ended", flush=True)
+kept = handlers == [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
+print("ended" if kept else "ended, with other handlers of signals", flush=True)
 """
 
 
@@ -688,6 +691,26 @@ def test_ctrl_c_ends_it_at_once_also_with_a_client_that_hangs(number):
         assert time.monotonic() - begun < 1
         assert child.wait(5) == 0
         assert not [line for line in child.stderr.read().splitlines() if "XDG" not in line]
+
+
+LOADING = """
+import signal
+from airlight.viewer.browser import serve
+
+def start(canvas):
+    signal.raise_signal(signal.SIGINT)
+    print("it went on")
+
+try:
+    serve(start)
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
+def test_ctrl_c_ends_what_is_still_loading():
+    done = subprocess.run([sys.executable, "-c", LOADING], capture_output=True, text=True, timeout=30)
+    assert done.stdout == "stopped\n" and not [line for line in done.stderr.splitlines() if "XDG" not in line]
 
 
 # What is rendercanvas' and uvicorn's own.
