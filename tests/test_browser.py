@@ -367,7 +367,6 @@ def test_what_is_not_allowed_is_dropped(view, caplog):
     with view.open() as client, view.open() as second:
         say(client, **SIZE)
         taking(client, lambda: "resize" in view.kinds() and view.canvas.get_physical_size() == (64, 48))
-        view.events.clear()
         active = view.canvas._active_client
         for text in WRONG:
             assert browser.understood(text) is None, text
@@ -375,7 +374,8 @@ def test_what_is_not_allowed_is_dropped(view, caplog):
             second.send(text)
         client.send(b"\x00" * 100)
         say(client, type="key_down", key="end", modifiers=[], timestamp=1)
-        taking(client, lambda: view.kinds() == ["key_down"])
+        taking(client, lambda: "key_down" in view.kinds())
+        assert [kind for kind in view.kinds() if kind != "resize"] == ["key_down"]
         assert view.canvas._active_client == active and not view.canvas.get_closed() and theirs.asgi.get_count() == 2
     assert not caplog.records  # nor does rendercanvas complain about anything that it got
 
