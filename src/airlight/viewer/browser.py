@@ -411,15 +411,19 @@ async def _serve(
     server = Server(_config(uvicorn, guard, remote.Door, remote.Socket))
 
     def stop(*_: Any) -> None:
-        server.force_exit = server.should_exit
         server.should_exit = True
 
+    def interrupted(*_: Any) -> None:
+        with contextlib.suppress(RuntimeError):  # it has ended already
+            ours.call_soon_threadsafe(canvas.close)  # after the frame that is being drawn; none follows
+
+    ours = asyncio.get_running_loop()
     canvas = remote.RemoteCanvas(SIZE, TITLE, stop)
     try:
         await asyncio.sleep(0)  # in which rendercanvas' loop starts, and handles signals
         _handle(handlers)  # Ctrl-C ends `start` as it would end anything
         shown = start(canvas)  # kept alive
-        _handle(dict.fromkeys(handlers, stop))
+        _handle(dict.fromkeys(handlers, interrupted))
         name = socket.gethostname() if bound in ("0.0.0.0", "::") else host
         written = f"[{name}]" if ":" in name else name
         if not loopback:

@@ -4,6 +4,7 @@
 
 const SENT = new Set(['pointer_down', 'pointer_up', 'pointer_move', 'pointer_enter', 'pointer_leave', 'double_click', 'wheel',
   'key_down', 'key_up', 'char'])
+const THROTTLE = 20 // ms
 const FIRST_RETRY = 500, LAST_RETRY = 5000 // ms between attempts to connect
 
 const picture = document.getElementById('picture')
@@ -21,9 +22,30 @@ function send (message) {
   if (socket !== null && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message))
 }
 
+// Moves and turns of the wheel are many: those within some ms are sent as one, and before whatever comes next. (renderview.js' own throttle
+// would send the last move of a drag after the button is up.)
+let held = null
+
+function release () {
+  if (held !== null) send(held)
+  held = null
+}
+
+function hold (event) {
+  const same = held !== null && ['type', 'buttons', 'modifiers'].every(name => String(held[name]) === String(event[name]))
+  if (!same) release()
+  if (held === null) setTimeout(release, THROTTLE)
+  held = event.type === 'wheel' && same ? { ...event, dx: held.dx + event.dx, dy: held.dy + event.dy } : event
+}
+
 class View extends window.BaseRenderView {
   onEvent (event) {
-    if (SENT.has(event.type)) send(event)
+    if (event.type === 'pointer_move' || event.type === 'wheel') {
+      hold(event)
+    } else if (SENT.has(event.type)) {
+      release()
+      send(event)
+    }
   }
 }
 
@@ -31,6 +53,7 @@ class View extends window.BaseRenderView {
 Object.assign(picture.style, { width: '100vw', height: '100vh' })
 picture.ondragstart = () => false
 const view = new View(picture, null)
+view.setThrottle(0)
 
 // Pixels of the screen, also where the window moves to a screen of another density, which renderview.js does not notice.
 const observer = new ResizeObserver(entries => {
