@@ -291,6 +291,39 @@ def test_large_images_are_halved() -> None:
     assert found[0, 5].tolist() == [200, 50, 0, 255]
 
 
+def test_maps_are_spared_where_the_driver_fails(tmp_path: Path, eye: Eye, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flat maps go first, without a word and without a change; the picture is drawn, and the process lives."""
+    w = Writer()
+    noise = np.random.default_rng(1).integers(0, 256, (8, 8, 4), np.uint8)
+    surface = noise.copy()
+    surface[..., 2], noise[..., 3] = 51, 255
+    rough, varied = ({"index": w.texture(pixels)} for pixels in (surface, noise))
+    pbr = {"baseColorTexture": varied, "metallicRoughnessTexture": rough, "metallicFactor": 0.5}
+    w.add("materials", pbrMetallicRoughness=pbr, normalTexture=varied, occlusionTexture=varied, emissiveTexture=varied)
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, 0, NORMAL=[[0, 0, 1]] * 4, TEXCOORD_0=SQUARE_UV))
+    w.node(extensions=w.light(type="directional"))
+
+    def shown(broken: bool, words: str = "") -> tuple[set[str], gfx.Material]:
+        monkeypatch.setattr("airlight.scenes.gltf.load.broken_driver", lambda: broken)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            stage = open_scene(w.save(tmp_path), "none")
+        assert [str(one.message).partition("shown without its ")[2].partition(":")[0] for one in said] == ([words] if words else [])
+        (mesh,) = drawn(stage)
+        if broken:
+            assert np.isfinite(eye.linear(stage.scene, frontal())).all()
+        return {name for name in materials._MAPS if getattr(mesh.material, name) is not None}, mesh.material
+
+    everything = set(materials._MAPS)
+    assert shown(False)[0] == everything
+    kept, material = shown(True)
+    assert kept == everything - {"metalness_map"} and material.metalness == pytest.approx(0.1)
+    w.node(extensions=w.light(type="point"))
+    assert shown(True, "ao maps")[0] == everything - {"metalness_map", "ao_map"}
+    w.node(extensions=w.light(type="spot"))
+    assert shown(True, "ao maps, roughness maps")[0] == {"map", "normal_map", "emissive_map"}
+
+
 # ---------------------------------------------------------------- animation
 
 
