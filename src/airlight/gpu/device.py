@@ -124,19 +124,26 @@ class Device:
             self._pipelines[key] = self.device.create_compute_pipeline(layout=layout, compute=compute, label=f"{path}:{entry}")
             return self._pipelines[key]
 
-    def raster(self, path: str, corners: str, pixels: str, format: str = "rgba16float", **constants: float) -> Any:
-        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces."""
-        key = (path, corners, pixels, format, tuple(sorted(constants.items())))
+    def raster(
+        self, path: str, corners: str, pixels: str, format: str = "rgba16float", *, blend: Any = None, depth: Any = None, **constants: float
+    ) -> Any:
+        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
+
+        blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
+        """
+        key = (path, corners, pixels, format, str(blend), str(depth), tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
                 return self._pipelines[key]
             module, _, layout = self._module(path)
             said = {k: float(v) for k, v in constants.items()}
+            target = {"format": format} if blend is None else {"format": format, "blend": blend}
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [{"format": format}]},
+                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [target]},
                 primitive={"topology": "triangle-list"},
+                depth_stencil=depth,
                 label=f"{path}:{pixels}",
             )
             return self._pipelines[key]

@@ -18,6 +18,7 @@ from airlight.gpu.timing import Timer, timing
 from airlight.lights import Light
 from airlight.parameters import Composite, InScene, Parameters, check_ray
 from airlight.pygfx.lights import BODY, SceneLight
+from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
 from airlight.pygfx.projection import Projected, depth_terms, pixel_rays, project
 from airlight.scatter.render import Moving
@@ -29,7 +30,16 @@ SAMPLED = 14400  # pixels that are measured, about
 CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("soft", "f4"), ("disc", "f4")])
 AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
 VIEW = np.dtype(
-    [("rays", "f4", 4), ("depth", "f4", 4), ("region", "f4", 4), ("pixels", "f4", 2), ("texels", "f4", 2), ("clear", "f4", 3)]
+    [
+        ("rays", "f4", 4),
+        ("depth", "f4", 4),
+        ("region", "f4", 4),
+        ("pixels", "f4", 2),
+        ("texels", "f4", 2),
+        ("ratio", "f4", 2),
+        ("pixel", "f4", 2),
+        ("clear", "f4", 3),
+    ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
@@ -43,11 +53,16 @@ def _device(device: Any) -> Device:
     return Device(device)
 
 
-def enable_timing() -> None:
-    """Let pygfx's device measure times, for `profile`; to be called before the first renderer is made. Nothing where no adapter can."""
+def enable_timing() -> bool:
+    """Let pygfx's device measure times, for `profile`; called before anything of pygfx is on the GPU. False: too late, or none can."""
     adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
-    if "timestamp-query" in adapter.features:
+    if "timestamp-query" not in adapter.features:
+        return False
+    try:
         gfx.renderers.wgpu.enable_wgpu_features("timestamp-query")
+    except RuntimeError:  # the device is there already
+        return False
+    return True
 
 
 class _Textures:
@@ -108,6 +123,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._looked, self._balance = self.device.buffer(size=32), self.device.buffer(size=32)
         self._binds: dict[Any, Any] = {}
         self._textures: _Textures | None = None
+        self._prepass: Prepass | None = None
         self._laid_out: Any = None
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
@@ -122,6 +138,13 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def parameters(self, parameters: Parameters) -> None:
         check_ray(parameters.method, parameters.density)
         self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
+
+    @property
+    def _summed(self) -> Parameters:
+        """The parameters of the sum: a pre-pass has no apron, since it sees beyond the view."""
+        p = self.parameters
+        drawn = self.in_scene.occluders == "prepass" and p.border != "clamp"
+        return msgspec.structs.replace(p, border="clamp") if drawn else p
 
     @property
     def source(self) -> Any:
@@ -147,15 +170,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
         lit = self._project(size)
-        made, region = self._sources(size, bool(lit))
+        made, region = self._sources(size, bool(lit), timer)
         self._write(region)
         passes = self._passes(size, bool(lit), target_tex.texture.format)
         binds = self._bound(color, depth, made)
         if lit:
             self._emit(command_encoder, passes, binds, made, timer)
-            made.record(command_encoder, self._in_source(lit, region), self.parameters, timer)
+            made.record(command_encoder, self._in_source(lit, region), self._summed, timer)
         elif made.aimed and made.aimed[0]:  # or the layer would go on holding shafts
-            made.record(command_encoder, [], self.parameters, timer)
+            made.record(command_encoder, [], self._summed, timer)
         self._put(command_encoder, passes, binds, target_tex, timer)
         if timer:
             timer.resolve(command_encoder)
@@ -177,7 +200,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         view["rays"], view["depth"], view["pixels"] = pixel_rays(projection), depth_terms(projection), size
         perspective = projection[3, 3] == 0
         texel = abs(view["rays"][1]) / max(1.0, self.in_scene.resolution * size[1])  # its angle, at the view's axis
-        lit, cones = [], 0
+        lit: list[tuple[SceneLight, Projected]] = []
+        cones = 0
         for light in self.lights:
             light.check()
             found = project(light.place(), matrix, projection)
@@ -193,15 +217,14 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         view["aims"], view["cones"] = len(lit), cones
         return lit
 
-    def _sources(self, size: tuple[int, int], lit: bool) -> tuple[_Textures, Region]:
+    def _sources(self, size: tuple[int, int], lit: bool, timer: Timer | None) -> tuple[_Textures, Region]:
         """The textures for a picture of this size, made anew where it or settings have changed; and where the view lies in them."""
-        p, scene = self.parameters, self.in_scene
+        p, scene = self._summed, self.in_scene
         texels = max(1, round(scene.resolution * size[0])), max(1, round(scene.resolution * size[1]))
         apron, source = (1 if p.border == "black" else 0), None
         if scene.occluders == "prepass":
-            apron = 0  # it sees beyond the view
             if lit:
-                source, self._region = self._drawn(texels)
+                source, self._region = self._drawn(size, timer)
         else:
             self._region = WHOLE
         made = self._textures
@@ -211,20 +234,29 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
                 source = self.device.texture(texels[0] + 2 * apron, texels[1] + 2 * apron, "rgba16float")
             self._binds.clear()
             made = self._textures = _Textures(self.device, source, p, apron)
-            self._laid_out = texels, apron
-        self._view["texels"], self._view["apron"] = texels, apron
+            self._laid_out = None if scene.occluders == "prepass" else (texels, apron)  # whose texture is another's
+        view = self._view
+        view["texels"], view["apron"] = texels, apron
+        view["ratio"], view["pixel"] = np.array(size) / texels, 1 / np.array(size)
         return made, self._region
 
-    def _drawn(self, texels: tuple[int, int]) -> tuple[Any, Region]:
-        """The source that the pre-pass draws, the view in it being of so many texels; and where the view lies in it."""
-        raise NotImplementedError
+    def _drawn(self, size: tuple[int, int], timer: Timer | None) -> tuple[Any, Region]:
+        """The source that the pre-pass draws, for a picture of this size; and where the view lies in it."""
+        if self._prepass is None:
+            self._prepass = Prepass(self.renderer, self.scene, self.lights, size)
+        drawn = self._prepass
+        drawn.scene, drawn.lights, drawn.size, drawn.in_scene = self.scene, self.lights, size, self.in_scene
+        drawn.exclude, drawn.include = self.exclude, self.include
+        drawn.draw(self.camera, timer)
+        x, y, width, height = drawn.view
+        across, down, _ = drawn.texture.size
+        return drawn.texture, (x / across, y / down, width / across, height / down)
 
     def _in_source(self, lit: list[tuple[SceneLight, Projected]], region: Region) -> list[Light]:
         """The lights as the source sees them."""
         left, top, width, height = region
-        return [
-            Light((left + width * at.position[0], top + height * at.position[1]), light.color, light.strength * at.fade) for light, at in lit
-        ]
+        places = [(left + width * at.position[0], top + height * at.position[1]) for _, at in lit]
+        return [Light(place, light.color, light.strength * at.fade) for place, (light, at) in zip(places, lit, strict=True)]
 
     def _write(self, region: Region) -> None:
         """Send what the shaders read."""
@@ -272,7 +304,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
             self._binds[key] = {
                 "": shared,  # held, so that no id is used again
-                "mask": device.bind(MASK, *shared, made.source, self._looked),
+                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest")),
                 "look": device.bind(LOOK, *shared, self._looked),
                 "measure": device.bind(BALANCE, *after),
                 "merge": device.bind(MERGE, *after, made.source),

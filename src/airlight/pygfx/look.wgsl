@@ -20,15 +20,15 @@ fn look(@builtin(local_invocation_index) lane: u32) {
     var log_sum = vec4f(0.0);
     for (var i = lane; i < count.x * count.y; i += LANES) {
         let p = vec2i(vec2u(i % count.x, i / count.x) * STEP);
-        let ray = view_ray((vec2f(p) + 0.5) / view.pixels);
-        let length = sqrt(dot(ray, ray));
+        let uv = (vec2f(p) + 0.5) * view.pixel;
         var light = vec4f(0.0);
-        if (CONES) { light = lights_at(ray, 1.0 / length); }
-        let pixel = seen(p, light, length);
+        if (CONES) { light = lights_at(uv); }
+        let depth = textureLoad(depths, p, 0);
+        let pixel = seen(p, depth, light);
         let level = log_luminance(pixel.rgb);
         color += (1.0 - pixel.a) * vec4f(pixel.rgb, 1.0);
         if (pixel.a < 1.0) {
-            log_sum.x += (1.0 - pixel.a) * log(max(axial(textureLoad(depths, p, 0)) * length, 1e-20));
+            log_sum.x += (1.0 - pixel.a) * log(max(axial(depth) * length(view_ray(uv)), 1e-20));
         }
         log_sum += vec4f(0.0, level, level * pixel.a, pixel.a);
     }

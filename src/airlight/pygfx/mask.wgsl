@@ -7,11 +7,10 @@ override CONTRAST: bool = false;
 
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read> looked: array<f32>; // look.wgsl
+@group(0) @binding(5) var nearest: sampler;
 
-fn tap(texel: vec2i, k: u32, light: vec4f, length: f32) -> vec3f {
-    let inner = (vec2f(vec2u(k % TAPS, k / TAPS)) + 0.5) / f32(TAPS);
-    let p = min(vec2i((vec2f(texel) + inner) * view.pixels / view.texels), vec2i(view.pixels) - 1);
-    let pixel = seen(p, light, length);
+fn emitted(p: vec2i, depth: f32, light: vec4f) -> vec3f {
+    let pixel = seen(p, depth, light);
     var color = pixel.rgb * pixel.a;
     if (CONTRAST) {
         color += (1.0 - pixel.a) * mix(vec3f(looked[0], looked[1], looked[2]), pixel.rgb, KEPT);
@@ -19,21 +18,28 @@ fn tap(texel: vec2i, k: u32, light: vec4f, length: f32) -> vec3f {
     return color;
 }
 
+/// The pixel at the middle of the k-th part of a texel.
+fn part(texel: vec2i, k: u32) -> vec2i {
+    let inner = (vec2f(vec2u(k % TAPS, k / TAPS)) + 0.5) / f32(TAPS);
+    return min(vec2i((vec2f(texel) + inner) * view.ratio), vec2i(view.pixels) - 1);
+}
+
+/// The mean of two by two pixels, their depths read at once.
+fn four(p: vec2i, light: vec4f) -> vec3f {
+    let depth = textureGather(depths, nearest, (vec2f(p) + 1.0) * view.pixel);
+    var sum = emitted(p, depth.w, light) + emitted(p + vec2i(1, 0), depth.z, light);
+    sum += emitted(p + vec2i(0, 1), depth.x, light) + emitted(p + vec2i(1, 1), depth.y, light);
+    return 0.25 * sum;
+}
+
 fn texel(q: vec2i) -> vec3f {
     var light = vec4f(0.0);
-    var length = 1.0;
-    if (CONES) {
-        let ray = view_ray((vec2f(q) + 0.5) / view.texels);
-        length = sqrt(dot(ray, ray));
-        light = lights_at(ray, 1.0 / length);
-    }
-    if (TAPS == 1u) { return tap(q, 0u, light, length); }
-    if (TAPS == 2u) {
-        return 0.25 * (tap(q, 0u, light, length) + tap(q, 1u, light, length) + tap(q, 2u, light, length) + tap(q, 3u, light, length));
-    }
+    if (CONES) { light = lights_at((vec2f(q) + 0.5) * view.ratio * view.pixel); }
+    if (TAPS == 2u) { return four(max(min(part(q, 0u), vec2i(view.pixels) - 2), vec2i(0)), light); }
     var sum = vec3f(0.0);
     for (var k = 0u; k < TAPS * TAPS; k++) {
-        sum += tap(q, k, light, length);
+        let p = part(q, k);
+        sum += emitted(p, textureLoad(depths, p, 0), light);
     }
     return sum / f32(TAPS * TAPS);
 }

@@ -37,8 +37,9 @@ fn lines(uv: vec2f, color: vec3f) -> vec3f {
 }
 
 fn shown(p: vec2i, pixel: vec4f) -> vec4f {
-    let uv = (vec2f(p) + 0.5) / view.pixels;
+    let uv = (vec2f(p) + 0.5) * view.pixel;
     if (SHOW == 3u) { return vec4f(lines(uv, pixel.rgb), 1.0); }
+    if (!LIT) { return vec4f(0.0, 0.0, 0.0, 1.0); } // the source is that of an earlier frame
     let emitted = textureSampleLevel(source, linear, view.region.xy + view.region.zw * uv, 0.0).rgb;
     return vec4f(select(emitted, vec3f(f32(any(emitted > vec3f(0.0)))), SHOW == 1u), 1.0);
 }

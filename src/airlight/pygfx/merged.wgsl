@@ -13,8 +13,10 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < view.aims; i++) {
         let aim = view.aim[i];
-        let faced = aim.fade * pow(max(dot(ray, aim.direction) * inverse, 0.0), FACING);
-        sum += faced * vec4f(aim.color, 1.0);
+        let toward = max(dot(ray, aim.direction) * inverse, 0.0);
+        let squared = toward * toward;
+        let fourth = squared * squared;
+        sum += aim.fade * fourth * fourth * vec4f(aim.color, 1.0);
     }
     let cover = min(sum.a, 1.0) * (1.0 - exp(-distance / looked[4]));
     return vec4f(sum.rgb / max(sum.a, 1e-6) * looked[3], cover);
@@ -24,7 +26,7 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
 fn merged(p: vec2i) -> vec4f {
     let pixel = textureLoad(picture, p, 0);
     if (!LIT) { return vec4f(pixel.rgb, 0.0); }
-    let uv = (vec2f(p) + 0.5) / view.pixels;
+    let uv = (vec2f(p) + 0.5) * view.pixel;
     var added = textureSampleLevel(layer, linear, view.region.xy + view.region.zw * uv, 0.0).rgb * view.mix;
     var color = pixel.rgb;
     if (GATHER || CONTRAST) {

@@ -1,7 +1,33 @@
 """Every private attribute of pygfx that Airlight touches, each behind a function; tests/test_scene_private.py names those that go away."""
 
+from collections.abc import Callable
 from typing import Any
 
+from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
+from pygfx.renderers.wgpu.engine.renderstate import get_renderstate
+from pygfx.renderers.wgpu.engine.shared import get_shared
+from pygfx.renderers.wgpu.engine.update import update_resource
+from pygfx.renderers.wgpu.engine.utils import nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.shader.base import ShaderInterface
+from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
+from pygfx.resources import Texture
+from pygfx.resources._base import resource_update_registry
+from pygfx.utils.trackable import PropTracker
+
+__all__ = [
+    "MeshShader",
+    "Pipelines",
+    "alpha_tested",
+    "channels",
+    "is_hdr",
+    "place",
+    "shader_of",
+    "unlit",
+    "upload",
+    "use_hdr",
+    "view_offset",
+    "write_camera",
+]
 HDR = "rgba16float"
 
 
@@ -19,3 +45,90 @@ def use_hdr(renderer: Any) -> None:
         for name in ("color", "altcolor"):
             renderer._blender._texture_info[name]["format"] = HDR
             renderer._blender._textures.pop(name, None)
+
+
+def shader_of(wobject: Any) -> Any:
+    """The class of pygfx's shader for an object with its material, or a function that gives one or several."""
+    return registry.get_render_function(wobject)
+
+
+def alpha_tested(material: Any) -> bool:
+    """Whether a material has an alpha test; unlike its alpha_test, a change of this is seen by trackers. Touches _gfx_use_alpha_test."""
+    return bool(material._gfx_use_alpha_test)
+
+
+def channels(resource: Any) -> int:
+    """How many numbers a texel of a gfx.Texture, or an item of a gfx.Buffer, has. Touches to_texture_format, nchannels_from_format."""
+    if isinstance(resource, Texture):
+        kind = to_texture_format(resource.format)
+        return len(kind) - len(kind.lstrip("rgba"))
+    return int(nchannels_from_format(resource.format))
+
+
+def unlit(blender: Any) -> Any:
+    """The state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
+    none: dict[str, Any] = {"point_lights": [], "directional_lights": [], "spot_lights": [], "ambient_color": [0, 0, 0]}
+    return get_renderstate(none, blender)
+
+
+class Pipelines:
+    """The pipelines of an object with its material for a state of `unlit`, made anew only where pygfx's trackers see a change.
+
+    shaders: a function of the object. Touches PropTracker and RenderPipelineContainer, as pygfx's PipelineContainerGroup does.
+    """
+
+    def __init__(self, shaders: Callable[[Any], Any]) -> None:
+        self.shaders = shaders
+        self.tracker = PropTracker()
+        self.containers: list[Any] | None = None
+        self.bakes: list[Any] = []
+
+    def update(self, wobject: Any, state: Any) -> None:
+        changed = self.tracker.pop_changed()
+        if self.containers is None:
+            changed.add("create")
+        if "create" in changed:
+            with self.tracker.track_usage("create"):
+                made = self.shaders(wobject)
+            made = [made] if isinstance(made, ShaderInterface) else made
+            self.containers = [RenderPipelineContainer(shader) for shader in made if shader.type == "render"]
+            self.bakes = [shader.bake_function for shader in made if shader.needs_bake_function]
+        if changed and self.containers is not None:
+            for container in self.containers:
+                container.update(wobject, None, state, changed, self.tracker)
+
+    def draw(self, run: Any, state: Any) -> None:
+        for container in self.containers or ():
+            container.draw(run, state)
+
+
+def place(wobject: Any) -> None:
+    """Let an object bring its buffers up to date, as a renderer does before it draws. Touches _update_object."""
+    wobject._update_object()
+
+
+def view_offset(camera: Any) -> tuple[float, float, float, float]:
+    """How a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
+    offset: tuple[float, float, float, float] = (1.0, 1.0, 0.0, 0.0) if camera._view_offset is None else camera._view_offset["ndc_offset"]
+    return offset
+
+
+def write_camera(camera: Any, **values: Any) -> None:
+    """Fill the buffer of the camera that all of pygfx's shaders share, as a renderer does before it draws.
+
+    values: projection_transform, its inverse, ndc_offset, physical_size, logical_size. A renderer writes all of it anew for each of its own
+    calls. Touches get_shared, its uniform_buffer and pre_render_hook.
+    """
+    shared = get_shared()
+    shared.pre_render_hook()
+    data = shared.uniform_buffer.data
+    data["cam_transform"], data["cam_transform_inv"] = camera.world.inverse_matrix.T, camera.world.matrix.T
+    for name, value in values.items():
+        data[name] = value
+    shared.uniform_buffer.update_full()
+
+
+def upload() -> None:
+    """Upload whatever of pygfx's buffers and textures has changed. Touches resource_update_registry, update_resource."""
+    for resource in resource_update_registry.get_syncable_resources(flush=True):
+        update_resource(resource)

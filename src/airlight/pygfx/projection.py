@@ -78,6 +78,7 @@ def pixel_rays(projection: Any) -> Matrix:
 
 
 def depth_terms(projection: Any) -> Matrix:
-    """(4,): the distance along the view's axis at a depth d is (a d + b) / (c d + e)."""
+    """(4,): the distance along the view's axis at a depth d is (a d + b) / (c d + e), whose divisor is positive."""
     p = np.asarray(projection, np.float64)
-    return np.array([-p[3, 3], p[2, 3], -p[3, 2], p[2, 2]])
+    terms = np.array([-p[3, 3], p[2, 3], -p[3, 2], p[2, 2]])
+    return terms if 0.5 * terms[2] + terms[3] > 0 else -terms

@@ -3,7 +3,6 @@ override CONES: bool = false;   // some lights have discs or are bodies
 override CLEAR: bool = false;   // nothing drawn counts as the clear colour
 
 const KEPT = 0.25;              // of the occluders' contrast, with contrast; twin: KEPT in reference/radial.py
-const FACING = 8.0;             // power of the cosine to the light with which fog thickens
 
 struct Cone {                   // around a light, from the eye
     direction: vec3f,           // unit, view space
@@ -26,6 +25,8 @@ struct View {
     region: vec4f,              // where the view lies in source and layer: left, top, width, height, of them
     pixels: vec2f,              // of the picture
     texels: vec2f,              // of the source, without its apron
+    ratio: vec2f,               // of the one to the other
+    pixel: vec2f,               // 1 / pixels
     clear: vec3f,
     apron: i32,
     mix: f32,                   // share of the layer that is added
@@ -52,23 +53,24 @@ fn axial(depth: f32) -> f32 {
     return (view.depth.x * depth + view.depth.y) / (view.depth.z * depth + view.depth.w);
 }
 
-/// The discs at a ray, and the light that is a body there: (radiance of discs, cover of the body, its near, its far).
-fn lights_at(ray: vec3f, inverse: f32) -> vec4f {
+/// The discs at a ray, and the light that is a body there: (radiance of discs, cover of the body, its near and far along the axis).
+fn lights_at(uv: vec2f) -> vec4f {
+    let ray = view_ray(uv);
+    let inverse = inverseSqrt(dot(ray, ray));
     var found = vec4f(0.0);
     for (var i = 0u; i < view.cones; i++) {
         let cone = view.cone[i];
         let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) / cone.soft + 0.5, 0.0, 1.0);
         found.x = max(found.x, cone.disc * cover);
         if (cone.far > 0.0 && cover > found.y) {
-            found = vec4f(found.x, cover, cone.near, cone.far);
+            found = vec4f(found.x, cover, inverse * vec2f(cone.near, cone.far));
         }
     }
     return found;
 }
 
 /// RGB and m of a pixel: m is 1 where nothing writes depth, or where a light is.
-fn seen(p: vec2i, light: vec4f, length: f32) -> vec4f {
-    let depth = textureLoad(depths, p, 0);
+fn seen(p: vec2i, depth: f32, light: vec4f) -> vec4f {
     var color = clamp(textureLoad(picture, p, 0).rgb, vec3f(0.0), vec3f(65504.0));
     let open = depth >= 1.0;
     var m = select(0.0, 1.0, open);
@@ -77,10 +79,10 @@ fn seen(p: vec2i, light: vec4f, length: f32) -> vec4f {
     }
     if (CONES) {
         color = select(color, max(color, vec3f(light.x)), open);
-        let distance = axial(depth) * length;
-        if (!open && distance >= light.z && distance <= light.w) {
-            m = light.y;
-        }
+        let over = view.depth.x * depth + view.depth.y; // the distance, as a fraction
+        let under = view.depth.z * depth + view.depth.w;
+        let at_body = over >= light.z * under && over <= light.w * under;
+        m = select(select(0.0, light.y, at_body), 1.0, open);
     }
     return vec4f(color, m);
 }

@@ -27,6 +27,7 @@ class Stage:
     pose(t, camera): put everything where it is at time t (seconds), the same for the same t whatever came before;
     the camera, if given and one of those that follow something, moves too.
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
+    path: a line where something flies along, hidden until its `visible` is set, or None.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Stage:
     center: np.ndarray
     radius: float
     movable: SceneLight | None = None
+    path: gfx.WorldObject | None = None
 
 
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None) -> Stage:

@@ -129,7 +129,7 @@ class WayBack:
         frame["gain"][:3] = gain
         frame["base"] = *(base or (0, 0, 0)), apron
         has_near = all(-NEAR < grid.light[a] < grid.size[a] + NEAR for a in (0, 1))
-        flags = {"ADD": before is not None, "BASE": base is not None}
+        flags: dict[str, Any] = {"ADD": before is not None, "BASE": base is not None}
         spare = before if before is not None else source
         if self.raster:
             records = corners(grid)

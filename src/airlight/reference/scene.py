@@ -1,0 +1,105 @@
+"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl, which they are named after."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.composite.adapt import MIDDLE, Ramp
+from airlight.reference.radial import KEPT, REC709
+
+Array = npt.NDArray[np.floating[Any]]
+FACING = 8.0  # power of the cosine to the light with which fog thickens
+LOWEST, BINS, COUNT = -17.0, 8, 256  # of the histogram of luminances: stops where it begins, bins a stop, bins
+INTO = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
+BACK = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
+
+
+def filmic(color: Array) -> Array:
+    """(..., 3) linear to display-linear 0..1: Stephen Hill's fit of the ACES curve (BakingLab, ACES.hlsl), at exposure 1 / 0.6."""
+    v = np.clip(color, 0, 65504) / 0.6 @ INTO.T
+    fitted = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
+    return np.asarray(np.clip(fitted @ BACK.T, 0, 1))
+
+
+def axial(depth: Array, terms: Array) -> Array:
+    """Distance along the view's axis. terms: pygfx.projection.depth_terms."""
+    a, b, c, d = terms
+    return np.asarray((a * depth + b) / (c * depth + d))
+
+
+def view_ray(uv: Array, rays: Array) -> Array:
+    """(..., 3): the view ray of picture positions (..., 2), at -z = 1. rays: pygfx.projection.pixel_rays."""
+    xy = rays[:2] * uv + rays[2:]
+    return np.concatenate([xy, -np.ones_like(xy[..., :1])], axis=-1)
+
+
+def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any = None) -> Array:
+    """S of a picture (H, W, 3) and its depth (H, W) at 1 / factor of its size, which factor divides.
+
+    m is 1 where depth is 1. clear: (3,) instead of the picture there. mean: (3,) colour of the occluders, which are then in S too, with
+    a quarter of their contrast.
+    """
+    m = (depth >= 1.0).astype(float)[..., None]
+    seen = np.clip(color, 0, 65504) if clear is None else np.where(m > 0, clear, color)
+    out = seen * m
+    if mean is not None:
+        out = out + (1 - m) * (np.asarray(mean) + KEPT * (seen - mean))
+    height, width = depth.shape
+    return np.asarray(out.reshape(height // factor, factor, width // factor, factor, 3).mean(axis=(1, 3)))
+
+
+def look(color: Array, depth: Array, distance: Array) -> tuple[Array, float, float]:
+    """(mean colour of the occluders, level of the fog, its distance) of a picture: what contrast knows of it.
+
+    The level is the geometric mean luminance of what emits, with a fiftieth of the whole picture's, in case nothing does; the distance
+    the geometric mean of the occluders'.
+    """
+    m = (depth >= 1.0).astype(float)
+    logs = np.log(np.clip(color @ np.array(REC709), 1e-5, 1e5))
+    weight = max((1 - m).sum(), 1e-6)
+    mean = ((1 - m)[..., None] * color).sum(axis=(0, 1)) / weight
+    level = np.exp(((logs * m).sum() + 0.02 * logs.sum()) / (m.sum() + 0.02 * m.size))
+    away = np.where(m < 1, np.log(np.maximum(distance, 1e-20)), 0.0)
+    return mean, float(level), float(np.exp(away.sum() / weight))
+
+
+def gathered(added: Array, distance: Array, reach: float) -> Array:
+    """Shafts (..., 3) before something at a distance (...): 1 - exp(-distance / reach) of them have been gathered on the way."""
+    return np.asarray(added * -np.expm1(-distance / reach)[..., None])
+
+
+def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:
+    """(colour, cover) of the fog between the eye and what lies at a distance along view rays (..., 3).
+
+    lights: (unit direction in view space, fade, RGB) each. The cover is f (1 - exp(-distance / reach)), f = sum of fade cos^8 of the angle
+    to each light, at most 1; the colour that of the lights, weighted alike, at the level.
+    """
+    unit = ray / np.linalg.norm(ray, axis=-1, keepdims=True)
+    faced = np.stack([fade * np.maximum(unit @ np.asarray(to), 0) ** FACING for to, fade, _ in lights], axis=-1)
+    total = faced.sum(axis=-1)
+    color = faced @ np.array([rgb for _, _, rgb in lights], float) / np.maximum(total, 1e-6)[..., None] * level
+    return color, np.minimum(total, 1) * -np.expm1(-distance / reach)
+
+
+def balance(luminances: Array, before: Array | None = None, follow: float = 1.0) -> tuple[Ramp, Array]:
+    """The ramp for a picture of these luminances, as composite.adapt.measured but by a histogram of an eighth of a stop; and what the
+    next frame follows: average, least and greatest, in stops. before: the same of the last frame; follow: share of the way to the new."""
+    lit = luminances[np.isfinite(luminances) & (luminances > 0)]
+    bins = np.clip((np.log2(lit) - LOWEST) * BINS, 0, COUNT - 1).astype(int)
+    counts = np.bincount(bins, minlength=COUNT).astype(float)
+    ends = np.cumsum(counts)
+
+    def percentile(share: float) -> float:
+        at = int(np.argmax((ends >= share * ends[-1]) & (counts > 0)))
+        return LOWEST + (at + (share * ends[-1] - (ends[at] - counts[at])) / counts[at]) / BINS
+
+    least, greatest = percentile(0.001), percentile(0.999)
+    middles = np.clip(LOWEST + (np.arange(COUNT) + 0.5) / BINS, least, greatest)
+    now = np.array([counts @ middles / ends[-1], least, greatest])
+    state = now if before is None else before + follow * (now - before)
+    average, least, greatest = state
+    lean = (2 * average - least - greatest) / (greatest - least) if greatest - least > 1e-6 else 0.0
+    scale = MIDDLE * 4.0**lean * 2.0**-average
+    return Ramp(float(scale), max(float(scale * 2.0**greatest), 1.0)), state
