@@ -59,9 +59,7 @@ def exhibition() -> SimpleNamespace:
     glass.local.position = (0.4, 1.0, 0)
     pane = gfx.Mesh(gfx.plane_geometry(0.8, 1.9), gfx.MeshBasicMaterial(color="#fff", opacity=0.25))
     pane.local.position = (0.6, 1.0, 0.4)
-    leaf = gfx.Mesh(
-        gfx.plane_geometry(1.2, 1.2), gfx.MeshStandardMaterial(map=leaf_map(), alpha_test=0.5, alpha_mode="solid", side="both")
-    )
+    leaf = gfx.Mesh(gfx.plane_geometry(1.2, 1.2), gfx.MeshStandardMaterial(map=leaf_map(), alpha_test=0.5, alpha_mode="solid", side="both"))
     leaf.local.position = (-1.7, 0.9, 0)
     frond = gfx.Mesh(gfx.plane_geometry(1.0, 1.0), gfx.MeshBasicMaterial(map=leaf_map()))
     frond.local.position = (-1.7, -0.6, 0)

@@ -23,3 +23,42 @@ def test_the_renderer_has_a_blender() -> None:
     from pygfx.renderers.wgpu.engine.renderer import WgpuRenderer
 
     assert "self._blender = Blender()" in inspect.getsource(WgpuRenderer.__init__), "WgpuRenderer._blender: see airlight/pygfx/private.py"
+
+
+def test_the_engine_has_what_the_pre_pass_draws_with() -> None:
+    import inspect
+
+    import pygfx as gfx
+    from pygfx.renderers.wgpu.engine import pipeline, renderstate, shared, update, utils
+    from pygfx.renderers.wgpu.shader.base import BaseShader
+    from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
+    from pygfx.resources._base import resource_update_registry
+    from pygfx.utils.trackable import PropTracker
+
+    def asked(function: object) -> list[str]:
+        return list(inspect.signature(function).parameters)  # type: ignore[arg-type]
+
+    see = ": see airlight/pygfx/private.py"
+    container = pipeline.RenderPipelineContainer
+    assert asked(container.__init__) == ["self", "shader"], "RenderPipelineContainer" + see
+    updated = ["self", "wobject", "scene", "renderstate", "changed", "tracker"]
+    assert asked(container.update) == updated, "RenderPipelineContainer.update" + see
+    assert asked(container.draw) == ["self", "render_pass", "renderstate"], "RenderPipelineContainer.draw" + see
+    assert asked(renderstate.get_renderstate) == ["light_dict", "blender"], "get_renderstate" + see
+    assert asked(PropTracker.track_usage) == ["self", "label"] and asked(PropTracker.pop_changed) == ["self"], "PropTracker" + see
+    assert asked(utils.registry.get_render_function) == ["wobject"], "registry.get_render_function" + see
+    assert asked(update.update_resource) == ["resource"], "update_resource" + see
+    assert asked(resource_update_registry.get_syncable_resources) == ["flush"], "get_syncable_resources" + see
+    fields = {"cam_transform", "cam_transform_inv", "projection_transform", "projection_transform_inv"}
+    fields |= {"ndc_offset", "physical_size", "logical_size"}
+    assert fields == set(shared.stdinfo_uniform_type), "the shared uniform_buffer" + see
+    assert hasattr(shared.Shared, "pre_render_hook"), "Shared.pre_render_hook" + see
+    assert hasattr(MeshShader, "get_code") and BaseShader.needs_bake_function is False, "MeshShader, needs_bake_function" + see
+    for name in ("lighting", "receive_shadow", "flat_shading", "color_mode", "use_map", "use_vertex_color"):
+        assert f'self["{name}"]' in inspect.getsource(MeshShader.__init__), f"MeshShader[{name!r}]" + see
+    assert hasattr(gfx.WorldObject, "_update_object"), "WorldObject._update_object" + see
+    assert hasattr(gfx.Material, "_gfx_use_alpha_test"), "Material._gfx_use_alpha_test" + see
+    assert gfx.PerspectiveCamera()._view_offset is None, "Camera._view_offset" + see
+    state = inspect.getsource(renderstate.BlendRenderState) + inspect.getsource(pipeline.RenderPipelineContainer)
+    for name in ("blender.hash", "get_shader_kwargs", "get_color_descriptors", "get_depth_descriptor"):
+        assert name in state, f"what pipelines ask of a blender, {name}" + see

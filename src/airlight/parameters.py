@@ -190,7 +190,8 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     region: Annotated[
         float,
         _meta(
-            "with prepass: how much wider and higher than the view the occluders are drawn, so that none flickers at its border",
+            "with prepass: how much wider and higher than the view the occluders are drawn, on the side of the lights, so that none"
+            " flickers at its border",
             "scene",
             _GG3 + ", sec. 13.6",
             "of the view",

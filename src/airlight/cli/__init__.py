@@ -10,7 +10,7 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli import bench, compare, image, info
+from airlight.cli import bench, compare, image, info, render
 from airlight.errors import AirlightError
 from airlight.supervisor import say
 
@@ -31,7 +31,7 @@ class _Group(rich_click.RichGroup):
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
-    commands=[image.image, compare.compare, info.info, bench.bench],  # type: ignore[arg-type]
+    commands=[image.image, render.render, compare.compare, info.info, bench.bench],  # type: ignore[arg-type]
 )
 @click.version_option(package_name="airlight", prog_name="airlight", message="%(prog)s %(version)s")
 @click.pass_context

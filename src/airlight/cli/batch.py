@@ -6,13 +6,26 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import click
 
 from airlight.errors import AirlightError, MachineError
 
+T = TypeVar("T")
 AHEAD = 2  # pictures that are read, and that wait to be written, beyond the one that is rendered
+
+
+class Writes(Protocol):
+    """A task and the files that it writes, the first being its picture."""
+
+    @property
+    def output(self) -> str: ...
+    @property
+    def outputs(self) -> list[str]: ...
+
+
+W = TypeVar("W", bound=Writes)
 
 
 @dataclass(frozen=True)
@@ -101,23 +114,23 @@ def _refuse_collisions(found: Sequence[Task]) -> None:
 
 
 def run(
-    todo: Sequence[Task],
-    read: Callable[[Task], Any],
-    render: Callable[[Task, Any], Any],
-    write: Callable[[Task, Any, Any], None],
-) -> list[tuple[Task, AirlightError]]:
+    todo: Sequence[T],
+    read: Callable[[T], Any],
+    render: Callable[[T, Any], Any],
+    write: Callable[[T, Any, Any], None],
+) -> list[tuple[T, AirlightError]]:
     """Do all tasks, reading ahead and writing behind; the pictures that failed, each told at once.
 
     A MachineError, or Ctrl-C, ends the run: what is being written is finished, nothing else begun.
     """
-    failed: list[tuple[Task, AirlightError]] = []
-    reading: deque[tuple[Task, Future[Any]]] = deque()
-    writing: deque[tuple[Task, Future[Any]]] = deque()
+    failed: list[tuple[T, AirlightError]] = []
+    reading: deque[tuple[T, Future[Any]]] = deque()
+    writing: deque[tuple[T, Future[Any]]] = deque()
     waiting = iter(todo)
     with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(1) as writer, _progress(len(todo)) as advance:
 
         @contextlib.contextmanager
-        def told(task: Task) -> Iterator[None]:
+        def told(task: T) -> Iterator[None]:
             try:
                 yield
             except MachineError:

@@ -186,7 +186,7 @@ def image(
     return 2 if failed else 0
 
 
-def _left(todo: Sequence[batch.Task], skip_existing: bool, resume: bool) -> list[batch.Task]:
+def _left(todo: Sequence[batch.W], skip_existing: bool, resume: bool) -> list[batch.W]:
     """The tasks without those whose outputs exist (skip_existing), or exist and can be read (resume)."""
     if not skip_existing and not resume:
         return list(todo)
@@ -208,7 +208,7 @@ def _left(todo: Sequence[batch.Task], skip_existing: bool, resume: bool) -> list
     return left
 
 
-def _refuse_existing(todo: Sequence[batch.Task], overwrite: bool) -> None:
+def _refuse_existing(todo: Sequence[batch.Writes], overwrite: bool) -> None:
     there = [] if overwrite else [path for task in todo for path in task.outputs if os.path.lexists(path)]
     if there:
         raise AirlightError(

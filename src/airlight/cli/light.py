@@ -53,20 +53,7 @@ class AngleType(LightType):
 
 def read_light(text: str, parallel: bool = False) -> LightText:
     """A light as written; parallel: an angle stands for the position."""
-    position, *rest = (part.strip() for part in text.split(";"))
-    known: dict[str, Any] = {}
-    for part in rest:
-        name, _, value = (word.strip() for word in part.partition("="))
-        try:
-            if name == "color":
-                known[name] = tuple(float(v) for v in value.split(","))
-            elif name == "strength":
-                known[name] = float(value)
-            else:
-                form = "DEG" if parallel else "X,Y"
-                raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
-        except ValueError:
-            raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
+    position, known = split_light(text, "DEG" if parallel else "X,Y")
     if parallel:
         try:
             known["angle"] = float(position)
@@ -77,6 +64,24 @@ def read_light(text: str, parallel: bool = False) -> LightText:
     written = LightText(position, **known)
     written.light(*(0.0, 0.0) if position == "auto" else parse_position(position, 1, 1))  # refuses bad values before any file is read
     return written
+
+
+def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
+    """The place as it is written, and {color, strength} where they are given. form: of the place, to tell."""
+    position, *rest = (part.strip() for part in text.split(";"))
+    known: dict[str, Any] = {}
+    for part in rest:
+        name, _, value = (word.strip() for word in part.partition("="))
+        try:
+            if name == "color":
+                known[name] = tuple(float(v) for v in value.split(","))
+            elif name == "strength":
+                known[name] = float(value)
+            else:
+                raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
+        except ValueError:
+            raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
+    return position, known
 
 
 def _windows(picture: "Picture") -> "tuple[Window, Window]":

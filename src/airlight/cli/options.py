@@ -13,6 +13,8 @@ from msgspec import inspect
 from airlight import presets
 
 F = TypeVar("F", bound=Callable[..., Any])
+# What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"})
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,14 @@ def parameter_options(command: F) -> F:
     return command
 
 
+def scene_options(command: F) -> F:
+    """Decorator: one option for each declared parameter that means something in a 3-D scene."""
+    for parameter in reversed(declared(scenes=True)):
+        if parameter.name not in NOT_IN_SCENES:
+            command = _option(parameter)(command)
+    return command
+
+
 def _option(p: Declared) -> Callable[[F], F]:
     kind: Any = p.kind
     if p.choices:
@@ -121,6 +131,7 @@ def given(ctx: click.Context, name: str) -> bool:
 
 def gather(ctx: click.Context, preset: str | None) -> dict[str, Any]:
     """The values that are set: those of `--settings-from`, over them the preset's, over them those of the command line."""
-    recalled = {p.name: ctx.params[p.name] for p in declared() if p.name in (ctx.default_map or {})}
+    options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
+    recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = presets.load(preset) if preset is not None else {}
-    return recalled | values | {p.name: ctx.params[p.name] for p in declared() if given(ctx, p.name)}
+    return recalled | values | {name: ctx.params[name] for name in options if given(ctx, name)}

@@ -87,7 +87,7 @@ def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator
             # A short name: the target's may have the full 255 bytes already.
             temporary = os.path.join(folder, f".airlight-{os.urandom(6).hex()}")
             temporaries.announce(temporary)
-            with open(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
+            with open(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_RDWR | getattr(os, "O_BINARY", 0), 0o666), "w+b") as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())

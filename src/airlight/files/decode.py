@@ -49,7 +49,7 @@ def tell(message: str, level: int = 3) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: str) -> Iterator[tuple[str, bytes]]:
+def opened(path: str) -> Iterator[tuple[str, bytes]]:
     """A regular file's name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
@@ -111,7 +111,7 @@ def read_settings(path: str) -> str:
     import OpenImageIO as oiio
 
     text = ""
-    with _opened(path) as (name, head):
+    with opened(path) as (name, head):
         with _quiet():
             inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
         problem(oiio)
@@ -216,7 +216,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     oiio.attribute("limits:channels", MAX_CHANNELS)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
-    with _opened(path) as (name, head), contextlib.ExitStack() as quiet:
+    with opened(path) as (name, head), contextlib.ExitStack() as quiet:
         foreign = extras.kind(path, head)
         if foreign is not None:
             with open(name, "rb") as file:

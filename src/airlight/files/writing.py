@@ -33,6 +33,7 @@ def write_image(
     changed: np.ndarray | None = None,
     alpha: np.ndarray | None = None,
     layer: np.ndarray | None = None,
+    z: np.ndarray | None = None,
     overwrite: bool = False,
     bits: int | None = None,
     encoded: np.ndarray | None = None,
@@ -43,7 +44,7 @@ def write_image(
     pixels: in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made Rec. 709.
     like: the input; its encoding, depth, alpha, metadata and further EXR channels are kept where the format can.
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
-    alpha: (H, W) 0..1 instead of the input's. layer: (H, W, 3), in EXR written as airlight.R/G/B.
+    alpha: (H, W) 0..1 instead of the input's. layer: (H, W, 3), in EXR written as airlight.R/G/B. z: (H, W) depths, likewise as Z, float.
     bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes that the caller has encoded (then `pixels` may be None).
     settings: a text about the run, kept in the metadata of EXR, PNG, TIFF and JPEG.
     Raises AirlightError before writing, MachineError when the disk is full; warns of what the format cannot hold.
@@ -80,17 +81,20 @@ def write_image(
             transparency = None
         else:
             channels.append(transparency[..., None])
-    if layer is not None and format != "openexr":
+    if (layer is not None or z is not None) and format != "openexr":
         raise AirlightError(f"{name}: only .exr holds the layer beside the picture; write it to a file of its own")
     if layer is not None:
         channels.append(np.clip(np.nan_to_num(layer), -HALF_MOST, HALF_MOST))
+    if z is not None:
+        channels.append(z[..., None])
     if like is not None and like.extra is not None:
         if format == "openexr":
             channels.append(like.extra)
         else:
             tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
     codes = np.ascontiguousarray(np.concatenate(channels, axis=2) if len(channels) > 1 else colour)
-    spec = _spec(codes, colour.shape[2], transparency is not None, layer is not None, like, format, depth, keeps_icc)
+    further = (["half"] * 3 if layer is not None else []) + (["float"] if z is not None else [])
+    spec = _spec(codes, colour.shape[2], transparency is not None, further, like, format, depth, keeps_icc)
     if settings is not None:
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
@@ -152,7 +156,10 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
     return alpha if real else np.rint(alpha * np.iinfo(dtype).max).astype(dtype)
 
 
-def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Picture | None, format: str, depth: int, keeps_icc: bool) -> Any:
+def _spec(
+    codes: np.ndarray, colours: int, alpha: bool, further: list[str], like: Picture | None, format: str, depth: int, keeps_icc: bool
+) -> Any:
+    """further: the types of what follows colour and alpha in an EXR: the layer's halves, a float of depth."""
     import OpenImageIO as oiio
 
     height, width, channels = codes.shape
@@ -167,8 +174,8 @@ def _spec(codes: np.ndarray, colours: int, alpha: bool, layer: bool, like: Pictu
         kinds = [kind] * len(names)
         if like is not None and len(like.formats) == len(names) and depth == like.bits:
             kinds = list(like.formats)
-        kinds += ["half"] * 3 if layer else []
-        names += ["airlight.R", "airlight.G", "airlight.B"] if layer else []
+        kinds += further
+        names += (["airlight.R", "airlight.G", "airlight.B"] if "half" in further else []) + (["Z"] if "float" in further else [])
         compression = ""
         if like is not None and like.format == "openexr":
             names += like.extra_names

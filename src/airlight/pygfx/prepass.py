@@ -127,21 +127,24 @@ def solid(wobject: Any, material: Any) -> bool:
 
 def strength(material: Any) -> float | None:
     """The greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
-    color = getattr(material, "emissive_color", None)
+    color = getattr(material, "emissive", None)
     return None if color is None else max(color.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
 
 
-def margins(inside: int, room: int, places: Iterable[float]) -> int:
+def margin(inside: int, room: int, places: Sequence[float]) -> float:
     """Texels before the view, of `room` texels around its `inside` ones, so that the source reaches to lights at normalised places.
 
-    Rays from the view end at the lights: what lies on the other side is never summed. No texel of the view moves within its grid.
+    Rays from the view end at the lights: what lies on the other side is never summed. The first light stays at the centre of a texel, or
+    what hides it would be cut otherwise from frame to frame, as a camera turns; on a half-sized source that is what flickers most.
     """
-    before = after = 0.0
-    for place in places:
-        before, after = max(before, -place * inside), max(after, (place - 1) * inside)
-    if before + after > room:
-        return round(room * before / (before + after))
-    return int(before + (room - before - after) / 2)
+    if not places or not room:
+        return room / 2
+    before = max(0.0, *(-place * inside for place in places))
+    after = max(0.0, *((place - 1) * inside for place in places))
+    spare = room - before - after
+    start = before + spare / 2 if spare >= 0 else room * before / (before + after)
+    off = (start + places[0] * inside - 0.5) % 1.0
+    return start - off if start >= off else start - off + 1
 
 
 def _helps(wobject: Any) -> bool:
@@ -185,7 +188,7 @@ class Prepass:
     def _fit(self, camera: Any) -> None:
         """Have textures of the size that the settings ask for, and the view where the lights want it."""
         view = [max(1, round(self.in_scene.resolution * n)) for n in self.size]
-        room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n) for n in view]
+        room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n - 1e-6) for n in view]
         whole = view[0] + room[0], view[1] + room[1]
         if self.texture is None or self.texture.size[:2] != whole:
             wgpu = self.device.wgpu
@@ -194,8 +197,8 @@ class Prepass:
             self._depth = self.device.device.create_texture(size=(*whole, 1), format=DEPTH, usage=usage)
             self._views = self.texture.create_view(), self._depth.create_view()
         found = [project(light.place(), camera.view_matrix, camera.projection_matrix) for light in self.lights]
-        x, y = (margins(view[i], room[i], [at.position[i] for at in found if at.fade > 0]) for i in (0, 1))
-        self.view = float(x), float(y), float(view[0]), float(view[1])
+        x, y = (margin(view[i], room[i], [at.position[i] for at in found if at.fade > 0]) for i in (0, 1))
+        self.view = x, y, float(view[0]), float(view[1])
 
     def _roles(self) -> Iterator[tuple[Role, Any]]:
         """(role, object) of all that is drawn."""
@@ -220,9 +223,7 @@ class Prepass:
         if not emitter:
             if mark is False or (mark is None and not mesh):
                 return None
-            emitter = mesh and (
-                (material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG
-            )
+            emitter = mesh and ((material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG)
         whole = mesh and solid(wobject, material)
         if not emitter:
             return SOLID if whole else VEIL

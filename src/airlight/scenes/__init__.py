@@ -42,13 +42,16 @@ class Stage:
     path: gfx.WorldObject | None = None
 
 
-def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None) -> Stage:
+def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
     """The stage of "table", "flying", or of a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
+    seed: of the path of "flying", None: its own.
     Raises AirlightError where there is no such scene, or the file is damaged or asks for more than the limits of `gltf`.
     """
     name = os.fspath(name_or_path)
+    if seed is not None and name != "flying":
+        raise AirlightError(f"{name}: has no seed; only flying has")
     if name in NAMES:
         if environment is not None:
             raise AirlightError(f"{name}: has its own environment; choose another for a .glb or .gltf file")
@@ -58,7 +61,7 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
             return table()
         from airlight.scenes.flying import flying
 
-        return flying()
+        return flying() if seed is None else flying(seed)
     if not name.lower().endswith((".glb", ".gltf")):
         raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load

@@ -1,0 +1,334 @@
+"""Stages rendered to arrays: no window, no clock, the same frame for the same time whatever came before."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import difflib
+import logging
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+import pygfx as gfx
+import wgpu
+
+from airlight.errors import AirlightError, MachineError
+from airlight.gpu.device import choose
+from airlight.parameters import Composite, InScene, Parameters
+from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.projection import depth_terms, pixel_rays
+from airlight.scenes import Stage
+
+FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
+LEAST = 1e-6  # metres
+Triple = tuple[float, float, float]
+
+
+def prepare(device: str | None) -> None:
+    """Let pygfx compute on the adapter whose name holds `device`, None: the fastest. Raises MachineError where there is none."""
+    adapter = choose(device)
+    try:
+        wgpu.preconfigure_default_device("airlight", adapter=adapter)
+    except RuntimeError:  # this process has one already
+        found = wgpu.get_default_device().adapter.info
+        if device and device.lower() not in f"{found['device']} {found['backend_type']} {found['adapter_type']}".lower():
+            raise AirlightError(f"--device {device}: this process computes on {found['device']} already; use a new one") from None
+
+
+@dataclass(frozen=True)
+class Shot:
+    """How a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
+
+    camera: one of the stage's by name, None: its first; or eye instead, with target, None: the stage's centre, and fov: degrees, of the
+    picture's smaller side. lights: instead of those that the stage has; they move its lamps of their kind.
+    """
+
+    width: int
+    height: int
+    samples: int = 2
+    smooth: bool = False
+    camera: str | None = None
+    eye: Triple | None = None
+    target: Triple | None = None
+    fov: float = 50.0
+    lights: tuple[SceneLight, ...] = ()
+
+
+@dataclass
+class Frame:
+    """One frame as it was read back, with samples x samples of its pixels for one of the result.
+
+    picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
+    mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
+    the view fills `region` (left, top, width, height, of 1).
+    """
+
+    picture: np.ndarray
+    samples: int
+    terms: np.ndarray
+    rays: np.ndarray
+    mix: float
+    reach: float
+    depth: np.ndarray | None = None
+    layer: np.ndarray | None = None
+    region: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
+    source: np.ndarray | None = None
+
+    def pixels(self) -> np.ndarray:
+        """(height, width, 3) float32."""
+        return box(self.picture[..., :3].astype(np.float32), self.samples)
+
+    def distance(self) -> np.ndarray:
+        """(height, width) float32: metres along the view's axis, of the nearest of a pixel's samples; FAR where nothing is drawn."""
+        assert self.depth is not None
+        height, width = self.depth.shape
+        n = self.samples
+        nearest = self.depth.reshape(height // n, n, width // n, n).min(axis=(1, 3))
+        return self._axial(nearest)
+
+    def _axial(self, depth: np.ndarray) -> np.ndarray:
+        a, b, c, e = self.terms
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = (a * depth.astype(np.float64) + b) / (c * depth.astype(np.float64) + e)
+        return np.where(depth >= 1, FAR, np.clip(np.nan_to_num(z, nan=FAR), LEAST, FAR)).astype(np.float32)
+
+    def shafts(self) -> np.ndarray:
+        """(height, width, 3) float32: what the shafts add to the picture. Twin: `added` in pygfx/merged.wgsl."""
+        assert self.layer is not None
+        height, width = self.picture.shape[:2]
+        left, top, across, down = self.region
+        layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix)
+        full = _along(_along(layer, top, down, height, 0), left, across, width, 1)
+        if self.reach > 0 and self.depth is not None:
+            x = self.rays[0] * (np.arange(width) + 0.5) / width + self.rays[2]
+            y = self.rays[1] * (np.arange(height) + 0.5) / height + self.rays[3]
+            distance = self._axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
+            full *= np.where(self.depth < 1, 1 - np.exp(-distance / self.reach), 1)[..., None].astype(np.float32)
+        return box(full, self.samples)
+
+
+def box(values: np.ndarray, n: int) -> np.ndarray:
+    """(H n, W n, C) averaged over n x n: (H, W, C)."""
+    if n == 1:
+        return values
+    rows = values.reshape(values.shape[0] // n, n, *values.shape[1:])
+    rows = sum((rows[:, i] for i in range(1, n)), rows[:, 0])
+    columns = rows.reshape(rows.shape[0], rows.shape[1] // n, n, rows.shape[2])
+    result: np.ndarray = sum((columns[:, :, i] for i in range(1, n)), columns[:, :, 0]) / np.float32(n * n)
+    return result
+
+
+def _along(values: np.ndarray, start: float, length: float, count: int, axis: int) -> np.ndarray:
+    """`count` linear samples along an axis, over the part of it that begins at `start` and is `length` long, of 1."""
+    size = values.shape[axis]
+    at = np.clip((start + length * (np.arange(count) + 0.5) / count) * size - 0.5, 0, size - 1)
+    low = np.floor(at).astype(int)
+    share = (at - low).astype(np.float32).reshape([-1 if i == axis else 1 for i in range(values.ndim)])
+    first, second = values.take(low, axis), values.take(np.minimum(low + 1, size - 1), axis)
+    return first + (second - first) * share
+
+
+class _Shafts(LightShafts):
+    """LightShafts that remember the depth they were given."""
+
+    depths: Any = None
+
+    def render(self, command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
+        self.depths = depth_tex.texture
+        super().render(command_encoder, color_tex, depth_tex, target_tex)
+
+    @property
+    def lit(self) -> bool:
+        """Whether a light was seen in the last frame; otherwise `source` is an older one's."""
+        return bool(self._view["aims"] > 0)
+
+
+class Studio:
+    """Films a stage with one renderer. Each frame is settled by itself: light adaptation looks at that frame alone, at its end."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        shot: Shot,
+        parameters: Parameters | None = None,
+        composite: Composite | None = None,
+        in_scene: InScene | None = None,
+        *,
+        exclude: Sequence[str] = (),
+        linear: bool = False,
+    ) -> None:
+        """exclude: names of objects that hide nothing. linear: the picture as light, before the tone curve. Raises AirlightError."""
+        self.stage, self.shot = stage, shot
+        self._followed = _chosen(stage, shot)
+        self.camera = gfx.PerspectiveCamera(shot.fov)
+        if self._followed is None:
+            _place(self.camera, stage, shot)
+        self._lights, self._moved = _lights(stage, shot)
+        scene = in_scene or InScene()
+        scene = msgspec.structs.replace(scene, tone="none") if linear else scene
+        hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
+        self.renderer = _renderer(shot)
+        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, exclude=hidden)
+        self.renderer.effect_passes = [self.shafts]
+        if shot.smooth and not linear:
+            self.renderer.ppaa = "ddaa"  # after the shafts, on tones
+
+    def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
+        """The stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
+        seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
+        self.stage.pose(time, self._followed)
+        for target, place in self._moved:
+            target.world.position = place
+        self._carry(turn)
+        with _raised():
+            self.renderer.render(self.stage.scene, self.camera)
+        shafts, projection = self.shafts, self.camera.projection_matrix
+        reach = shafts.in_scene.depth_aware
+        found = Frame(
+            picture=self.renderer.snapshot(),
+            samples=self.shot.samples,
+            terms=depth_terms(projection),
+            rays=pixel_rays(projection),
+            mix=1.0 if shafts.composite.mix is None else shafts.composite.mix,
+            reach=reach,
+        )
+        if depth or (layer and reach > 0):
+            found.depth = self._read(shafts.depths, np.float32)[..., 0]
+        if layer:
+            found.layer, found.region = self._read(shafts.layer, np.float16), shafts._region
+        if source:
+            found.source = self._read(shafts.source, np.float16)
+            if not shafts.lit:
+                found.source = np.zeros_like(found.source)
+        return found
+
+    def _read(self, texture: Any, kind: type) -> np.ndarray:
+        width, height, _ = texture.size
+        size = 8 if kind is np.float16 else 4  # bytes: RGBA, or the depth
+        data = self.renderer.device.queue.read_texture(
+            {"texture": texture}, {"bytes_per_row": width * size, "rows_per_image": height}, (width, height, 1)
+        )
+        return np.frombuffer(data, kind).reshape(height, width, -1)
+
+    def _carry(self, turn: float) -> None:
+        """Put the camera where the one that it follows is, then around the centre."""
+        camera, followed = self.camera, self._followed
+        if followed is not None:
+            for name in ("fov", "width", "height", "zoom", "maintain_aspect", "depth", "depth_range"):
+                setattr(camera, name, getattr(followed, name))
+            self._at = np.asarray(followed.world.matrix, float)
+        elif self._at is None:
+            self._at = np.asarray(camera.world.matrix, float)
+        angle = 2 * math.pi * turn
+        around = np.eye(4)
+        around[[0, 0, 2, 2], [0, 2, 0, 2]] = math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle)
+        around[:3, 3] = self.stage.center - around[:3, :3] @ self.stage.center
+        camera.world.matrix = around @ self._at if turn else self._at
+
+    _at: np.ndarray | None = None
+
+
+def _renderer(shot: Shot) -> Any:
+    target = gfx.Texture(dim=2, size=(shot.width, shot.height, 1), format="rgba8unorm")  # which nobody reads
+    renderer = gfx.WgpuRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
+    most = renderer.device.limits["max-texture-dimension-2d"]
+    if max(shot.width, shot.height) * shot.samples > most:
+        raise AirlightError(
+            f"{shot.width}x{shot.height} with {shot.samples}x{shot.samples} samples is beyond this adapter's {most} pixels;"
+            " make it smaller, or use --quality draft or --no-antialias"
+        )
+    use_hdr(renderer)
+    return renderer
+
+
+def _chosen(stage: Stage, shot: Shot) -> Any:
+    """The stage's camera that is asked for, or None."""
+    if shot.eye is not None:
+        return None
+    if shot.camera is None:
+        return next(iter(stage.cameras.values()))
+    if shot.camera not in stage.cameras:
+        raise AirlightError(f"{stage.name}: has no camera {shot.camera!r}; it has {', '.join(stage.cameras)}")
+    return stage.cameras[shot.camera]
+
+
+def _place(camera: Any, stage: Stage, shot: Shot) -> None:
+    """Put a camera at the shot's eye; its depths reach from a thousandth of the stage's radius to far beyond it."""
+    eye = np.asarray(shot.eye, float)
+    target = stage.center if shot.target is None else np.asarray(shot.target, float)
+    ahead = target - eye
+    distance = float(np.linalg.norm(ahead))
+    if distance < 1e-9:
+        raise AirlightError("--eye and --target are one place; put them apart")
+    steep = math.hypot(ahead[0], ahead[2]) < 1e-6 * distance
+    camera.world.reference_up = (0, 0, -1) if steep else (0, 1, 0)
+    camera.world.position = eye
+    camera.look_at(target)
+    near, far = next((c.depth_range for c in stage.cameras.values() if c.depth_range), (math.inf, 0.0))
+    away = float(np.linalg.norm(stage.center - eye))
+    camera.depth_range = min(near, stage.radius / 1000), max(far, 4 * (away + stage.radius))
+
+
+def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any, Any]]]:
+    """What casts shafts, and the stage's lamps that it moves, with their places: each light asked for takes the next lamp of its kind."""
+    if not shot.lights:
+        return list(stage.lights), []
+    lights, moved = [], []
+    free = [light for light in stage.lights if light.target is not None]
+    for asked in shot.lights:
+        sun = asked.direction is not None
+        lamp = next((light for light in free if isinstance(light.target, gfx.DirectionalLight) == sun), None)
+        if lamp is None:
+            lights.append(asked)
+            continue
+        free.remove(lamp)
+        place: Any = asked.position
+        if sun:
+            about = np.asarray(lamp.target.target.world.position, float)
+            towards = np.asarray(asked.direction, float)
+            place = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(lamp.target.world.position) - about)
+        moved.append((lamp.target, place))
+        lights.append(dataclasses.replace(lamp, color=asked.color, strength=asked.strength))
+    return lights, moved
+
+
+def _named(scene: Any, name: str) -> list[Any]:
+    """The objects of a name. Raises AirlightError where there are none."""
+    found: dict[str, list[Any]] = {}
+    for thing in scene.iter():
+        if thing.name:
+            found.setdefault(thing.name, []).append(thing)
+    if name not in found:
+        close = difflib.get_close_matches(name, found, 1)
+        hint = f"; did you mean {close[0]!r}?" if close else f"; there is {', '.join(list(found)[:12]) or 'nothing with a name'}"
+        raise AirlightError(f"--exclude {name}: the scene has no object of that name{hint}")
+    return found[name]
+
+
+class _Errors(logging.Handler):
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.found: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.found.append(record.getMessage() + (f": {record.exc_info[1]}" if record.exc_info else ""))
+
+
+@contextlib.contextmanager
+def _raised() -> Iterator[None]:
+    """What pygfx and wgpu only log, as a broken shader, becomes a MachineError."""
+    errors = _Errors()
+    loggers = [logging.getLogger(name) for name in ("pygfx", "wgpu")]
+    for logger in loggers:
+        logger.addHandler(errors)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(errors)
+    if errors.found:
+        raise MachineError(f"the scene could not be drawn ({' '.join(errors.found[0].split())[:200]}); try another --device")
