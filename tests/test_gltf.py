@@ -11,6 +11,7 @@ from pathlib import Path
 
 import gltfs
 import numpy as np
+import OpenImageIO as oiio
 import pygfx as gfx
 import pylinalg as la
 import pytest
@@ -291,6 +292,39 @@ def test_large_images_are_halved() -> None:
     assert found[0, 5].tolist() == [200, 50, 0, 255]
 
 
+def test_maps_are_spared_where_the_driver_fails(tmp_path: Path, eye: Eye, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flat maps go first, without a word and without a change; the picture is drawn, and the process lives."""
+    w = Writer()
+    noise = np.random.default_rng(1).integers(0, 256, (8, 8, 4), np.uint8)
+    surface = noise.copy()
+    surface[..., 2], noise[..., 3] = 51, 255
+    rough, varied = ({"index": w.texture(pixels)} for pixels in (surface, noise))
+    pbr = {"baseColorTexture": varied, "metallicRoughnessTexture": rough, "metallicFactor": 0.5}
+    w.add("materials", pbrMetallicRoughness=pbr, normalTexture=varied, occlusionTexture=varied, emissiveTexture=varied)
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, 0, NORMAL=[[0, 0, 1]] * 4, TEXCOORD_0=SQUARE_UV))
+    w.node(extensions=w.light(type="directional"))
+
+    def shown(broken: bool, words: str = "") -> tuple[set[str], gfx.Material]:
+        monkeypatch.setattr("airlight.scenes.gltf.load.broken_driver", lambda: broken)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            stage = open_scene(w.save(tmp_path), "none")
+        assert [str(one.message).partition("shown without its ")[2].partition(":")[0] for one in said] == ([words] if words else [])
+        (mesh,) = drawn(stage)
+        if broken:
+            assert np.isfinite(eye.linear(stage.scene, frontal())).all()
+        return {name for name in materials._MAPS if getattr(mesh.material, name) is not None}, mesh.material
+
+    everything = set(materials._MAPS)
+    assert shown(False)[0] == everything
+    kept, material = shown(True)
+    assert kept == everything - {"metalness_map"} and material.metalness == pytest.approx(0.1)
+    w.node(extensions=w.light(type="point"))
+    assert shown(True, "ao maps")[0] == everything - {"metalness_map", "ao_map"}
+    w.node(extensions=w.light(type="spot"))
+    assert shown(True, "ao maps, roughness maps")[0] == {"map", "normal_map", "emissive_map"}
+
+
 # ---------------------------------------------------------------- animation
 
 
@@ -386,7 +420,11 @@ def test_lights(tmp_path: Path) -> None:
     assert sun.intensity == 3 and isinstance(sun, gfx.DirectionalLight)
     down = sun.target.world.position - sun.world.position
     np.testing.assert_allclose(down / np.linalg.norm(down), (0, -1, 0), atol=1e-6)
-    assert [light.strength for light in stage.lights] == [0.5, 1, 0.25, 1]
+    strengths = np.array([light.strength for light in stage.lights])
+    np.testing.assert_allclose(strengths[:3] / strengths[1], [0.5, 1, 0.25])
+    assert (strengths > 0).all() and (strengths <= 1).all()
+    plain = open_scene(tmp_path / "scene.glb", "none")
+    assert [light.strength for light in plain.lights] == [0.5, 1, 0.25, 1]
     assert all(isinstance(light, SceneLight) and light.size > 0 for light in stage.lights)
     assert stage.movable is stage.lights[0]
 
@@ -772,6 +810,24 @@ def test_the_background_is_the_picture(eye: Eye, yaw: float) -> None:
         rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
         turned = np.stack([c * rays[..., 0] - s * rays[..., 2], rays[..., 1], s * rays[..., 0] + c * rays[..., 2]], axis=-1)
         np.testing.assert_allclose(found, turned * 0.5 + 0.5, atol=0.02)
+
+
+def test_holes_beside_a_sun_are_filled(tmp_path: Path) -> None:
+    picture = np.full((64, 128, 3), 0.5, np.float32)
+    picture[30, 60], picture[30, 61], picture[31, 60], picture[10, 10] = 5000, -40, 1e-4, -1
+    out = oiio.ImageOutput.create(str(tmp_path / "it.exr"))
+    assert out.open(str(tmp_path / "it.exr"), oiio.ImageSpec(128, 64, 3, "float")) and out.write_image(picture) and out.close()
+    expected = np.maximum(picture, 0.5)
+    np.testing.assert_allclose(environment.load_environment(str(tmp_path / "it.exr")).picture, expected)
+
+
+def test_shafts_are_made_for_what_is_around_their_light() -> None:
+    surroundings = environment.Environment(np.full((64, 128, 3), 2, np.float32), 0.4)
+    surroundings.picture[:32] = 4
+    assert surroundings.aureole(np.array([0.3, 1, 0]), 8) == pytest.approx(4)
+    assert surroundings.aureole(np.array([0.3, -1, 0]), 8) == pytest.approx(2)
+    assert surroundings.aureole(None, 8) == pytest.approx(3)
+    assert surroundings.aureole(None, 3) == pytest.approx(2.5)
 
 
 def test_the_sun_is_found_and_turned_to() -> None:

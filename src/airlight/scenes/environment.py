@@ -22,6 +22,8 @@ MAX_WIDTH = 4096  # pixels that are kept of the picture's width
 LIGHT_FACE = 64  # pixels of a face of the cube that lights
 LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts as a sun and lights as a lamp of its own
 SUN_RADIUS = math.radians(4)  # around the brightest place
+MAX_MENDED = 50_000  # values
+AUREOLE = math.radians(20)  # around a light: what shines into its shafts
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
@@ -71,6 +73,13 @@ def solid_angles(height: int, width: int) -> np.ndarray:
     return ((edges[:-1] - edges[1:]) * 2 * np.pi / width)[:, None]
 
 
+def _directions(height: int, width: int) -> np.ndarray:
+    """(H, W, 3): `direction` of each pixel."""
+    u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+    turn, down = (u - 0.5) * 2 * np.pi, v * np.pi
+    return np.stack([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)], axis=-1)
+
+
 @dataclass
 class Environment:
     """Surroundings. picture: (H, W, 3) float32, finite, >= 0. yaw: see `equirectangular`."""
@@ -90,15 +99,24 @@ class Environment:
         weight = luminance * solid_angles(height, width)
         y, x = np.unravel_index(int(np.argmax(_blurred(luminance))), luminance.shape)
         rough = direction((x + 0.5) / width, (y + 0.5) / height)
-        u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-        turn, down = (u - 0.5) * 2 * np.pi, v * np.pi
-        towards = np.stack([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)], axis=-1)
+        towards = _directions(height, width)
         near = (towards @ rough > math.cos(SUN_RADIUS)) & (luminance > luminance[y, x] / 4)
         centre = (towards[near] * weight[near][:, None]).sum(axis=0)
         centre = centre / np.linalg.norm(centre) if np.linalg.norm(centre) > 0 else rough
         irradiance = (self.picture[near] * np.broadcast_to(solid_angles(height, width), weight.shape)[near][:, None]).sum(axis=0)
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return np.array([cos * centre[0] - sin * centre[2], centre[1], sin * centre[0] + cos * centre[2]]), irradiance
+
+    def aureole(self, towards: np.ndarray | None, limit: float) -> float:
+        """The mean luminance, none beyond `limit`, within AUREOLE of a direction (3,), or of all."""
+        height, width = self.picture.shape[:2]
+        weight = np.broadcast_to(solid_angles(height, width), (height, width))
+        if towards is not None:
+            cos, sin = math.cos(-self.yaw), math.sin(-self.yaw)
+            x, y, z = np.asarray(towards, float) / np.linalg.norm(towards)
+            unturned = np.array([cos * x - sin * z, y, sin * x + cos * z])
+            weight = weight * (_directions(height, width) @ unturned > math.cos(AUREOLE))
+        return float((np.minimum(self.picture @ _LUMINANCE, limit) * weight).sum() / weight.sum())
 
     def turned_to(self, towards: np.ndarray) -> Environment:
         """The same surroundings turned about y so that their sun stands below or above a direction (3,)."""
@@ -121,15 +139,18 @@ class Environment:
         pixels[..., :3] = np.where(low, pixels[..., :3] * 12.92, 1.055 * np.maximum(pixels[..., :3], 1e-9) ** (1 / 2.4) - 0.055)
         return gfx.Texture(pixels.astype(np.float16), dim=2, size=(size, size, 6), generate_mipmaps=True)
 
-    def surround(self, scene: gfx.Scene, background: bool = True) -> None:
-        """Make these the surroundings of a scene: they light it (without their sun: that is a lamp's part) and fill the background."""
+    def surround(self, scene: gfx.Scene, background: bool = True, limit: float | None = None) -> None:
+        """Make these the surroundings of a scene: they light it (without their sun: that is a lamp's part) and fill the background.
+
+        limit: the greatest radiance of the background, whose sun would else outshine all shafts.
+        """
         import pygfx as gfx
 
         mean = float(((self.picture @ _LUMINANCE) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
         scene.environment = self.cube(LIGHT_FACE, LIGHT_LIMIT * mean)
         if background:
             size = min(1024, max(16, 2 ** round(math.log2(self.picture.shape[1] / 3))))
-            scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=self.cube(size))))
+            scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=self.cube(size, limit))))
 
 
 def _halved(picture: np.ndarray) -> np.ndarray:
@@ -144,8 +165,25 @@ def _blurred(luminance: np.ndarray) -> np.ndarray:
     return np.asarray(rows + np.roll(rows, 1, axis=1) + np.roll(rows, -1, axis=1)) / 9
 
 
+def _mended(picture: np.ndarray) -> np.ndarray:
+    """Holes beside a sun, which compression leaves there, and values below 0 become the median of those above 0 in the 7 x 7 around."""
+    reach, height, width = 3, *picture.shape[:2]
+    suspects = np.maximum(picture, 0).max(axis=-1) > 200 * max(float(np.maximum(picture, 0).mean()), 1e-6)
+    for axis in (0, 1):
+        suspects = np.logical_or.reduce([np.roll(suspects, shift, axis) for shift in range(-reach, reach + 1)])
+    y, x, channel = np.nonzero((picture < 0) | suspects[..., None])
+    if 0 < len(y) <= MAX_MENDED:
+        steps = np.arange(-reach, reach + 1)
+        rows = np.clip(y[:, None] + np.repeat(steps, len(steps)), 0, height - 1)
+        around = picture[rows, (x[:, None] + np.tile(steps, len(steps))) % width, channel[:, None]]
+        around = np.sort(np.where(around > 0, around, np.inf), axis=1)
+        middle = around[np.arange(len(y)), (around < np.inf).sum(axis=1) // 2]
+        picture[y, x, channel] = np.maximum(picture[y, x, channel], np.where(np.isfinite(middle), middle, 0))
+    return picture
+
+
 def load_environment(name_or_path: str) -> Environment:
-    """"sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 becomes 0. Raises AirlightError."""
+    """"sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 is mended. Raises AirlightError."""
     from airlight.files import read_image
 
     path = name_or_path
@@ -158,7 +196,7 @@ def load_environment(name_or_path: str) -> Environment:
         raise AirlightError(f"{path}: {picture.width}x{picture.height} is not equirectangular; give a picture twice as wide as high")
     pixels = picture.rec709(picture.linear())
     with np.errstate(invalid="ignore"):
-        pixels = np.where(np.isfinite(pixels), pixels, 0).clip(0, 65504).astype(np.float32)
+        pixels = _mended(np.where(np.isfinite(pixels), pixels, -1)).clip(0, 65504).astype(np.float32)
     while pixels.shape[1] > MAX_WIDTH:
         pixels = _halved(pixels)
     if not pixels.any():

@@ -62,8 +62,21 @@ class Track:
         return unit(value) if self.path == "rotation" else value
 
 
+THIN = 1e-6  # least scale: what is flatter has no inverse, which normals need
+
+
+def thick(matrix: np.ndarray) -> np.ndarray:
+    """(4, 4) with no direction scaled by less than THIN."""
+    u, sizes, v = np.linalg.svd(matrix[:3, :3])
+    if sizes[2] < THIN:
+        matrix = matrix.copy()
+        matrix[:3, :3] = u * np.maximum(sizes, THIN) @ v
+    return matrix
+
+
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """(4, 4) from a translation, a unit quaternion and a scale."""
+    """(4, 4) from a translation, a unit quaternion and a scale, of THIN at least."""
+    scale = np.where(np.abs(scale) < THIN, np.copysign(THIN, scale), scale)
     x, y, z, w = rotation
     out = np.eye(4)
     out[:3, :3] = np.array(
@@ -72,6 +85,6 @@ def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) ->
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
-    ) * np.asarray(scale)
+    ) * scale
     out[:3, 3] = translation
     return out

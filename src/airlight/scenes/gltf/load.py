@@ -11,7 +11,7 @@ import pygfx as gfx
 from airlight.files.decode import tell
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage
-from airlight.scenes.environment import load_environment
+from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.materials import broken_driver, colour, spare_maps
 from airlight.scenes.gltf.meshes import vertices
@@ -24,6 +24,8 @@ FOV = 40.0  # degrees, of the camera that a file without one gets
 VIEW_FROM = np.array([0.35, 0.12, 1.0])  # where it stands
 FILL = 0.8  # of a 16:9 picture that what there is to see fills
 SUN_ASIDE = math.radians(14)  # from where that camera looks, where a file without lights has its sun
+SKY_LIMIT = 8.0  # greatest radiance of the background
+GLOW = 0.5  # the mean radiance around a light that its shafts are made for: brighter surroundings make its strength smaller
 SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
@@ -53,6 +55,7 @@ class _Loader:
         self._camera_nodes: dict[int, list[gfx.PerspectiveCamera]] = {}
         self._lights: dict[int, gfx.Light] = {}
         self._described: dict[int, schema.Light] = {}
+        self._surroundings: Environment | None = None
 
     # ---------------------------------------------------------------- building
 
@@ -212,7 +215,8 @@ class _Loader:
             turn = math.atan2(ahead[0], -ahead[2]) + SUN_ASIDE
             towards = np.array([math.sin(turn), 0.0, -math.cos(turn)])
         surroundings = surroundings.turned_to(towards)
-        surroundings.surround(self._scene)
+        surroundings.surround(self._scene, limit=SKY_LIMIT)
+        self._surroundings = surroundings
         return None if self._lights else self._add_sun(*surroundings.sun_and_light())
 
     def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> np.ndarray:
@@ -245,7 +249,7 @@ class _Loader:
 
     def _scene_lights(self, sun: np.ndarray | None) -> list[SceneLight]:
         if sun is not None:
-            return [SceneLight(direction=(float(sun[0]), float(sun[1]), float(sun[2])), size=SUN_SIZE)]
+            return [SceneLight(direction=(float(sun[0]), float(sun[1]), float(sun[2])), strength=self._strength(sun), size=SUN_SIZE)]
         found = []
         for i, light in self._lights.items():
             described = self._described[i]
@@ -253,8 +257,16 @@ class _Loader:
             strongest = max(other.intensity for other in self._described.values() if (other.type == "directional") == lux)
             r, g, b = (max(0.0, value) for value in described.color)
             top = max(r, g, b)
-            found.append(SceneLight(light, color=(r / top, g / top, b / top), strength=described.intensity / strongest, size=SUN_SIZE))
+            towards = np.asarray(light.world.position - light.target.world.position) if lux else None
+            strength = described.intensity / strongest * self._strength(towards)
+            found.append(SceneLight(light, color=(r / top, g / top, b / top), strength=strength, size=SUN_SIZE))
         return found
+
+    def _strength(self, towards: np.ndarray | None) -> float:
+        """Of the shafts of a light in this direction, or among the things."""
+        if self._surroundings is None:
+            return 1.0
+        return min(1.0, GLOW / max(self._surroundings.aureole(towards, SKY_LIMIT), 1e-6))
 
 
 def _light(described: schema.Light) -> gfx.Light:

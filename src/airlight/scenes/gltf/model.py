@@ -7,7 +7,7 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.scenes.gltf import MAX_EXTENT, schema
-from airlight.scenes.gltf.animate import Track, compose, unit
+from airlight.scenes.gltf.animate import THIN, Track, compose, thick, unit
 from airlight.scenes.gltf.meshes import Meshes
 from airlight.scenes.gltf.validate import PATHS, Gltf
 
@@ -90,18 +90,24 @@ class Model:
             if at not in greatest:
                 greatest[at] = float(np.abs(track.values).max())
             reach[track.node, track.path] = greatest[at]
-        scales, places = [1.0] * len(nodes), [0.0] * len(nodes)
+        scales, places, least = [1.0] * len(nodes), [0.0] * len(nodes), [1.0] * len(nodes)
         for i in gltf.order:
             node, parent = nodes[i], gltf.parents[i]
             if node.matrix is not None:
                 matrix = np.reshape(node.matrix, (4, 4)).T
                 scale, place = float(np.linalg.norm(matrix[:3, :3])), float(np.linalg.norm(matrix[:3, 3]))
+                low = float(np.linalg.svd(matrix[:3, :3], compute_uv=False)[2])
             else:
-                scale, place = max(map(abs, node.scale)), math.hypot(*node.translation)
+                scale, place, low = max(map(abs, node.scale)), math.hypot(*node.translation), min(map(abs, node.scale))
+            if (i, "scale") in reach:
+                low = 0.0
             scale = max(scale, reach.get((i, "scale"), 0.0))
             place = max(place, 2 * reach.get((i, "translation"), 0.0))
             above, beyond = (1.0, 0.0) if parent == -1 else (scales[parent], places[parent])
             scales[i], places[i] = above * scale, beyond + above * place
+            least[i] = (1.0 if parent == -1 else least[parent]) * max(low, THIN)
+            if least[i] < THIN**4:
+                gltf.refuse(f"node {i} is scaled to nothing, again and again", "apply the scales")
             size = 0.0
             if node.mesh is not None:
                 for primitive in self._document.meshes[node.mesh].primitives:
@@ -113,7 +119,7 @@ class Model:
         local = self.nodes[i].local
         local.state_basis = "matrix"  # keeps what no translation, rotation and scale can say
         if node.matrix is not None and not animated:
-            local.matrix = np.reshape(node.matrix, (4, 4)).T
+            local.matrix = thick(np.reshape(node.matrix, (4, 4)).T)
             return
         parts = [np.array(part, float) for part in (node.translation, node.rotation, node.scale)]
         local.matrix = compose(parts[0], unit(parts[1]), parts[2])
