@@ -121,6 +121,28 @@ def test_the_death_of_the_worker_is_one_line(tmp_path, death, code, says):
     assert [p.name for p in tmp_path.iterdir()] == ["out.png"] and target.read_bytes() == b"old"
 
 
+LOST = """
+import signal, sys, time
+from airlight.supervisor import prepare_process, supervised
+class Held:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+def work():
+    Held()
+    time.sleep(20)
+    return 0
+prepare_process()
+sys.exit(supervised(work))
+"""
+
+
+@linux
+def test_a_stop_that_falls_into_a_destructor_is_not_lost():
+    began = time.monotonic()
+    done = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130 and done.stderr == "" and time.monotonic() - began < 10
+
+
 def test_the_supervisor_is_there_before_anything_is_imported():
     code = "import sys, airlight.__main__; print(sorted({'click', 'numpy', 'wgpu', 'OpenImageIO'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60).stdout == "[]\n"

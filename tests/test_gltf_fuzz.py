@@ -44,7 +44,7 @@ class Drawing(logging.Handler):
 
 @pytest.mark.parametrize("number, seed", [(300, 1), pytest.param(6000, 2, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])])
 def test_mutants(number: int, seed: int, tmp_path: Path) -> None:
-    stages, faults, _, growth = campaign(tmp_path, number, seed, Drawing())
+    stages, faults, longest, growth = campaign(tmp_path, number, seed, Drawing())
     assert not faults, f"{len(faults)} faults:\n" + "\n".join(faults[:5])
     assert stages > number // 20, "nearly all were refused: the mutations are too coarse"
     assert longest < 10 and growth < GROWTH

@@ -524,7 +524,7 @@ def test_ctrl_c_ends_a_film_within_a_second_and_leaves_nothing(glb, tmp_path):
     told = time.monotonic()
     _, err = process.communicate(timeout=30)
     assert time.monotonic() - told < 2.0  # a second, on a machine with nothing else to do
-    assert process.returncode == 130 and err == "airlight: stopped; nothing half-written is left\n"
+    assert (process.returncode, err) == (130, "airlight: stopped; nothing half-written is left\n")
     assert os.listdir(folder) == []
 
 

@@ -17,15 +17,32 @@ from airlight import temporaries
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 GRACE = 0.7  # seconds in which the child may end by itself once it is told to stop
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+stopping = False  # whether this process was told to stop
 
 
 def stop_once(got: int, _: Any) -> NoReturn:
     """Handler: unwind, so that temporary files are removed, which no second signal may disturb."""
+    global stopping
+    stopping = True
     for number in STOPS:
         signal.signal(number, signal.SIG_IGN)
     if got == signal.SIGINT:
         raise KeyboardInterrupt
     sys.exit(128 + got)
+
+
+def _stop_again(unraised: Any) -> None:
+    """sys.unraisablehook: a stop that fell into a destructor or a library's callback, where it is lost, is raised once more."""
+    if isinstance(unraised.exc_value, (KeyboardInterrupt, SystemExit)) and hasattr(signal, "setitimer"):
+        stop = unraised.exc_value
+
+        def again(*_: Any) -> NoReturn:
+            raise stop.with_traceback(None)
+
+        signal.signal(signal.SIGALRM, again)
+        signal.setitimer(signal.ITIMER_REAL, 0.002)
+    else:
+        sys.__unraisablehook__(unraised)
 
 
 def say(text: str) -> None:
@@ -49,6 +66,7 @@ def prepare_process() -> None:
     for number in STOPS:
         if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
             signal.signal(number, stop_once)
+    sys.unraisablehook = _stop_again
 
 
 def supervised(work: Callable[[], int]) -> int:
@@ -74,6 +92,10 @@ def supervised(work: Callable[[], int]) -> int:
 
 def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> NoReturn:
     code: Any = 1
+
+    def announce(path: str) -> None:
+        os.write(writer, os.fsencode(path) + b"\0")
+
     try:
         import ctypes
 
@@ -83,15 +105,13 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
             sys.stderr = os.fdopen(os.dup(2), "w", buffering=1, encoding=sys.stderr.encoding, errors="backslashreplace")
             os.dup2(noise, 2)
 
-        def announce(path: str) -> None:
-            os.write(writer, os.fsencode(path) + b"\0")
-
         temporaries.announce = announce
         if os.getppid() == parent:
             code = work()
             announce("")  # it has ended by itself
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
+        announce("")
     except SystemExit as error:
         code = error.code
     finally:

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from airlight.bench.measure import Passes, record_of
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, shared_device
 from airlight.gpu.timing import run_ms
 from airlight.parameters import InScene, Parameters
 
@@ -70,9 +70,7 @@ def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
     if importlib.util.find_spec("pygfx") is None:
         say("scenes: pygfx is not installed (pip install 'airlight[scenes]'), so they are left out")
         return []
-    from airlight.pygfx import enable_timing
-
-    enable_timing()
+    shared_device()
     records = []
     for name, time in SCENES.items():
         frame = _Frame(name, time)

@@ -10,6 +10,7 @@ from typing import Any
 import click
 import rich_click
 
+from airlight import supervisor
 from airlight.cli import bench, compare, image, info, render, view
 from airlight.errors import AirlightError
 from airlight.supervisor import say
@@ -60,7 +61,12 @@ def main(args: Sequence[str] | None = None) -> int:
 def _guarded(work: Callable[[], Any]) -> int:
     """The exit code of some work; whatever goes wrong becomes one line on stderr."""
     try:
-        code = work()
+        try:
+            code = work()
+        except Exception:
+            if supervisor.stopping:  # what a library made of the stop
+                raise KeyboardInterrupt from None
+            raise
         return code if isinstance(code, int) else 0
     except (_Stopped, KeyboardInterrupt, click.Abort):
         say("stopped; nothing half-written is left")

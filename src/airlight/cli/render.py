@@ -233,13 +233,14 @@ def render(
         video.check_film(output, size[0], size[1], overwrite)
 
     try:
+        from airlight.gpu.device import shared_device
         from airlight.scenes import offline, open_scene
     except ImportError as error:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
     inputs = [path for path in (scene, preset, environment) if path is not None]
     stage, all = None, _tasks(ctx, 0.0)
     if not all:  # as many as the animation has
-        offline.prepare(device)
+        shared_device(device)
         stage = open_scene(scene, environment, ctx.params["seed"])
         all = _tasks(ctx, stage.duration)
         if not all:
@@ -248,7 +249,7 @@ def render(
     if not todo:
         return 0
     if stage is None:
-        offline.prepare(device)
+        shared_device(device)
         stage = open_scene(scene, environment, ctx.params["seed"])
     if ctx.params["draw_path"]:
         if stage.path is None:

@@ -219,3 +219,21 @@ def choose(name: str | None = None) -> Any:
 def open_device(name: str | None = None) -> Device:
     """The device to compute on; the same one for the same name. Raises MachineError with the cure where there is none."""
     return Device.on(choose(name))
+
+
+def shared_device(name: str | None = None) -> Device:
+    """wgpu's default device, which pygfx uses too: on the adapter whose name holds `name`, with the times of passes where it can.
+    Raises MachineError where there is no adapter, AirlightError where the device is made already, on another one."""
+    wgpu = _wgpu()
+    with contextlib.suppress(ImportError):
+        import pygfx  # noqa: F401  first, as it asks for features of the device that is still to be made
+
+    chosen = choose(name)
+    with contextlib.suppress(RuntimeError):  # it is there already: everything has to use it
+        features = {f for f in WANTED_FEATURES if f in chosen.features}
+        wgpu.preconfigure_default_device("airlight", adapter=chosen, required_features=features)
+    device = wgpu.get_default_device()
+    info = device.adapter.info
+    if name and name.lower() not in f"{info['device']} {info['backend_type']} {info['adapter_type']}".lower():
+        raise AirlightError(f"this process computes on {info['device']} already; choose {name!r} in a new one")
+    return Device.of(device)

@@ -14,10 +14,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import pygfx as gfx
-import wgpu
 
 from airlight.errors import AirlightError, MachineError
-from airlight.gpu.device import choose
 from airlight.parameters import Composite, InScene, Parameters
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.projection import depth_terms, pixel_rays
@@ -26,17 +24,6 @@ from airlight.scenes import Stage
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 LEAST = 1e-6  # metres
 Triple = tuple[float, float, float]
-
-
-def prepare(device: str | None) -> None:
-    """Let pygfx compute on the adapter whose name holds `device`, None: the fastest. Raises MachineError where there is none."""
-    adapter = choose(device)
-    try:
-        wgpu.preconfigure_default_device("airlight", adapter=adapter)
-    except RuntimeError:  # this process has one already
-        found = wgpu.get_default_device().adapter.info
-        if device and device.lower() not in f"{found['device']} {found['backend_type']} {found['adapter_type']}".lower():
-            raise AirlightError(f"--device {device}: this process computes on {found['device']} already; use a new one") from None
 
 
 @dataclass(frozen=True)

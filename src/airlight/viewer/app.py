@@ -1,6 +1,5 @@
 """The viewer on any canvas of rendercanvas: a window, a browser, a notebook, or none at all."""
 
-import contextlib
 import os
 import time
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ import numpy as np
 
 from airlight.errors import AirlightError, MachineError
 from airlight.files import Picture, read_image, write_image
-from airlight.gpu.device import WANTED_FEATURES, Device, choose
+from airlight.gpu.device import shared_device
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
@@ -22,23 +21,6 @@ EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel",
 LINGER = 3  # frames after an event, in which the panel follows it
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
-
-
-def shared_device(name: str | None = None) -> Device:
-    """The device that pygfx, too, will use: wgpu's default device, on the adapter whose name holds `name`."""
-    import wgpu
-
-    with contextlib.suppress(ImportError):
-        import pygfx  # noqa: F401  first, as it asks for features of the device that is still to be made
-
-    chosen = choose(name)
-    with contextlib.suppress(RuntimeError):  # it is there already: everything has to use it
-        features = {f for f in WANTED_FEATURES if f in chosen.features}
-        wgpu.preconfigure_default_device("airlight", adapter=chosen, required_features=features)
-    device = wgpu.get_default_device()
-    if name and name.lower() not in f"{device.adapter.info['device']} {device.adapter.info['adapter_type']}".lower():
-        raise AirlightError(f"the device is chosen already ({device.adapter.info['device']}); choose {name!r} in a new process")
-    return Device.of(device)
 
 
 def is_image(source: str) -> bool:

@@ -68,7 +68,7 @@ def _run(grid: Grid, q: Quadrant, apron: int, a: float, b: float, steps: Array) 
     return np.concatenate([head, steps.reshape(-1, 4)])
 
 
-def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, lines: int) -> Array:
+def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, lines: int) -> np.ndarray:
     """Steps of a zone that some of its lines [first, end) need: until the last of them is well out of the image. (n,) each."""
     minor = grid.light[1 - q.axis]
     other = grid.size[1 - q.axis]
@@ -79,8 +79,7 @@ def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, line
         side = np.where(m > 0, other + slack - minor, -slack - minor)
         far = np.maximum(far, np.divide(side, m, out=np.full(len(m), np.inf), where=m != 0))
     far[(low <= 0) & (high >= 0)] = np.inf
-    needed: Array = np.searchsorted(q.u, far) + 1
-    return needed
+    return np.asarray(np.searchsorted(q.u, far) + 1)
 
 
 def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float, float]) -> Tables:
