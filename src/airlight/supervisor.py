@@ -74,6 +74,10 @@ def supervised(work: Callable[[], int]) -> int:
 
 def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> NoReturn:
     code: Any = 1
+
+    def announce(path: str) -> None:
+        os.write(writer, os.fsencode(path) + b"\0")
+
     try:
         import ctypes
 
@@ -83,17 +87,16 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
             sys.stderr = os.fdopen(os.dup(2), "w", buffering=1, encoding=sys.stderr.encoding, errors="backslashreplace")
             os.dup2(noise, 2)
 
-        def announce(path: str) -> None:
-            os.write(writer, os.fsencode(path) + b"\0")
-
         temporaries.announce = announce
         if os.getppid() == parent:
             code = work()
             announce("")  # it has ended by itself
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
-    except SystemExit as error:
-        code = error.code
+    except SystemExit as error:  # of a stop, or of click, once the reader of a pipe is gone or completions are told: unwound all the same
+        code = error.code if isinstance(error.code, int) else int(error.code is not None)
+        with contextlib.suppress(OSError):
+            announce("")
     finally:
         os._exit(code)  # at once: what a driver still computes is waited for no longer
 
