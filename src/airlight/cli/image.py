@@ -351,7 +351,6 @@ class _Work:
             done.pixels,
             picture,
             changed=done.changed,
-            alpha=picture.alpha,
             layer=beside,
             overwrite=self.overwrite,
             encoded=done.encoded,
