@@ -236,6 +236,31 @@ def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
     assert (tmp_path / "o.0003.png").read_bytes() == whole
 
 
+def test_each_sequence_keeps_what_its_own_first_frame_settled(tmp_path, capsys):
+    """Two clips in one run, and a picture between them: the bytes of runs of their own, also when resumed."""
+    random = np.random.default_rng(7)
+    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
+    pixels[8:20, 10:26] = 0.6
+    for i in (1, 2):
+        write_image(tmp_path / f"a.{i:04d}.png", pixels * np.float32(i / 2))
+        write_image(tmp_path / f"b.{i:04d}.png", pixels[:, ::-1] * np.float32(i / 2))
+    write_image(tmp_path / "plain.png", pixels[::-1])
+    clips = [tmp_path / "a.#.png", tmp_path / "plain.png", tmp_path / "b.#.png"]
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "both").mkdir()
+    for one in clips:
+        assert call(one, "-o", tmp_path / "alone") == 0
+    assert call(*clips, "-o", tmp_path / "both") == 0
+    whole = {p.name: p.read_bytes() for p in (tmp_path / "alone").iterdir()}
+    assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole and len(whole) == 5
+    for name in ("a.0002.png", "b.0002.png"):
+        (tmp_path / "both" / name).unlink()
+    capsys.readouterr()
+    assert call(*clips, "-o", tmp_path / "both", "--resume") == 0
+    assert capsys.readouterr().err.splitlines()[-1] == "2 of 2 pictures written"
+    assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole
+
+
 def test_names_with_a_number_sign(shots, capsys):
     """For a picture without a number one # or %d is part of the name; ## and %04d can only be meant as a pattern."""
     for name in ("shot #1.png", "C#.png", "100%d.png"):
