@@ -1,6 +1,9 @@
 """Many pictures in one run: names, order, what is done again, and what one bad file does."""
 
+import contextlib
 import os
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -93,6 +96,27 @@ def test_one_bad_file_is_told_and_the_rest_done(shots, capsys):
     err = capsys.readouterr().err.splitlines()
     assert len(err) == 2 and "shot.0002.png" in err[0] and err[1] == "4 of 5 pictures written"
     assert len(list(shots.glob("out.*"))) == 4
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a terminal of its own")
+def test_lines_are_not_glued_to_the_progress_bar(shots):
+    import pty
+
+    bad = [shots / f"shot.000{i}.png" for i in (2, 4)]
+    for path in bad:
+        path.write_bytes(b"no picture")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "airlight", "image", str(shots / "shot.####.png"), "-o", str(shots / "out.####.png"), *LIGHT]
+    process = subprocess.Popen(command, stderr=theirs, env={**os.environ, "TERM": "xterm", "COLUMNS": "300"})
+    os.close(theirs)
+    said = b""
+    with contextlib.suppress(OSError):  # Linux tells so that the other end is closed
+        while part := os.read(ours, 1 << 16):
+            said += part
+    os.close(ours)
+    assert process.wait(60) == 2
+    for line in (b"airlight: " + os.fsencode(path) for path in bad):
+        assert said.count(line) == 1 and said.split(line)[0].endswith((b"\n", b"\r", b"\x1b[2K")), said
 
 
 def test_resume_does_what_is_missing_or_damaged(shots, capsys):

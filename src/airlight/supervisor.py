@@ -28,12 +28,12 @@ def stop_once(got: int, _: Any) -> NoReturn:
     sys.exit(128 + got)
 
 
-def say(text: str) -> None:
-    """One line on stderr, whatever the text holds."""
+def say(text: str, prefix: str = "airlight: ") -> None:
+    """One line on stderr, whatever the text holds; above a progress bar, which what click writes would be glued to."""
     line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
     with contextlib.suppress(OSError, ValueError):
         if sys.stderr is not None:
-            print(f"airlight: {line}", file=sys.stderr, flush=True)
+            print(f"{prefix}{line}", file=sys.stderr, flush=True)
 
 
 def prepare_process() -> None:

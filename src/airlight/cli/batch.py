@@ -8,9 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-import click
-
 from airlight.errors import AirlightError, MachineError
+from airlight.supervisor import say
 
 T = TypeVar("T")
 AHEAD = 2  # pictures that are read, and that are written (at once) or wait for it, beyond the one that is rendered
@@ -140,7 +139,7 @@ def run(
                 raise
             except AirlightError as error:
                 failed.append((task, error))
-                click.echo(f"airlight: {' '.join(str(error).split())}", err=True)
+                say(str(error))
                 advance()
 
         def finish() -> None:

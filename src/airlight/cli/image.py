@@ -18,6 +18,7 @@ from airlight.cli.light import AngleType, LightText, LightType, found_at, place,
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
+from airlight.supervisor import say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -292,8 +293,8 @@ class _Work:
 
             if task.clip is not None:
                 self._kept[task.clip] = written, parameters, None
-            say = functools.partial(click.echo, err=True)
-            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, say)
+            tell = functools.partial(say, prefix="")
+            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, tell)
         done = api.render_picture(
             picture,
             lights,
@@ -445,7 +446,7 @@ def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
         at = found_at(picture, found.position)
-        click.echo(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", err=True)
+        say(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
     return [
         dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
         for w in written
