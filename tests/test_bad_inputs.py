@@ -392,3 +392,16 @@ def test_a_plain_environment(files, tmp_path):
         with open(name, "rb") as file:
             made.append(file.read())
     assert len(set(made)) == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a pipe's reader that goes")
+def test_help_into_a_closed_pipe_and_completion():
+    """click ends both by SystemExit, which is no failure of a library."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([*COMMAND, "image", "--help"], stdout=writer, stderr=subprocess.PIPE, timeout=60)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, b"")
+    environment = {**os.environ, "COMP_WORDS": "airlight image --me", "COMP_CWORD": "2", "_AIRLIGHT_COMPLETE": "bash_complete"}
+    done = subprocess.run(COMMAND, capture_output=True, env=environment, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"plain,--method\n", b"")

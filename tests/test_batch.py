@@ -1,6 +1,9 @@
 """Many pictures in one run: names, order, what is done again, and what one bad file does."""
 
+import contextlib
 import os
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -93,6 +96,27 @@ def test_one_bad_file_is_told_and_the_rest_done(shots, capsys):
     err = capsys.readouterr().err.splitlines()
     assert len(err) == 2 and "shot.0002.png" in err[0] and err[1] == "4 of 5 pictures written"
     assert len(list(shots.glob("out.*"))) == 4
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a terminal of its own")
+def test_lines_are_not_glued_to_the_progress_bar(shots):
+    import pty
+
+    bad = [shots / f"shot.000{i}.png" for i in (2, 4)]
+    for path in bad:
+        path.write_bytes(b"no picture")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "airlight", "image", str(shots / "shot.####.png"), "-o", str(shots / "out.####.png"), *LIGHT]
+    process = subprocess.Popen(command, stderr=theirs, env={**os.environ, "TERM": "xterm", "COLUMNS": "300"})
+    os.close(theirs)
+    said = b""
+    with contextlib.suppress(OSError):  # Linux tells so that the other end is closed
+        while part := os.read(ours, 1 << 16):
+            said += part
+    os.close(ours)
+    assert process.wait(60) == 2
+    for line in (b"airlight: " + os.fsencode(path) for path in bad):
+        assert said.count(line) == 1 and said.split(line)[0].endswith((b"\n", b"\r", b"\x1b[2K")), said
 
 
 def test_resume_does_what_is_missing_or_damaged(shots, capsys):
@@ -234,6 +258,31 @@ def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
     assert call(*args, "--resume") == 2
     assert capsys.readouterr().err.splitlines()[-1] == "1 of 2 pictures written"
     assert (tmp_path / "o.0003.png").read_bytes() == whole
+
+
+def test_each_sequence_keeps_what_its_own_first_frame_settled(tmp_path, capsys):
+    """Two clips in one run, and a picture between them: the bytes of runs of their own, also when resumed."""
+    random = np.random.default_rng(7)
+    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
+    pixels[8:20, 10:26] = 0.6
+    for i in (1, 2):
+        write_image(tmp_path / f"a.{i:04d}.png", pixels * np.float32(i / 2))
+        write_image(tmp_path / f"b.{i:04d}.png", pixels[:, ::-1] * np.float32(i / 2))
+    write_image(tmp_path / "plain.png", pixels[::-1])
+    clips = [tmp_path / "a.#.png", tmp_path / "plain.png", tmp_path / "b.#.png"]
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "both").mkdir()
+    for one in clips:
+        assert call(one, "-o", tmp_path / "alone") == 0
+    assert call(*clips, "-o", tmp_path / "both") == 0
+    whole = {p.name: p.read_bytes() for p in (tmp_path / "alone").iterdir()}
+    assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole and len(whole) == 5
+    for name in ("a.0002.png", "b.0002.png"):
+        (tmp_path / "both" / name).unlink()
+    capsys.readouterr()
+    assert call(*clips, "-o", tmp_path / "both", "--resume") == 0
+    assert capsys.readouterr().err.splitlines()[-1] == "2 of 2 pictures written"
+    assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole
 
 
 def test_names_with_a_number_sign(shots, capsys):

@@ -113,6 +113,23 @@ def test_layers_metadata_and_windows_are_kept(tmp_path, compression):
     assert (tmp_path / "again.exr").read_bytes() == (tmp_path / "out.exr").read_bytes()
 
 
+def test_alpha_beyond_0_to_1_stays(tmp_path):
+    pixels = scene(channels=4)
+    pixels[..., 3] = 1
+    pixels[0, :3, 3] = (1.5, -0.25, 60000)
+    run(store(tmp_path / "a.exr", pixels, "RGBA"), "-o", tmp_path / "b.exr", "--light", "0.25,0.25")
+    assert np.array_equal(load(tmp_path / "b.exr")[1]["A"], pixels[..., 3])
+
+
+def test_half_beside_float_stays_finite(tmp_path):
+    """A sum beyond what half holds, in an EXR where only some colours are half."""
+    source = store(tmp_path / "a.exr", np.full((10, 12, 3), 60000, np.float32), kind=["float", "half", "half"])
+    run(source, "-o", tmp_path / "b.exr", "--light", "0.25,0.25", "--occlusion", "none")
+    spec, channels = load(tmp_path / "b.exr")
+    assert [str(kind) for kind in spec.channelformats[:3]] == ["float", "half", "half"]
+    assert channels["R"].max() > 65504 == channels["G"].max() == channels["B"].max()
+
+
 def test_float_stays_float(tmp_path):
     pixels = np.random.default_rng(0).random((30, 40, 3)).astype(np.float32) * 0.1
     source = store(tmp_path / "in.exr", pixels, kind="float")

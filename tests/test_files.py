@@ -1,6 +1,7 @@
 import os
 import struct
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -252,6 +253,15 @@ def test_limits(tmp_path, monkeypatch):
     monkeypatch.setattr("airlight.files.decode.MAX_PIXELS", 1000)
     with pytest.raises(AirlightError, match="limit"):
         read_image(store(tmp_path / "a.png", codes_like()))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows tells no files apart by inode")
+def test_stderr_comes_back_after_reading_in_threads(tmp_path):
+    write_image(tmp_path / "a.png", np.zeros((40, 40, 3), np.float32))
+    before = os.fstat(2)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: read_image(tmp_path / "a.png"), range(200)))
+    assert os.path.samestat(before, os.fstat(2))
 
 
 def test_odd_name(tmp_path):

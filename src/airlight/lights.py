@@ -34,9 +34,11 @@ class Light:
         """
         try:
             turn = math.radians(angle)
-            return cls((0.5 + PARALLEL * math.cos(turn), 0.5 - PARALLEL * math.sin(turn)), color, strength, float(angle))
-        except (TypeError, ValueError):  # no number, or not a finite one
+            if not math.isfinite(turn):
+                raise ValueError
+        except (TypeError, ValueError, OverflowError):  # no number, or not a finite one
             raise AirlightError(f"light angle must be a finite number of degrees, not {angle!r}") from None
+        return cls((0.5 + PARALLEL * math.cos(turn), 0.5 - PARALLEL * math.sin(turn)), color, strength, float(angle))
 
     def placed(self, width: int, height: int, density: float) -> tuple[tuple[float, float], float]:
         """(position, density) of the sum over an image of width x height pixels."""

@@ -45,12 +45,12 @@ def _stop_again(unraised: Any) -> None:
         sys.__unraisablehook__(unraised)
 
 
-def say(text: str) -> None:
-    """One line on stderr, whatever the text holds."""
+def say(text: str, prefix: str = "airlight: ") -> None:
+    """One line on stderr, whatever the text holds; above a progress bar, which what click writes would be glued to."""
     line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
     with contextlib.suppress(OSError, ValueError):
         if sys.stderr is not None:
-            print(f"airlight: {line}", file=sys.stderr, flush=True)
+            print(f"{prefix}{line}", file=sys.stderr, flush=True)
 
 
 def prepare_process() -> None:
@@ -112,8 +112,10 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
         announce("")
-    except SystemExit as error:
-        code = error.code
+    except SystemExit as error:  # of a stop, or of click, once the reader of a pipe is gone or completions are told: unwound all the same
+        code = error.code if isinstance(error.code, int) else int(error.code is not None)
+        with contextlib.suppress(OSError):
+            announce("")
     finally:
         os._exit(code)  # at once: what a driver still computes is waited for no longer
 

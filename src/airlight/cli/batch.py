@@ -8,9 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-import click
-
 from airlight.errors import AirlightError, MachineError
+from airlight.supervisor import say
 
 T = TypeVar("T")
 AHEAD = 2  # pictures that are read, and that are written (at once) or wait for it, beyond the one that is rendered
@@ -38,6 +37,7 @@ class Task:
     fraction: str | None = None
     mask: str | None = None
     depth: str | None = None
+    clip: int | None = None  # of the sequence whose frame it is, the place of its first frame among all
     number: int = 0  # its place among all
     wanted: bool = True  # False: written already, and only looked at for what the frames after it keep
 
@@ -59,18 +59,17 @@ def tasks(
     from airlight.files.sequence import deliberate, numbered
     from airlight.files.sequence import frames as read_frames
 
-    given: list[tuple[int | None, str]] = []
-    sequence = False
+    given: list[tuple[int | None, str, int | None]] = []
     for source in sources:
         pattern = numbered(source)
         if pattern is None:
-            given.append((None, source))
+            given.append((None, source, None))
             continue
         numbers = read_frames(frames) if frames is not None else pattern.on_disk()
         if not numbers:
             raise AirlightError(f"{source}: there are no such files; check the pattern, or give --frames")
-        given += [(number, pattern.frame(number)) for number in numbers]
-        sequence = True
+        given += [(number, pattern.frame(number), clip) for clip in [len(given)] for number in numbers]
+    sequence = any(clip is not None for _, _, clip in given)
     if frames is not None and not sequence:
         raise AirlightError("--frames needs a pattern for the input, as in shot.####.exr")
 
@@ -93,9 +92,10 @@ def tasks(
         return path if pattern is None or number is None else pattern.frame(number)
 
     found: list[Task] = []
-    for number, source in given:
+    for number, source, clip in given:
         outputs = [place(target, number, source) for target in (output, layer, fraction)]
-        found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], beside(mask, number), beside(depth, number), len(found)))
+        planes = beside(mask, number), beside(depth, number)
+        found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], *planes, clip, len(found)))
     _refuse_collisions(found)
     return found, sequence
 
@@ -139,7 +139,7 @@ def run(
                 raise
             except AirlightError as error:
                 failed.append((task, error))
-                click.echo(f"airlight: {' '.join(str(error).split())}", err=True)
+                say(str(error))
                 advance()
 
         def finish() -> None:

@@ -18,6 +18,7 @@ from airlight.cli.light import AngleType, LightText, LightType, found_at, place,
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
+from airlight.supervisor import say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -171,11 +172,10 @@ def image(
         debug=debug,
         overwrite=overwrite or resume,
         device=device,
-        keep=sequence,
         passes=[] if profile else None,
     )
     if many:
-        failed = batch.run(_with_first(todo, done) if sequence else todo, work.read, work.render, work.write)
+        failed = batch.run(_with_first(todo, done), work.read, work.render, work.write)
         click.echo(f"{len(todo) - sum(task.wanted for task, _ in failed)} of {len(todo)} pictures written", err=True)
     else:
         failed = []
@@ -212,9 +212,10 @@ def _left(todo: Sequence[batch.W], skip_existing: bool, resume: bool) -> tuple[l
 
 
 def _with_first(todo: list[batch.Task], done: list[batch.Task]) -> list[batch.Task]:
-    """The frames to do, with the first of those that are done in its place: what it settled holds for those after it."""
-    first = [dataclasses.replace(task, wanted=False) for task in done[:1]]
-    return sorted([*todo, *first], key=lambda task: task.number)
+    """What is to be done, with the first of each sequence's frames that are done in its place: what it settled holds for the rest."""
+    going = {task.clip for task in todo} - {None}
+    firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
+    return sorted([*todo, *firsts.values()], key=lambda task: task.number)
 
 
 def _refuse_existing(todo: Sequence[batch.Writes], overwrite: bool) -> None:
@@ -237,7 +238,7 @@ class _Loaded:
 class _Work:
     """What the options ask for of every picture: to be read, rendered, written, each perhaps by another thread.
 
-    keep: frames of one sequence, which take their light, threshold, mix and adaptation from the first, lest they flicker.
+    Frames of one sequence take their light, threshold, mix and adaptation from its first, lest they flicker.
     """
 
     written: Sequence[LightText]
@@ -249,7 +250,6 @@ class _Work:
     debug: str | None
     overwrite: bool
     device: str | None
-    keep: bool
     passes: list[tuple[str, float]] | None = None
 
     def __post_init__(self) -> None:
@@ -257,7 +257,8 @@ class _Work:
         self._start = threading.Thread(target=_open_device, args=(self.device,), daemon=True)
         self._start.start()  # while the first picture is read
         self._where: Any = None
-        self._kept: Any = None  # (lights, parameters, rule) of the first frame, the lights in the display window
+        # By clip, (lights, parameters, rule) of the first frame, the lights in the display window.
+        self._kept: dict[int, tuple[list[LightText], Any, Any]] = {}
 
     def read(self, task: batch.Task) -> _Loaded:
         from airlight import files
@@ -275,7 +276,8 @@ class _Work:
         from airlight import api
         from airlight.occlusion.automatic import check
 
-        if not task.wanted and self._kept:
+        kept = None if task.clip is None else self._kept.get(task.clip)
+        if not task.wanted and kept is not None:
             return None
         self._start.join()
         if self._where is None:
@@ -283,16 +285,16 @@ class _Work:
         picture = loaded.picture
         check(self.parameters, picture.alpha is not None, loaded.far is not None)
         begun = time.perf_counter()
-        written, parameters, rule = self._kept or self._settled(picture)
+        written, parameters, rule = kept or self._settled(picture)
         lights = [place(light, picture) for light in written]
         begun = self.spent.add("find the light", begun)
         if self.debug is not None:
             from airlight.debug import view
 
-            if self.keep:
-                self._kept = written, parameters, None
-            say = functools.partial(click.echo, err=True)
-            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, say)
+            if task.clip is not None:
+                self._kept[task.clip] = written, parameters, None
+            tell = functools.partial(say, prefix="")
+            return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, tell)
         done = api.render_picture(
             picture,
             lights,
@@ -305,8 +307,8 @@ class _Work:
             float_output=_is_float(task.output, picture),
             codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output, picture),
         )
-        if self.keep:
-            self._kept = written, parameters, done.rule
+        if task.clip is not None:
+            self._kept[task.clip] = written, parameters, done.rule
         fraction = None
         if task.fraction is not None:
             keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
@@ -351,7 +353,6 @@ class _Work:
             done.pixels,
             picture,
             changed=done.changed,
-            alpha=picture.alpha,
             layer=beside,
             overwrite=self.overwrite,
             encoded=done.encoded,
@@ -445,7 +446,7 @@ def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str
         if found is None:
             raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
         at = found_at(picture, found.position)
-        click.echo(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", err=True)
+        say(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
     return [
         dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
         for w in written

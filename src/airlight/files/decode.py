@@ -3,6 +3,7 @@
 import contextlib
 import os
 import stat
+import threading
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -77,22 +78,32 @@ def problem(source: Any) -> str:
         return "its contents make no sense"
 
 
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Libpng prints its errors itself, beside those that OpenImageIO hands on."""
-    try:
-        kept = os.dup(2)
-    except OSError:  # stderr is closed
-        yield
-        return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(nowhere)
-        os.close(kept)
+class _Quiet:
+    """Libpng prints its errors itself, beside those that OpenImageIO hands on. Threads share the silence; the last gives stderr back."""
+
+    def __init__(self) -> None:
+        self.lock, self.users, self.kept = threading.Lock(), 0, -1
+
+    def __enter__(self) -> None:
+        with self.lock:
+            self.users += 1
+            if self.users == 1:
+                with contextlib.suppress(OSError):  # stderr is closed
+                    self.kept = os.dup(2)
+                    nowhere = os.open(os.devnull, os.O_WRONLY)
+                    os.dup2(nowhere, 2)
+                    os.close(nowhere)
+
+    def __exit__(self, *_: object) -> None:
+        with self.lock:
+            self.users -= 1
+            if self.users == 0 and self.kept >= 0:
+                os.dup2(self.kept, 2)
+                os.close(self.kept)
+                self.kept = -1
+
+
+_QUIET = _Quiet()
 
 
 def _sniff(head: bytes, path: str) -> str:
@@ -112,7 +123,7 @@ def read_settings(path: str) -> str:
 
     text = ""
     with opened(path) as (name, head):
-        with _quiet():
+        with _QUIET:
             inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
         problem(oiio)
         if inp is not None:
@@ -224,7 +235,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
             return np.reshape(codes, (spec.height, spec.width, spec.nchannels)), spec, foreign, head
         format = _sniff(head, path)
         if format == "png":
-            quiet.enter_context(_quiet())
+            quiet.enter_context(_QUIET)
         inp = oiio.ImageInput.open(name, hints)
         text = problem(oiio)
         if inp is None:

@@ -79,7 +79,8 @@ def write_image(
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     if real and pixels is not None:
-        channels.append(functools.partial(_real_colour, pixels, like, format, HALF_MOST if depth == 16 else FLOAT_MOST, changed, colours))
+        most = _most(like, format, depth, colours)
+        channels.append(functools.partial(_real_colour, pixels, like, format, most, changed, colours))
     else:
         channels.append(colour[..., :colours])
     transparency = _alpha(like, alpha, kind, real)
@@ -114,7 +115,14 @@ def write_image(
             shutil.copyfileobj(source, file, 1 << 20)
 
 
-def _finite(values: np.ndarray, most: float) -> np.ndarray:
+def _most(like: Picture | None, format: str, depth: int, colours: int) -> Any:
+    """What a colour may be at most; of an EXR whose channels are half and float, of each."""
+    if format == "openexr" and like is not None and depth == like.bits and len(set(like.formats)) > 1 and len(like.formats) >= colours:
+        return np.array([HALF_MOST if kind == "half" else FLOAT_MOST for kind in like.formats[:colours]], np.float32)
+    return HALF_MOST if depth == 16 else FLOAT_MOST
+
+
+def _finite(values: np.ndarray, most: Any) -> np.ndarray:
     """A copy as float32 within +-most, NaN as 0."""
     value = np.array(values, np.float32)
     if not np.isfinite(value).all():
@@ -123,7 +131,7 @@ def _finite(values: np.ndarray, most: float) -> np.ndarray:
 
 
 def _real_colour(
-    pixels: np.ndarray, like: Picture | None, format: str, most: float, changed: np.ndarray | None, colours: int, first: int, last: int
+    pixels: np.ndarray, like: Picture | None, format: str, most: Any, changed: np.ndarray | None, colours: int, first: int, last: int
 ) -> np.ndarray:
     """Rows from first to before last of the colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
     colour = _finite(pixels[first:last], most)
