@@ -24,19 +24,24 @@ fn part(texel: vec2i, k: u32) -> vec2i {
     return min(vec2i((vec2f(texel) + inner) * view.ratio), vec2i(view.pixels) - 1);
 }
 
-/// The mean of two by two pixels. Their depths are read at once; so are their colours where all are alike, and not at all where all hide.
+/// The mean of two by two pixels. Their depths are read at once; so are their colours where all are alike.
 fn four(p: vec2i, light: vec4f) -> vec3f {
     let depth = textureGather(depths, nearest, (vec2f(p) + 1.0) * view.pixel).wzxy;
     let m = vec4f(emits(depth.x, light), emits(depth.y, light), emits(depth.z, light), emits(depth.w, light));
     let alike = all(m == m.xxxx) && all((depth >= vec4f(1.0)) == vec4<bool>(depth.x >= 1.0)) && light.x == 0.0;
-    let count = select(4u, select(1u, 0u, !CONTRAST && m.x == 0.0), alike);
+    let count = select(4u, 1u, alike);
     var sum = vec3f(0.0);
-    for (var k = 0u; k < count; k++) { // drivers on CPUs skip a loop's turns, but no branch
+    var k = 0u;
+    loop { // drivers on CPUs skip the turns of a loop, but no branch; and a `for` takes one turn more than it needs
         let place = vec2f(p) + select(vec2f(vec2u(k & 1u, k >> 1u)) + 0.5, vec2f(1.0), alike);
         let color = textureSampleLevel(scene, linear, place * view.pixel, 0.0).rgb;
         sum += emitted(vec4f(radiance(color, depth[k] >= 1.0, light), m[k]));
+        k += 1u;
+        continuing {
+            break if k >= count;
+        }
     }
-    return sum / f32(max(count, 1u));
+    return sum / f32(count);
 }
 
 fn texel(q: vec2i) -> vec3f {
@@ -54,7 +59,8 @@ fn texel(q: vec2i) -> vec3f {
 @compute @workgroup_size(64)
 fn mask(@builtin(global_invocation_id) id: vec3u) {
     let size = vec2i(view.texels);
-    for (var i = 0u; i < 8u; i++) {
+    var i = 0u;
+    loop {
         let place = vec2u(id.x, id.y * 8u + i);
         let q = vec2i(place) - view.apron;
         var color = vec3f(0.0);
@@ -64,5 +70,9 @@ fn mask(@builtin(global_invocation_id) id: vec3u) {
             color = select(vec3f(0.0), color, (bitcast<vec3u>(color) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
         }
         textureStore(source, place, vec4f(nearest_half(color), 1.0));
+        i += 1u;
+        continuing {
+            break if i >= 8u;
+        }
     }
 }
