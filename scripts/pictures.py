@@ -5,10 +5,12 @@ webp OUT FPS IN...       frames as an animated WebP
 border OUT               occluders that cross the border: region 1 and 1.2; needs the package's tests
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
+guide OUT                what the program in docs/scenes.md draws
 turned DEGREES           prints a place to look at
 """
 
 import math
+import re
 import sys
 import tempfile
 from fractions import Fraction
@@ -168,11 +170,21 @@ def streaks(out: str) -> None:
     write(out, grid(3, [encoded(bare + layer) for layer in layers] + [encoded(layer) for layer in layers]), 150_000)
 
 
+def guide(out: str) -> None:
+    """What the program in docs/scenes.md draws."""
+    program = re.findall(r"```python\n(.*?)```", Path("docs/scenes.md").read_text(encoding="utf-8"), re.DOTALL)[0]
+    names: dict = {}
+    exec(compile(program, "docs/scenes.md", "exec"), names)
+    write(out, names["picture"][..., :3], 150_000)
+
+
 def turned(degrees: str) -> None:
     """Print a place to look at from 12,9,106 in the flying scene, so many degrees to the right of the sun, which stands at 5.7."""
     angle = math.radians(float(degrees) + 5.7)
     print(f"{12 + 100 * math.sin(angle):.2f},15,{106 - 100 * math.cos(angle):.2f}")
 
 
+COMMANDS = (jpeg, webp, border, behind, streaks, guide, turned)
+
 if __name__ == "__main__":
-    {"jpeg": jpeg, "webp": webp, "border": border, "behind": behind, "streaks": streaks, "turned": turned}[sys.argv[1]](*sys.argv[2:])
+    {command.__name__: command for command in COMMANDS}[sys.argv[1]](*sys.argv[2:])

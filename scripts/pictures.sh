@@ -36,6 +36,8 @@ animation() { # README.md
     put webp $to/flying.webp 12 "$work"/flying.????.png
 }
 
+guide() { put guide $to/guide.jpg; } # docs/scenes.md
+
 vesper() { # docs/scenes.md
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 --exposure 0.004 -o "$work/vesper.2.png"
@@ -70,7 +72,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs viewer scenes animation vesper depth border turning streaks adaptation)
+all=(photographs viewer scenes animation guide vesper depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }
