@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes all pictures of README.md and docs/ anew, or those named: scripts/pictures.sh scenes depth. Needs `make env vulkan`; some ten minutes
+# Makes all pictures of README.md and docs/ anew, or those named: scripts/pictures.sh scenes depth. Needs `make env vulkan`; some minutes
 # on two cores. AIRLIGHT and PYTHON choose another command and interpreter.
 set -euo pipefail
 cd "$(dirname "$0")/.."
