@@ -60,9 +60,9 @@ def jpeg(out: str, columns: str, *names: str) -> None:
 
 
 def webp(out: str, fps: str, *names: str) -> None:
-    rate, first = Fraction(fps), read(names[0])
+    rate, first = Fraction(fps), read(names[0])  # libwebp: whole frames; libwebp_anim keeps blocks of the last one, which shows
     with av.open(out, "w", format="webp", options={"loop": "0"}) as file:
-        stream = file.add_stream("libwebp_anim", rate=rate, options={"quality": "65", "compression_level": "6", "preset": "picture"})
+        stream = file.add_stream("libwebp", rate=rate, options={"quality": "80", "compression_level": "6", "preset": "picture"})
         stream.height, stream.width, stream.pix_fmt = *first.shape[:2], "yuv420p"
         for k, name in enumerate(names):
             frame = av.VideoFrame.from_ndarray(read(name), format="rgb24")
