@@ -414,16 +414,15 @@ def pillars() -> Any:
     return scene
 
 
-def flicker(stage: Stage, scene: Any, ndc: float, in_scene: InScene) -> np.ndarray:
+def flicker(stage: Stage, scene: Any, ndc: float, in_scene: InScene, seen: list[np.ndarray]) -> np.ndarray:
     """(16,) the mean difference from frame to frame of the layer, within the view, of a camera turning by 0.1 degrees a frame; a sun
-    stands at ndc, 1 being the view's right border."""
+    stands at ndc, 1 being the view's right border. The layers go to `seen`."""
     camera = eye(0.0)
     camera.set_view_size(*SIZE)
     angle = np.arctan(ndc / camera.projection_matrix[0, 0])
     sun = SceneLight(direction=(np.sin(angle), 0.12, -np.cos(angle)), size=2.0)
     shafts = LightShafts(stage.renderer, scene, camera, sun, Parameters(quality="normal"), in_scene=in_scene)
     stage.renderer.effect_passes = [shafts]
-    seen = []
     for frame in range(17):
         camera.local.rotation = la.quat_from_euler((0, -np.radians(0.1 * (frame - 8)), 0))
         stage.picture(scene, camera)
@@ -439,7 +438,7 @@ def flicker(stage: Stage, scene: Any, ndc: float, in_scene: InScene) -> np.ndarr
 def test_occluders_that_cross_the_border_do_not_flicker(stage: Stage, ndc: float) -> None:
     scene = pillars()
     cured, bare, unbounded = (
-        flicker(stage, scene, ndc, InScene(occluders="prepass", tone="none", **({"region": region} if region else {})))
+        flicker(stage, scene, ndc, InScene(occluders="prepass", tone="none", **({"region": region} if region else {})), [])
         for region in (None, 1.0, 2.0)
     )
     assert unbounded.min() > 1e-4

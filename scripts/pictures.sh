@@ -1,0 +1,80 @@
+#!/usr/bin/env bash
+# Makes all pictures of README.md and docs/ anew, or those named: scripts/pictures.sh scenes depth. Needs `make env vulkan`; some minutes
+# on two cores. AIRLIGHT and PYTHON choose another command and interpreter.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+airlight=${AIRLIGHT:-.venv/bin/airlight}
+python=${PYTHON:-.venv/bin/python}
+to=docs/pictures
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+render() { $airlight render "$@" -y; }
+put() { $python scripts/pictures.py "$@"; }
+
+photographs() {
+    $airlight image examples/photos/casa-mila.jpg -o $to/casa-mila.jpg --light auto -y
+    $airlight compare examples/photos/casa-mila.jpg -o $to/compare-casa-mila.jpg --runs 9 \
+        --variant method=epipolar,quality=draft --variant method=epipolar,quality=normal \
+        --variant method=radial,samples=150 --variant vesper -y
+}
+
+viewer() {
+    $airlight view table --screenshot $to/viewer.jpg -y
+    $airlight view examples/photos/casa-mila.jpg --screenshot $to/viewer-photo.jpg -y
+}
+
+scenes() { # README.md
+    render table -o "$work/table.png"
+    render flying --time 20.2 -o "$work/flying.png"
+    put jpeg $to/table.jpg 1 "$work/table.png"
+    put jpeg $to/flying.jpg 1 "$work/flying.png"
+}
+
+animation() { # README.md
+    render flying --time 17 --frames 1-84 --fps 12 --width 480 -o "$work/flying.####.png"
+    put webp $to/flying.webp 12 "$work"/flying.????.png
+}
+
+guide() { put guide $to/guide.jpg; } # docs/scenes.md
+
+vesper() { # docs/scenes.md
+    render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"
+    render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 --exposure 0.004 -o "$work/vesper.2.png"
+    put jpeg $to/vesper-scene.jpg 2 "$work"/vesper.?.png
+}
+
+depth() { # this and the rest: docs/caveats.md
+    render flying --time 9 --width 640 -o "$work/depth.1.png"
+    render flying --time 9 --width 640 --depth-aware 150 -o "$work/depth.2.png"
+    put jpeg $to/caveat-depth.jpg 2 "$work"/depth.?.png
+}
+
+border() { put border $to/caveat-border.jpg; }
+
+turning() {
+    for degrees in 000 025 045 065 085 100; do
+        render flying --time 20.2 --eye 12,9,106 --target "$(put turned $degrees)" --fov 45 --width 426 --height 240 \
+            -o "$work/turning.$degrees.png"
+    done
+    put jpeg $to/caveat-turning.jpg 3 "$work"/turning.*.png
+    put behind $to/caveat-behind.jpg
+}
+
+streaks() { put streaks $to/caveat-streaks.jpg; }
+
+adaptation() {
+    for adapt in 0 1; do
+        for exposure in 0.5 1.5 5; do
+            render flying --time 11 --width 426 --height 240 --exposure $exposure --adapt $adapt -o "$work/adapt.$adapt.$exposure.png"
+        done
+    done
+    put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
+}
+
+all=(photographs viewer scenes animation guide vesper depth border turning streaks adaptation)
+[ $# -gt 0 ] || set -- "${all[@]}"
+for what in "$@"; do
+    [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }
+    "$what"
+done
