@@ -577,7 +577,7 @@ def all_closed(transports):
 
 def sockets():
     """The server's ends of what is connected."""
-    return [o for o in gc.get_objects() if issubclass(type(o), remote.Socket) and not o.disconnected  # no weak proxy is asked]
+    return [o for o in gc.get_objects() if issubclass(type(o), remote.Socket) and not o.disconnected]  # asks no weak proxy
 
 
 def test_a_taken_port_is_one_line():
