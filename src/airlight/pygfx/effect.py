@@ -119,7 +119,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.dt, self.timing = 0.0, False
         self.device = _device(renderer.device)
         self._view = np.zeros((), VIEW)
-        self._uniform = self.device.buffer(size=VIEW.itemsize)
+        self._uniform = self.device.buffer(size=VIEW.itemsize, uniform=True)
         self._looked, self._balance = self.device.buffer(size=32), self.device.buffer(size=32)
         self._binds: dict[Any, Any] = {}
         self._textures: _Textures | None = None
@@ -215,6 +215,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
                 _cone(view["cone"][cones], light, body, found, matrix, float(texel))
                 cones += 1
         view["aims"], view["cones"] = len(lit), cones
+        view["aim"]["fade"][len(lit) :] = 0
         return lit
 
     def _sources(self, size: tuple[int, int], lit: bool, timer: Timer | None) -> tuple[_Textures, Region]:

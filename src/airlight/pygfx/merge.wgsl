@@ -25,13 +25,13 @@ fn ramp(color: vec3f) -> f32 {
 /// Every so many degrees a line through each light, over the picture dimmed.
 fn lines(uv: vec2f, color: vec3f) -> vec3f {
     var shown = 0.25 * color;
-    for (var i = 0u; i < view.aims; i++) {
+    for (var i = 0u; i < 8u; i++) {
         let ray = view_ray(uv);
         let to = view.aim[i].direction;
         let at = vec2f(to.xy / max(-to.z, 1e-3) - ray.xy) / abs(view.rays.xy) * view.pixels; // pixels
         let turn = atan2(at.y, at.x) * (72.0 / 6.2831853);
         let off = abs(fract(turn) - 0.5) * length(at) * (6.2831853 / 72.0);
-        shown = select(shown, vec3f(0.05, 0.25, 0.6), off < 0.7);
+        shown = select(shown, vec3f(0.05, 0.25, 0.6), off < 0.7 && view.aim[i].fade > 0.0);
     }
     return shown;
 }

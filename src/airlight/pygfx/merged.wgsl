@@ -11,7 +11,7 @@ override LIT: bool = false;     // there is a light
 /// (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
 fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     var sum = vec4f(0.0);
-    for (var i = 0u; i < view.aims; i++) {
+    for (var i = 0u; i < 8u; i++) {
         let aim = view.aim[i];
         let toward = max(dot(ray, aim.direction) * inverse, 0.0);
         let squared = toward * toward;

@@ -33,14 +33,13 @@ struct View {
     reach: f32,                 // distance over which shafts gather
     adapt: f32,
     follow: f32,                // share of the way to what adaptation measures now
-    cones: u32,
-    aims: u32,
+    counts: vec2u,              // of cones and aims; the rest of each is dark
     cone: array<Cone, 8>,
     aim: array<Aim, 8>,
 }
 
-// in storage, for software Vulkan compiles a shader anew, and keeps it, for each value of a uniform that ends a loop
-@group(0) @binding(0) var<storage, read> view: View;
+// no loop may end at one of its values: software Vulkan would compile the shader anew, and keep it, for each
+@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var scene: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_depth_2d;
 
