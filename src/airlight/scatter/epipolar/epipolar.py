@@ -59,13 +59,17 @@ def _first_step(mix: Mixture, lit: bool) -> Array:
     return out
 
 
-def _run(grid: Grid, q: Quadrant, apron: int, a: float, b: float, steps: Array) -> Array:
-    """(texels, 4): a run of steps of equal length from a to b: its head, then the factors."""
-    mix, width = grid.mix, (b - a) / len(steps)
-    places = _places(grid, q, np.array([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
-    far = _places(grid, q, np.array([mix.ratio * (a + 0.5 * width)]), -q.sign if mix.opposite else q.sign, apron)[0]
-    head = np.array([places[0], places[1] - places[0], far, (len(steps), steps[..., 3].any(), 0, 0)])
-    return np.concatenate([head, steps.reshape(-1, 4)])
+def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]], steps: list[Array]) -> list[Array]:
+    """Of each run of steps of equal length, from the one to the other of its ends, (texels, 4): its head, then the factors."""
+    mix, (a, b) = grid.mix, np.array(ends).T
+    width = (b - a) / [len(own) for own in steps]
+    places = _places(grid, q, np.concatenate([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
+    far = _places(grid, q, mix.ratio * (a + 0.5 * width), -q.sign if mix.opposite else q.sign, apron)
+    heads = np.zeros((len(steps), 4, 4))
+    heads[:, 0], heads[:, 2] = places[: len(a)], far
+    heads[:, 1] = places[len(a) :] - places[: len(a)]
+    heads[:, 3, :2] = [(len(own), own[..., 3].any()) for own in steps]
+    return [block for head, own in zip(heads, steps, strict=True) for block in (head, own.reshape(-1, 4))]
 
 
 def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, lines: int) -> np.ndarray:
@@ -112,8 +116,9 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
                 inherited = (states, lines)
                 record["state_out"] = states
                 states += components * lines
-            marched = [_run(grid, q, apron, q.u[begin], q.u[begin], same if zone else _first_step(mix, q.lit))]
-            marched += [_run(grid, q, apron, q.u[a], q.u[b], steps[a:b]) for a, b in runs(q.u, begin, end)]
+            spans = runs(q.u, begin, end)
+            ends = [(q.u[begin], q.u[begin]), *((q.u[a], q.u[b]) for a, b in spans)]
+            marched = _marched(grid, q, apron, ends, [same if zone else _first_step(mix, q.lit), *(steps[a:b] for a, b in spans)])
             blocks += marched
             texels += sum(map(len, marched))
             line = np.arange(0, lines, per_workgroup)

@@ -1,5 +1,6 @@
 """The way back from epipolar lines to pixels: triangles for adapters that run on a CPU, a pixel an invocation for GPUs."""
 
+import itertools
 import math
 from typing import Any
 
@@ -72,7 +73,9 @@ def corners(grid: Grid) -> Array:
         spans = _spans(q)
         edge = float(grid.size[q.axis] if q.sign > 0 else 0)
         marks = [light[q.axis], *(round(16 * (grid.light[q.axis] + q.sign * q.u[b])) / 16 for _, _, b in spans[:-1]), edge]
-        for (zone, a, b), start, stop in zip(spans, marks[:-1], marks[1:], strict=True):
+        points: list[list[float]] = []
+        of: list[int] = []  # the span of each point
+        for i, (start, stop) in enumerate(itertools.pairwise(marks)):
             low, high = sorted((start, stop))
             far = max(abs(low - light[q.axis]), abs(high - light[q.axis]))
             tip, edges = light[q.axis] + q.sign * far, (light[1 - q.axis] - far, light[1 - q.axis] + far)
@@ -80,23 +83,26 @@ def corners(grid: Grid) -> Array:
             cuts = [(q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (1, 0, 1), (0, grid.size[0], -1), (1, grid.size[1], -1)]
             for axis, limit, keep in cuts:
                 polygon = _cut(polygon, axis, limit, keep)
-            if len(polygon) < 3:
-                continue
-            place = np.array(polygon)
-            u = q.sign * (place[:, q.axis] - grid.light[q.axis])
-            v = place[:, 1 - q.axis] - grid.light[1 - q.axis]
-            record = np.zeros(len(polygon), CORNER)
-            record["place"] = place
-            factor = 0.5 ** (len(q.splits) - 2 - zone)
-            across = u / q.u[-1]
-            line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
-            record["line"] = np.stack([(line + (q.column0 + 0.5) * across) / grid.columns, across], axis=1)
-            record["first"] = (q.column0 + 0.5) / grid.columns
-            record["last"] = (q.column0 + (q.lines - 1) * factor + 0.5) / grid.columns
-            node = a + (b - a) * (u - q.u[a]) / (q.u[b] - q.u[a])
-            record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
-            fan = np.array([(0, i, i + 1) for i in range(1, len(polygon) - 1)]).ravel()
-            out.append(record[fan])
+            for k in range(1, len(polygon) - 1):  # a fan
+                points += (polygon[0], polygon[k], polygon[k + 1])
+                of += (i, i, i)
+        if not points:
+            continue
+        place = np.array(points)
+        zone, first, last = np.array(spans)[of].T
+        u = q.sign * (place[:, q.axis] - grid.light[q.axis])
+        v = place[:, 1 - q.axis] - grid.light[1 - q.axis]
+        record = np.zeros(len(place), CORNER)
+        record["place"] = place
+        factor = 0.5 ** (len(q.splits) - 2 - zone)
+        across = u / q.u[-1]
+        line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
+        record["line"] = np.stack([(line + (q.column0 + 0.5) * across) / grid.columns, across], axis=1)
+        record["first"] = (q.column0 + 0.5) / grid.columns
+        record["last"] = (q.column0 + (q.lines - 1) * factor + 0.5) / grid.columns
+        node = first + (last - first) * (u - q.u[first]) / (q.u[last] - q.u[first])
+        record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
+        out.append(record)
     return np.concatenate(out)
 
 
