@@ -6,6 +6,7 @@ from pathlib import Path
 
 ORDER = [("epipolar", q, None) for q in ("draft", "normal", "final")] + [("radial", None, None), ("radial", None, 0.5)]
 LAMBDA = 3.24
+SCENES = ("table", "flying")
 
 
 def table(records: list[dict]) -> str:
@@ -38,7 +39,31 @@ def _words(records: list[dict]) -> list[str]:
     if whole:
         ratio = whole["airlight image"] / whole["read and write alone"]
         words.append(f"`airlight image` on a 12-megapixel JPEG, the whole process, takes {ratio:.1f} times reading and writing it alone.")
-    return words
+    frames = "airlight image, frames"
+    if frames in whole:
+        alone, same = (whole[frames] / whole[name] for name in ("read and write alone, frames", "read and write alone, layer too"))
+        words.append(
+            f"A hundred EXR frames of 1080p take {alone:.1f} times reading and writing them alone, {same:.1f} times where that too writes"
+            " the layer's three channels."
+        )
+    return words + _scenes(records)
+
+
+def _scenes(records: list[dict]) -> list[str]:
+    """A row a way of finding occluders: copies of mask, shafts and merge in each scene, with the share of each pass."""
+    copies = {r["case"]: r["ms"] for r in records if r["case"] in SCENES and r["method"] == "copy"}
+    if not copies:
+        return []
+    rows = ["", "3-D scenes, 1280 x 720, shafts at half resolution, the light aimed anew: copies of 1280 x 720 in all, and of each pass."]
+    rows += ["", "| occluders | " + " | ".join(copies) + " |", "|---" * (len(copies) + 1) + "|"]
+    for way in dict.fromkeys(r["method"] for r in records if r["case"] in copies and r["method"] != "copy"):
+        cells = []
+        for case, copy in copies.items():
+            one = next(r for r in records if (r["case"], r["method"]) == (case, way))
+            parts = ", ".join(f"{label} {ms / copy:.1f}" for label, ms in one["passes"].items())
+            cells.append(f"{one['ms'] / copy:.1f} ({parts})")
+        rows.append(f"| {way} | " + " | ".join(cells) + " |")
+    return rows
 
 
 def main() -> None:
