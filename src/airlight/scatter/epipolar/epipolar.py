@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
-from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, runs
+from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined, runs
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
 from airlight.scatter.epipolar.wayback import WayBack
 
@@ -126,7 +126,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             bundles = np.full(len(line), record)
             bundles["line"], bundles["steps"] = line, np.maximum(needed, 0) + 1
             zones[zone].append(bundles[needed > 0] if zone else bundles)
-    return Tables(np.concatenate(blocks).astype(np.float32), [np.concatenate([np.zeros(0, BUNDLE), *z]) for z in zones], max(states, 4))
+    return Tables(np.concatenate(blocks).astype(np.float32), [joined(z, BUNDLE) for z in zones], max(states, 4))
 
 
 class EpipolarPlan:

@@ -239,3 +239,13 @@ def runs(u: Array, begin: int, end: int) -> list[tuple[int, int]]:
     breaks = np.flatnonzero(np.abs(np.diff(width)) > 1e-6 * width[1:] + 1e-15 * u[end]) + 1 + begin
     cuts = [begin, *breaks.tolist(), end]
     return [(a, b) for a, b in itertools.pairwise(cuts) if b > a]
+
+
+def joined(parts: list[np.ndarray], kind: np.dtype) -> np.ndarray:
+    """Arrays of records one behind the other: np.concatenate takes ten times as long, to see that their types are one."""
+    out = np.empty(sum(map(len, parts)), kind)
+    at = 0
+    for part in parts:
+        out[at : at + len(part)] = part
+        at += len(part)
+    return out

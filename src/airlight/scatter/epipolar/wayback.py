@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
-from airlight.scatter.epipolar.grid import Grid, Quadrant, runs
+from airlight.scatter.epipolar.grid import Grid, Quadrant, joined, runs
 from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
@@ -68,7 +68,7 @@ def corners(grid: Grid) -> Array:
     no pixel centre: a centre is covered once although some corners lie on other triangles' edges.
     """
     light = [round(grid.light[0] * 16) / 16, round(grid.light[1] * 16 - 0.5) / 16 + 1 / 32]
-    out = [np.zeros(0, CORNER)]
+    out = []
     for q in grid.quadrants:
         spans = _spans(q)
         edge = float(grid.size[q.axis] if q.sign > 0 else 0)
@@ -80,7 +80,9 @@ def corners(grid: Grid) -> Array:
             far = max(abs(low - light[q.axis]), abs(high - light[q.axis]))
             tip, edges = light[q.axis] + q.sign * far, (light[1 - q.axis] - far, light[1 - q.axis] + far)
             polygon = [list(light), *([tip, v] if q.axis == 0 else [v, tip] for v in edges)]  # to beyond the far mark, then cut down
-            cuts = [(q.axis, low, 1), (q.axis, high, -1), (0, 0, 1), (1, 0, 1), (0, grid.size[0], -1), (1, grid.size[1], -1)]
+            minor = 1 - q.axis
+            low, high = max(low, 0), min(high, grid.size[q.axis])
+            cuts = [(q.axis, low, 1), (q.axis, high, -1), (minor, 0, 1), (minor, grid.size[minor], -1)]
             for axis, limit, keep in cuts:
                 polygon = _cut(polygon, axis, limit, keep)
             for k in range(1, len(polygon) - 1):  # a fan
@@ -103,7 +105,7 @@ def corners(grid: Grid) -> Array:
         node = first + (last - first) * (u - q.u[first]) / (q.u[last] - q.u[first])
         record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
         out.append(record)
-    return np.concatenate(out)
+    return joined(out, CORNER)
 
 
 class WayBack:
