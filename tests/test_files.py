@@ -524,3 +524,14 @@ def test_a_damaged_lossy_file_is_not_copied(tmp_path):
     write_image(tmp_path / "out.jpg", picture.linear(), picture, changed=np.zeros((200, 200), bool))
     assert (tmp_path / "out.jpg").read_bytes() != source.read_bytes()
     read_image(tmp_path / "out.jpg")
+
+
+@pytest.mark.parametrize("extension", ["png", "tif", "webp", "exr"])
+def test_alpha_that_hides_nothing(tmp_path, extension):
+    codes = np.random.default_rng(3).integers(0, 256, (9, 7, 4), np.uint8)
+    codes[..., 3] = 255
+    picture = read_image(store(tmp_path / "in.png", codes))
+    write_image(tmp_path / f"out.{extension}", picture.linear(), like=picture)
+    again = read_image(tmp_path / f"out.{extension}")
+    assert again.alpha is None or (again.alpha == 1).all()
+    assert again.codes.shape[:2] == (9, 7)

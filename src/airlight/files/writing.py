@@ -89,6 +89,8 @@ def write_image(
             if (transparency < (1 if real else np.iinfo(kind).max)).any():
                 tell(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
             transparency = None
+        elif format == "webp" and (transparency == np.iinfo(kind).max).all():  # it would be left out, and not read back
+            transparency = None
         else:
             channels.append(transparency[..., None])
     if (layer is not None or z is not None) and format != "openexr":
