@@ -159,9 +159,9 @@ class Device:
         return self.device.create_texture(size=(width, height, 1), format=format, usage=flags)
 
     def buffer(self, data: Any = None, size: int = 0, uniform: bool = False) -> Any:
-        """A storage (or uniform) buffer, filled with bytes-like data if given."""
+        """A storage buffer, which may be a uniform's too, filled with bytes-like data if given."""
         usage = self.wgpu.BufferUsage
-        flags = usage.COPY_DST | (usage.UNIFORM if uniform else usage.STORAGE | usage.COPY_SRC)
+        flags = usage.COPY_DST | usage.STORAGE | (usage.UNIFORM if uniform else usage.COPY_SRC)
         if data is not None:
             return self.device.create_buffer_with_data(data=data, usage=flags)
         return self.device.create_buffer(size=size, usage=flags)

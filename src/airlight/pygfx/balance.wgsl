@@ -7,6 +7,7 @@ const LOWEST = -17.0;           // stops: where bin 0 begins
 const BINS = 8.0;               // a stop
 const MIDDLE = 0.18;            // adapt.py
 
+@group(0) @binding(0) var<storage, read> view: View;
 @group(0) @binding(6) var<storage, read_write> balance: array<f32>; // scale, white; average, least, greatest in stops
 
 var<workgroup> histogram: array<atomic<u32>, LANES>;

@@ -5,6 +5,7 @@
 override TAPS: u32 = 2u;        // samples a side of a texel: the pixels under it
 override CONTRAST: bool = false;
 
+@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read> looked: array<f32>; // look.wgsl
 @group(0) @binding(5) var nearest: sampler;

@@ -4,6 +4,7 @@ override ADAPT: bool = false;
 override FILMIC: bool = false;
 override SHOW: u32 = 0u;        // 0 the picture, 1 occlusion, 2 source, 3 lines
 
+@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(6) var<storage, read> balance: array<f32>; // balance.wgsl: scale, white
 @group(0) @binding(7) var source: texture_2d<f32>;
 

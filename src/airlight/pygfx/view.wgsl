@@ -38,8 +38,8 @@ struct View {
     aim: array<Aim, 8>,
 }
 
-// no loop may end at one of its values: software Vulkan would compile the shader anew, and keep it, for each
-@group(0) @binding(0) var<uniform> view: View;
+// Whoever includes this declares `view`, at binding 0: a uniform, which software Vulkan reads faster, or, where a loop or branch hangs on
+// its values, storage: of uniforms that driver compiles the shader anew for each value, and keeps it.
 @group(0) @binding(1) var scene: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_depth_2d;
 
