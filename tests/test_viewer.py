@@ -384,6 +384,22 @@ def test_nothing_is_computed_while_nothing_changes(hands: Driver, monkeypatch: p
 # settings
 
 
+def test_events_on_the_panel_ask_for_a_frame(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody else does while nothing moves; the panel lets no event through that lies on it."""
+    at = hands.where("density")
+    hands.event("pointer_move", at)
+    hands.frame(app.LINGER + 1)
+    asked: list[bool] = []
+    monkeypatch.setattr(hands.canvas, "request_draw", lambda *_: asked.append(True))
+    hands.frame()
+    assert not asked
+    for kind, more in (("pointer_move", {}), ("pointer_down", {"button": 1}), ("pointer_up", {"button": 1}), ("wheel", {"dx": 0, "dy": 1})):
+        asked.clear()
+        hands.canvas.submit_event({"event_type": kind, "x": at[0], "y": at[1], "modifiers": (), **more})
+        hands.canvas._process_events()
+        assert asked, kind
+
+
 def test_presets_in_the_panel(hands: Driver) -> None:
     hands.open_group("Presets and settings")
     hands.choose("preset", "vesper")
