@@ -18,7 +18,7 @@ SIZE = (1280, 720)
 TITLE = "Airlight"
 LONGEST_STEP = 0.25  # s that time goes on between two frames at most
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
-WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: handlers of "*" come after the panel's, which stops events
+WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
@@ -185,6 +185,8 @@ class Viewer:
     # what the user does
 
     def _woken(self, event: dict[str, Any]) -> None:
+        if event["event_type"] == "pointer_down" and self.dragging is None:
+            self.panel.claim((event["x"], event["y"]))
         self.linger = LINGER
         self.canvas.request_draw()
 
