@@ -1,5 +1,9 @@
 """The private attributes of pygfx that Airlight touches: a new version that takes one away fails here, by its name."""
 
+import inspect
+import re
+from pathlib import Path
+
 import pytest
 
 pytest.importorskip("pygfx")
@@ -18,16 +22,12 @@ def test_the_formats_are_said_in_the_info() -> None:
 
 
 def test_the_renderer_has_a_blender() -> None:
-    import inspect
-
     from pygfx.renderers.wgpu.engine.renderer import WgpuRenderer
 
     assert "self._blender = Blender()" in inspect.getsource(WgpuRenderer.__init__), "WgpuRenderer._blender: see airlight/pygfx/private.py"
 
 
 def test_the_engine_has_what_the_pre_pass_draws_with() -> None:
-    import inspect
-
     import pygfx as gfx
     from pygfx.renderers.wgpu.engine import pipeline, renderstate, shared, update, utils
     from pygfx.renderers.wgpu.shader.base import BaseShader
@@ -62,3 +62,21 @@ def test_the_engine_has_what_the_pre_pass_draws_with() -> None:
     state = inspect.getsource(renderstate.BlendRenderState) + inspect.getsource(pipeline.RenderPipelineContainer)
     for name in ("blender.hash", "get_shader_kwargs", "get_color_descriptors", "get_depth_descriptor"):
         assert name in state, f"what pipelines ask of a blender, {name}" + see
+
+
+def test_controllers_tell_a_distance_by_width_and_height() -> None:
+    from pygfx.cameras import _perspective
+
+    assert list(inspect.signature(_perspective.fov_distance_factor).parameters) == ["fov"], (
+        "fov_distance_factor: see airlight/pygfx/private.py"
+    )
+
+
+def test_private_parts_of_pygfx_are_touched_in_one_file() -> None:
+    """An import of a private module, or of a private name from one of pygfx's, elsewhere has no canary here."""
+    import airlight
+
+    private = re.compile(r"^\s*(from|import) pygfx[\w.]*\._|^\s*from pygfx[\w.]* import .*\b_", re.M)
+    package = Path(airlight.__file__).parent
+    found = [str(path.relative_to(package)) for path in package.rglob("*.py") if private.search(path.read_text(encoding="utf-8"))]
+    assert found == [str(Path("pygfx", "private.py"))]

@@ -384,6 +384,41 @@ def test_nothing_is_computed_while_nothing_changes(hands: Driver, monkeypatch: p
 # settings
 
 
+def test_events_on_the_panel_ask_for_a_frame(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody else does while nothing moves; the panel lets no event through that lies on it."""
+    at = hands.where("density")
+    hands.event("pointer_move", at)
+    hands.frame(app.LINGER + 1)
+    asked: list[bool] = []
+    monkeypatch.setattr(hands.canvas, "request_draw", lambda *_: asked.append(True))
+    hands.frame()
+    assert not asked
+    for kind, more in (("pointer_move", {}), ("pointer_down", {"button": 1}), ("pointer_up", {"button": 1}), ("wheel", {"dx": 0, "dy": 1})):
+        asked.clear()
+        hands.canvas.submit_event({"event_type": kind, "x": at[0], "y": at[1], "modifiers": (), **more})
+        hands.canvas._process_events()
+        assert asked, kind
+
+
+def test_a_press_is_whose_it_lies_on_however_late_the_frame(hands: Driver) -> None:
+    """Events gather while a frame is drawn; the panel knows the pointer only as of the last one."""
+    seen: list[Any] = []
+    heard = seen.append
+    hands.canvas.add_event_handler(heard, "pointer_down")
+    panel, picture = hands.where("density"), (900.0, 600.0)
+    try:
+        for before, at, passed in ((panel, picture, True), (picture, panel, False), (picture, picture, True), (panel, panel, False)):
+            hands.event("pointer_move", before)
+            hands.frame(2)
+            for kind, button in (("pointer_move", 0), ("pointer_down", 1), ("pointer_up", 1)):
+                hands.canvas.submit_event({"event_type": kind, "x": at[0], "y": at[1], "button": button, "modifiers": ()})
+            hands.frame(3)
+            assert len(seen) == passed, (before, at)
+            seen.clear()
+    finally:
+        hands.canvas.remove_event_handler(heard, "pointer_down")
+
+
 def test_presets_in_the_panel(hands: Driver) -> None:
     hands.open_group("Presets and settings")
     hands.choose("preset", "vesper")

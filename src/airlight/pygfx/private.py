@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from pygfx.cameras._perspective import fov_distance_factor
 from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
 from pygfx.renderers.wgpu.engine.renderstate import get_renderstate
 from pygfx.renderers.wgpu.engine.shared import get_shared
@@ -19,6 +20,7 @@ __all__ = [
     "Pipelines",
     "alpha_tested",
     "channels",
+    "extent",
     "is_hdr",
     "place",
     "shader_of",
@@ -111,6 +113,14 @@ def view_offset(camera: Any) -> tuple[float, float, float, float]:
     """How a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
     offset: tuple[float, float, float, float] = (1.0, 1.0, 0.0, 0.0) if camera._view_offset is None else camera._view_offset["ndc_offset"]
     return offset
+
+
+def extent(fov: float, distance: float) -> float:
+    """The mean of width and height by which pygfx's controllers take a perspective camera for so far from what it looks at.
+
+    Touches fov_distance_factor.
+    """
+    return float(distance / fov_distance_factor(fov))
 
 
 def write_camera(camera: Any, **values: Any) -> None:

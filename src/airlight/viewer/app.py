@@ -18,6 +18,7 @@ SIZE = (1280, 720)
 TITLE = "Airlight"
 LONGEST_STEP = 0.25  # s that time goes on between two frames at most
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
+WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
@@ -63,7 +64,7 @@ class Viewer:
         self.format: str = context.get_preferred_format(self.device.device.adapter)
         self.panel = Panel(self.device.device, canvas, self.state)
         self.panel.overlay = self._marks
-        canvas.add_event_handler(self._woken, "*", order=-100)
+        canvas.add_event_handler(self._woken, *WAKING, order=-100)  # before the panel's
         canvas.add_event_handler(self._handle, *EVENTS, order=-50)
         canvas.request_draw(self.draw)
 
@@ -184,9 +185,10 @@ class Viewer:
     # what the user does
 
     def _woken(self, event: dict[str, Any]) -> None:
-        if event["event_type"] not in ("close", "before_draw", "animate"):
-            self.linger = LINGER
-            self.canvas.request_draw()
+        if event["event_type"] == "pointer_down" and self.dragging is None:
+            self.panel.claim((event["x"], event["y"]))
+        self.linger = LINGER
+        self.canvas.request_draw()
 
     def _handle(self, event: dict[str, Any]) -> None:
         """An event that the panel left."""

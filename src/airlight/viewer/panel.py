@@ -28,6 +28,7 @@ class Panel:
         self.state = state
         self.places: dict[str, Rect] = {}
         self.visible = True
+        self.listing = False  # whether a list or a palette is open, which may reach beyond the panel
         self.overlay: Callable[[Any], None] = lambda draw: None  # draws on the picture, below the panel
         self.renderer = ImguiRenderer(device, canvas)
         self.renderer.set_gui(self._draw)
@@ -47,6 +48,11 @@ class Panel:
         """Whether the panel is being used: it then follows each frame."""
         imgui.set_current_context(self.renderer.imgui_context)
         return bool(imgui.is_any_item_active())
+
+    def claim(self, at: tuple[float, float]) -> None:
+        """Say whose a press is: Dear ImGui would go by where the pointer was in the last frame, which may be long ago."""
+        if not self.listing:
+            self.renderer.backend.io.want_capture_mouse = at[0] < self.width
 
     # the pieces of a row
 
@@ -103,6 +109,7 @@ class Panel:
     def _draw(self) -> None:
         self.places.clear()
         self.overlay(imgui.get_background_draw_list())
+        self.listing = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
         if not self.visible:
             return
         height = imgui.get_io().display_size.y

@@ -9,6 +9,7 @@ import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.private import extent
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, Lamp, ViewerState
 
@@ -107,15 +108,12 @@ class SceneView:
 
     def _look_from(self, center: Any) -> None:
         """Let orbits go around what lies as far ahead as the middle of the scene: a controller tells the distance by width and height."""
-        from pygfx.cameras._perspective import fov_distance_factor
-
         camera = self.camera
         ahead = np.asarray(camera.world.forward, float)
         distance = max(float((np.asarray(center) - camera.world.position) @ ahead), 0.1 * self.stage.radius)
         if camera.depth_range is None:
             camera.depth_range = camera.near, camera.far  # which would follow width and height
-        extent = distance / fov_distance_factor(camera.fov)
-        scale = extent / (0.5 * (camera.width + camera.height))
+        scale = extent(camera.fov, distance) / (0.5 * (camera.width + camera.height))
         camera.width, camera.height = camera.width * scale, camera.height * scale
 
     def _pose(self, state: ViewerState) -> None:
