@@ -51,9 +51,7 @@ def test_a_moved_light_is_as_a_new_one(device: Device, source: object, method: s
 
 
 @pytest.mark.parametrize("method", ["epipolar", "radial", "bands", "multipass", "additive"])
-def test_nothing_is_made_anew_where_lights_have_been(
-    device: Device, source: object, method: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_made_anew_where_lights_have_been(device: Device, source: object, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     layer = device.texture(*SIZE, "rgba16float")
     moving = Moving(device, SIZE, Parameters(method=method, samples=40, density=0.9), source, layer)
     laps = [[Light(a), Light(b)] for a, b in zip(PLACES, PLACES[::-1], strict=True)]

@@ -183,7 +183,7 @@ def _mended(picture: np.ndarray) -> np.ndarray:
 
 
 def load_environment(name_or_path: str) -> Environment:
-    """"sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 is mended. Raises AirlightError."""
+    """ "sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 is mended. Raises AirlightError."""
     from airlight.files import read_image
 
     path = name_or_path

@@ -79,12 +79,15 @@ def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) ->
     scale = np.where(np.abs(scale) < THIN, np.copysign(THIN, scale), scale)
     x, y, z, w = rotation
     out = np.eye(4)
-    out[:3, :3] = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    ) * scale
+    out[:3, :3] = (
+        np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        * scale
+    )
     out[:3, 3] = translation
     return out

@@ -81,9 +81,7 @@ class _Loader:
             camera = gfx.PerspectiveCamera(math.degrees(lens.yfov), depth_range=(lens.znear, lens.zfar or 0.0))
         else:
             assert flat is not None
-            camera = gfx.PerspectiveCamera(
-                0, width=2 * abs(flat.xmag), height=2 * abs(flat.ymag), depth_range=(flat.znear, flat.zfar)
-            )
+            camera = gfx.PerspectiveCamera(0, width=2 * abs(flat.xmag), height=2 * abs(flat.ymag), depth_range=(flat.znear, flat.zfar))
         base = (name or described.name)[:80] or f"camera {len(self._cameras) + 1}"
         unique = base
         while unique in self._cameras:
@@ -284,5 +282,3 @@ def _light(described: schema.Light) -> gfx.Light:
         light = gfx.SpotLight(color, intensity, decay=2, distance=described.range or 0, angle=outer, penumbra=1 - inner / outer)
     light.name = described.name[:80]
     return light
-
-

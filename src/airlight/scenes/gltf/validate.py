@@ -125,9 +125,9 @@ class Gltf:
             if sparse.count > accessor.count:
                 self.refuse(f"{what} has more elements than the whole")
             indices, values = sparse.indices, sparse.values
-            at = self._elements(
-                indices.buffer_view, indices.byte_offset, sparse.count, np.dtype(KINDS[indices.component_type]), 1, what
-            )[:, 0]
+            at = self._elements(indices.buffer_view, indices.byte_offset, sparse.count, np.dtype(KINDS[indices.component_type]), 1, what)[
+                :, 0
+            ]
             if int(at.max()) >= accessor.count:
                 self.refuse(f"{what} names element {int(at.max())} of {accessor.count}")
             array[at] = self._elements(values.buffer_view, values.byte_offset, sparse.count, kind, components, what)
