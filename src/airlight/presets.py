@@ -128,7 +128,9 @@ def _read(path: Path) -> dict[str, Any]:
         raise AirlightError(f"{path}: cannot be read ({error.strerror}); give a preset's name or a .toml file") from None
     except RecursionError:
         raise AirlightError(f"{path}: is nested too deeply; a preset is a list of key = value lines") from None
-    except ValueError as error:  # not UTF-8, not TOML, a NUL in the name, a number of too many digits
+    except UnicodeDecodeError:
+        raise AirlightError(f"{path}: is not TOML: it is no UTF-8 text") from None
+    except ValueError as error:  # not TOML, a NUL in the name, a number of too many digits
         raise AirlightError(f"{path}: is not TOML: {error}") from None
 
 
