@@ -27,7 +27,7 @@ MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", 
 MOST = 8  # lights, as in view.wgsl
 SHOWN = {None: 0, "occlusion": 1, "source": 2, "lines": 3}
 SAMPLED = 14400  # pixels that are measured, about
-CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("soft", "f4"), ("disc", "f4")])
+CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("sharp", "f4"), ("disc", "f4")])
 AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
 VIEW = np.dtype(
     [
@@ -355,7 +355,7 @@ def _cone(record: Any, light: SceneLight, body: Any, found: Projected, matrix: A
         near, far = max(distance - BODY * radius, 0.0), distance + BODY * radius if solid else 3e38
     record["direction"], record["cosine"] = direction, math.cos(half)
     record["near"], record["far"] = near, far
-    record["soft"] = max(math.sin(half) * texel, 1e-9)
+    record["sharp"] = 1 / max(math.sin(half) * texel, 1e-9)
     record["disc"] = 1.0 if light.size > 0 else 0.0
 
 

@@ -9,7 +9,7 @@ struct Cone {                   // around a light, from the eye
     cosine: f32,                // of its half angle
     near: f32,                  // what lies in it between near and far is the light itself
     far: f32,
-    soft: f32,                  // cosines of a source texel at its rim
+    sharp: f32,                 // source texels at its rim for a cosine
     disc: f32,                  // radiance of a disc drawn where nothing hides it
 }
 
@@ -54,7 +54,7 @@ fn axial(depth: f32) -> f32 {
 }
 
 fn with_light(found: vec4f, cone: Cone, ray: vec3f, inverse: f32) -> vec4f {
-    let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) / cone.soft + 0.5, 0.0, 1.0);
+    let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) * cone.sharp + 0.5, 0.0, 1.0);
     let discs = max(found.x, cone.disc * cover);
     let nearer = cone.far > 0.0 && cover > found.y;
     return vec4f(discs, select(found.yzw, vec3f(cover, inverse * vec2f(cone.near, cone.far)), nearer));

@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
-from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined, runs
+from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
 from airlight.scatter.epipolar.wayback import WayBack
 
@@ -116,7 +116,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
                 inherited = (states, lines)
                 record["state_out"] = states
                 states += components * lines
-            spans = runs(q.u, begin, end)
+            spans = q.runs[zone]
             ends = [(q.u[begin], q.u[begin]), *((q.u[a], q.u[b]) for a, b in spans)]
             marched = _marched(grid, q, apron, ends, [same if zone else _first_step(mix, q.lit), *(steps[a:b] for a, b in spans)])
             blocks += marched

@@ -51,6 +51,7 @@ class Quadrant:
     u: Array = field(init=False)  # nodes
     lit: bool = field(init=False)  # the sample at u[0] stands for all that is nearer; else nothing nearer counts
     splits: list[int] = field(init=False)  # node index where each zone starts, then the last node
+    runs: list[list[tuple[int, int]]] = field(init=False)  # of each zone: steps of equal length, from node to node
     row0: int = 0  # row of the sums' texture of the first stored node
     column0: int = 0  # column of line 0
     stored: int = 0  # index of the first stored node
@@ -223,6 +224,12 @@ class Grid:
             k = int(np.searchsorted(q.u, q.u_max / 2 ** (self.fine.zones - zone)))
             splits.append(min(max(k, splits[-1], q.stored), len(q.u) - 1))
         q.splits = [*splits, len(q.u) - 1]
+        width = np.diff(q.u)
+        breaks = np.flatnonzero(np.abs(np.diff(width)) > 1e-6 * width[1:] + 1e-15 * q.u[-1]) + 1
+        q.runs = []
+        for begin, end in itertools.pairwise(q.splits):
+            cuts = [begin, *breaks[(breaks > begin) & (breaks < end)].tolist(), end]
+            q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
@@ -231,14 +238,6 @@ class Grid:
         out[:, 1 - q.axis] = self.light[1 - q.axis] + sign * q.sign * q.m_lo * s
         out[:, 3 - q.axis] = sign * q.sign * q.dm * s
         return out
-
-
-def runs(u: Array, begin: int, end: int) -> list[tuple[int, int]]:
-    """The steps [begin, end) between the nodes u as runs (first, after the last) of equal length."""
-    width = np.diff(u[begin : end + 1])
-    breaks = np.flatnonzero(np.abs(np.diff(width)) > 1e-6 * width[1:] + 1e-15 * u[end]) + 1 + begin
-    cuts = [begin, *breaks.tolist(), end]
-    return [(a, b) for a, b in itertools.pairwise(cuts) if b > a]
 
 
 def joined(parts: list[np.ndarray], kind: np.dtype) -> np.ndarray:

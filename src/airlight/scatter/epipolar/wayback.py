@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import timing
-from airlight.scatter.epipolar.grid import Grid, Quadrant, joined, runs
+from airlight.scatter.epipolar.grid import Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
@@ -56,9 +56,8 @@ def _cut(polygon: list[list[float]], axis: int, limit: float, keep: int) -> list
 
 
 def _spans(q: Quadrant) -> list[tuple[int, int, int]]:
-    """(zone, first node, last node) wherever nodes lie evenly."""
-    stored = [max(split, q.stored) for split in q.splits]
-    return [(zone, a, b) for zone in range(len(stored) - 1) for a, b in runs(q.u, stored[zone], stored[zone + 1])]
+    """(zone, first node, last node) of the stored nodes, wherever they lie evenly."""
+    return [(zone, max(a, q.stored), b) for zone, runs in enumerate(q.runs) for a, b in runs if b > q.stored]
 
 
 def corners(grid: Grid) -> Array:
