@@ -586,7 +586,7 @@ def test_an_array_in_a_notebook(codes: np.ndarray, monkeypatch: pytest.MonkeyPat
     assert shown.state.lamps[0].place == (0.2, 0.3) and shown.state.parameters.density == 0.5
     assert shown.canvas.draw().shape == (400, 640, 4)
     monkeypatch.setitem(sys.modules, "rendercanvas.anywidget", None)
-    with pytest.raises(AirlightError, match="anywidget"):
+    with pytest.raises(AirlightError, match=r"airlight\[notebook\]"):
         airlight.view(codes)
     with pytest.raises(AirlightError):
         app.from_array(np.zeros((3, 3, 7)))

@@ -315,7 +315,7 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
     try:
         from rendercanvas.anywidget import RenderCanvas
     except ImportError as error:
-        raise AirlightError(f"a notebook's view needs more packages ({error}): {MISSING} anywidget") from None
+        raise AirlightError(f"a notebook's view needs more packages ({error}): pip install airlight[notebook]") from None
     from airlight.lights import as_lights
 
     lamps = [] if light is None else [Lamp(one.position, one.color, one.strength) for one in as_lights(light)]
