@@ -15,7 +15,7 @@ import rich_click
 from airlight import presets
 from airlight.cli import batch
 from airlight.cli.light import AngleType, LightText, LightType, found_at, place, resolved
-from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.options import F, gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
 from airlight.supervisor import say
@@ -51,6 +51,26 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     return _option(*names, panel=panel, help=help, is_flag=True)
 
 
+def preset_options(command: F) -> F:
+    """Decorator: the options that give others their values."""
+    recalling = _option(
+        "--settings-from",
+        panel="Presets",
+        metavar="FILE",
+        type=click.Path(),
+        is_eager=True,
+        expose_value=False,
+        callback=recall,
+        help="Repeat the settings, lights included, that a picture or film written by this command holds; "
+        "options and presets given here go before them.",
+    )
+    preset = _option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+    listing = _option(
+        "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
+    )
+    return recalling(preset(listing(command)))
+
+
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
 @_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.", required=True)
@@ -75,20 +95,7 @@ def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
     "Density is then in image widths. May be repeated, with colour and strength as --light.",
 )
 @_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
-@_option(
-    "--settings-from",
-    panel="Presets",
-    metavar="FILE",
-    type=click.Path(),
-    is_eager=True,
-    expose_value=False,
-    callback=recall,
-    help="Repeat the settings, lights included, that an image written by Airlight holds; options and presets given here go before them.",
-)
-@_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-@_option(
-    "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
-)
+@preset_options
 @parameter_options
 @_file("--mask", None, OCCLUSION, "An image of the same size; white emits.")
 @_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")

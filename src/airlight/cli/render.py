@@ -13,10 +13,10 @@ import rich_click
 from airlight import presets
 from airlight.cli import batch
 from airlight.cli import image as pictures
-from airlight.cli.image import FILES, LIGHT, _file, _flag, _list_presets, _option
+from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, preset_options
 from airlight.cli.light import split_light
 from airlight.cli.options import NOT_IN_SCENES, gather, given, scene_options
-from airlight.cli.settings import recall, record
+from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
 
 if TYPE_CHECKING:
@@ -164,20 +164,7 @@ class Task:
 )
 @_option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
 @_option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
-@_option(
-    "--settings-from",
-    panel="Presets",
-    metavar="FILE",
-    type=click.Path(),
-    is_eager=True,
-    expose_value=False,
-    callback=recall,
-    help="Repeat the settings that a picture or film written by this command holds; options and presets given here go before them.",
-)
-@_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-@_option(
-    "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
-)
+@preset_options
 @scene_options
 @_file("--layer", None, FILES, "Also write the shafts alone, linear; an EXR output holds them as airlight.R/G/B anyway.")
 @_file("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
