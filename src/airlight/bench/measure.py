@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.bench.rivals import PolarWarp
 from airlight.gpu.device import Device
-from airlight.gpu.timing import run_ms
+from airlight.gpu.timing import compute, run_ms
 from airlight.lights import Light
 from airlight.parameters import Parameters
 from airlight.reference.radial import converged
@@ -43,11 +43,7 @@ class Passes:
         cells = (-(-self.size[0] // strip), self.size[1]) if along else (self.size[0], -(-self.size[1] // strip))
 
         def record(encoder: Any) -> None:
-            run = encoder.begin_compute_pass()
-            run.set_pipeline(pipeline)
-            run.set_bind_group(0, bind)
-            run.dispatch_workgroups(-(-cells[0] // wide), -(-cells[1] // high))
-            run.end()
+            compute(encoder, pipeline, bind, (-(-cells[0] // wide), -(-cells[1] // high)))
 
         return record
 

@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule, measured, sample_step
+from airlight.composite.blend import Rule, measured
+from airlight.composite.luminances import Luminances
 from airlight.gpu.device import Device
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import compute
 from airlight.noise import dither
 
-COMPOSITE, LUMINANCES = "composite/composite.wgsl", "composite/luminances.wgsl"
+COMPOSITE = "composite/composite.wgsl"
 RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("", "u4")])
 
 
@@ -19,11 +20,7 @@ class CodesComposite:
     def __init__(self, device: Device, codes: Any, layer: Any, rule: Rule) -> None:
         width, height, _ = codes.size
         self.device, self.size = device, (width, height)
-        step = sample_step(width, height)
-        self.columns, self.rows = -(-width // step), -(-height // step)
-        self.found = device.buffer(size=4 * self.columns * self.rows)
-        self.pick = device.pipeline(LUMINANCES, "pick", STEP=step)
-        self.pick_bind = device.bind(LUMINANCES, layer, self.found)
+        self.of_layer = Luminances(device, layer)
         tile = np.ones((256, 256, 4), np.float32)
         tile[..., :3] = dither()
         noise = device.texture(256, 256, "rgba32float", target=False)
@@ -35,22 +32,11 @@ class CodesComposite:
 
     def measure(self, rule: Rule) -> Rule:
         """Measure the layer as it is now, and settle what the rule leaves open: `blend.measured`."""
-        encoder = self.device.encoder()
-        run = encoder.begin_compute_pass()
-        run.set_pipeline(self.pick)
-        run.set_bind_group(0, self.pick_bind)
-        run.dispatch_workgroups(-(-self.columns // 64), self.rows)
-        run.end()
-        self.device.submit(encoder)
-        rule = measured(rule, np.frombuffer(self.device.queue.read_buffer(self.found), np.float32))
+        rule = measured(rule, self.of_layer.read())
         values = np.zeros((), RULE)
         values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         return rule
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, "composite", encoder))
-        run.set_pipeline(self.pipeline)
-        run.set_bind_group(0, self.bind)
-        run.dispatch_workgroups(-(-self.size[0] // 64), self.size[1])
-        run.end()
+        compute(encoder, self.pipeline, self.bind, (-(-self.size[0] // 64), self.size[1]), "composite", timer)

@@ -5,35 +5,13 @@ from typing import Any
 import numpy as np
 
 from airlight.composite import adapt
-from airlight.composite.blend import COVER, FloatArray, Rule, measured, sample_step
-from airlight.composite.codes import LUMINANCES
+from airlight.composite.blend import COVER, Rule, measured
+from airlight.composite.luminances import Luminances
 from airlight.gpu.device import Device
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import compute
 
 MIX = "composite/mix.wgsl"
 RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("scale", "f4")])
-
-
-class _Luminances:
-    """Those of every n-th pixel of a texture."""
-
-    def __init__(self, device: Device, texture: Any) -> None:
-        width, height, _ = texture.size
-        step = sample_step(width, height)
-        self.device, self.count = device, (-(-width // step), -(-height // step))
-        self.found = device.buffer(size=4 * self.count[0] * self.count[1])
-        self.pick = device.pipeline(LUMINANCES, "pick", STEP=step)
-        self.bind = device.bind(LUMINANCES, texture, self.found)
-
-    def read(self) -> FloatArray:
-        encoder = self.device.encoder()
-        run = encoder.begin_compute_pass()
-        run.set_pipeline(self.pick)
-        run.set_bind_group(0, self.bind)
-        run.dispatch_workgroups(-(-self.count[0] // 64), self.count[1])
-        run.end()
-        self.device.submit(encoder)
-        return np.frombuffer(self.device.queue.read_buffer(self.found), np.float32)
 
 
 class LinearComposite:
@@ -48,7 +26,7 @@ class LinearComposite:
         constants = {"SCREEN": rule.blend == "screen", "VEIL": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
         self.pipeline = device.pipeline(MIX, "put", **constants)
         self.bind = device.bind(MIX, self.uniform, picture, layer, self.result)
-        self.of_layer, self.of_result = _Luminances(device, layer), _Luminances(device, self.result)
+        self.of_layer, self.of_result = Luminances(device, layer), Luminances(device, self.result)
 
     def measure(self, rule: Rule, scale: float = 1.0) -> Rule:
         """Settle what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
@@ -66,8 +44,4 @@ class LinearComposite:
         return adapt.measured(self.of_result.read())
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, "composite", encoder))
-        run.set_pipeline(self.pipeline)
-        run.set_bind_group(0, self.bind)
-        run.dispatch_workgroups(-(-self.size[0] // 64), self.size[1])
-        run.end()
+        compute(encoder, self.pipeline, self.bind, (-(-self.size[0] // 64), self.size[1]), "composite", timer)

@@ -62,6 +62,15 @@ def timing(timer: Timer | None, label: str, encoder: Any) -> dict[str, Any]:
     return {"timestamp_writes": timer.writes(label, encoder)} if timer else {}
 
 
+def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, int], label: str = "", timer: Timer | None = None) -> None:
+    """Record a compute pass of one dispatch. counts: workgroups; label: of its time, if there is a timer."""
+    run = encoder.begin_compute_pass(**timing(timer, label, encoder))
+    run.set_pipeline(pipeline)
+    run.set_bind_group(0, bind)
+    run.dispatch_workgroups(*counts)
+    run.end()
+
+
 def run_ms(device: Device, record: Callable[[Any], None]) -> float:
     """Wall time in ms of recording, submitting and finishing one command buffer."""
     fence = device.buffer(size=16)

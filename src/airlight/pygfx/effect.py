@@ -14,7 +14,7 @@ import wgpu
 from airlight.errors import AirlightError
 from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
-from airlight.gpu.timing import Timer, timing
+from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
 from airlight.parameters import Composite, InScene, Parameters, check_ray
 from airlight.pygfx.lights import BODY, SceneLight
@@ -316,22 +316,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def _emit(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], made: _Textures, timer: Timer | None) -> None:
         """Record the source, where it is made of the picture."""
         if self.in_scene.occluders == "contrast":
-            self._compute(encoder, passes["look"], binds["look"], (1, 1), "look", timer)
+            compute(encoder, passes["look"], binds["look"], (1, 1), "look", timer)
         if self.in_scene.occluders != "prepass":
             width, height, _ = made.source.size
-            self._compute(encoder, passes["mask"], binds["mask"], (-(-width // 64), -(-height // 8)), "mask", timer)
-
-    def _compute(self, encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, int], label: str, timer: Timer | None) -> None:
-        run = encoder.begin_compute_pass(**timing(timer, label, encoder))
-        run.set_pipeline(pipeline)
-        run.set_bind_group(0, bind)
-        run.dispatch_workgroups(*counts)
-        run.end()
+            compute(encoder, passes["mask"], binds["mask"], (-(-width // 64), -(-height // 8)), "mask", timer)
 
     def _put(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], target: Any, timer: Timer | None) -> None:
         """Record adaptation and the merge."""
         if self.composite.adapt > 0:
-            self._compute(encoder, passes["measure"], binds["measure"], (1, 1), "adapt", timer)
+            compute(encoder, passes["measure"], binds["measure"], (1, 1), "adapt", timer)
             self._settled = True
         attachment = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}
         run = encoder.begin_render_pass(color_attachments=[attachment], **timing(timer, "merge", encoder))

@@ -13,7 +13,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.files.colour import by_rows
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
-from airlight.gpu.timing import Timer, timing
+from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light, as_lights
 from airlight.parameters import Parameters, check_ray
 from airlight.scatter.additive.additive import AdditivePlan
@@ -96,11 +96,7 @@ class _Source:
         width, height, _ = self.texture.size
         if self.occluders:
             self.occluders.record(encoder, timer)
-        run = encoder.begin_compute_pass(**timing(timer, "source", encoder))
-        run.set_pipeline(self.pipeline)
-        run.set_bind_group(0, self.bind)
-        run.dispatch_workgroups(-(-width // 64), -(-height // 8))
-        run.end()
+        compute(encoder, self.pipeline, self.bind, (-(-width // 64), -(-height // 8)), "source", timer)
 
 
 def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], tuple[float, ...] | None]:

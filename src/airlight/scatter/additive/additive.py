@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import compute
 
 ADDITIVE = "scatter/additive/additive.wgsl"
 BLENDS = np.dtype(
@@ -56,10 +56,6 @@ class AdditivePlan:
         """Record the quantisation of the source and the blends; long ones are carried out on the way if the encoder is ours."""
         steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
         for pipeline, bind, (width, height) in steps:
-            run = encoder.begin_compute_pass(**timing(timer, "additive", encoder))
-            run.set_pipeline(pipeline)
-            run.set_bind_group(0, bind)
-            run.dispatch_workgroups(-(-width // 64), height)
-            run.end()
+            compute(encoder, pipeline, bind, (-(-width // 64), height), "additive", timer)
             if len(self.parts) > MANY and isinstance(encoder, Recording):
                 encoder.pause()

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import compute
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
 
 MULTIPASS = "scatter/multipass/multipass.wgsl"
@@ -77,10 +77,6 @@ class MultipassPlan:
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
         for pipeline, bind, size in self.steps:
-            run = encoder.begin_compute_pass(**timing(timer, "multipass", encoder))
-            run.set_pipeline(pipeline)
-            run.set_bind_group(0, bind)
-            run.dispatch_workgroups(-(-size[0] // 64), size[1])
-            run.end()
+            compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), "multipass", timer)
             if size[0] * size[1] > MANY and isinstance(encoder, Recording):
                 encoder.pause()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import compute
 from airlight.noise import blue_noise
 
 RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
@@ -26,14 +26,6 @@ def _noise_texture(device: Device) -> Any:
         rgba[..., 0] = blue_noise()
         device.write(texture, rgba, 256 * 16)
     return device.kept["blue noise"]
-
-
-def _dispatch(device: Device, encoder: Any, pipeline: Any, bind: Any, width: int, rows: int, label: str, timer: Any) -> None:
-    run = encoder.begin_compute_pass(**timing(timer, label, encoder))
-    run.set_pipeline(pipeline)
-    run.set_bind_group(0, bind)
-    run.dispatch_workgroups(-(-width // 64), rows)
-    run.end()
 
 
 class RadialPlan:
@@ -95,14 +87,14 @@ class RadialPlan:
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the sum, and at lower resolutions the filters around it; a long sum is carried out on the way if the encoder is ours."""
         if self.factor > 1:
-            _dispatch(self.device, encoder, self.down, self.down_bind, self.small.size[0], self.small.size[1], "radial down", timer)
+            compute(encoder, self.down, self.down_bind, (-(-self.small.size[0] // 64), self.small.size[1]), "radial down", timer)
         together, recorded, start = 1, 0, time.perf_counter()
         for bind, rows in self.parts:
-            _dispatch(self.device, encoder, self.pipeline, bind, self.low[0], rows, "radial sum", timer)
+            compute(encoder, self.pipeline, bind, (-(-self.low[0] // 64), rows), "radial sum", timer)
             recorded += 1
             if recorded == together and len(self.parts) > MANY and isinstance(encoder, Recording):
                 encoder.pause()
                 together, recorded = together * (2 if time.perf_counter() - start < 0.05 else 1), 0  # a fast adapter stops seldom
                 start = time.perf_counter()
         if self.factor > 1:
-            _dispatch(self.device, encoder, self.up, self.up_bind, *self.full, "radial up", timer)
+            compute(encoder, self.up, self.up_bind, (-(-self.full[0] // 64), self.full[1]), "radial up", timer)
