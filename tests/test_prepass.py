@@ -14,9 +14,9 @@ from prepass_scene import exhibition  # noqa: E402
 from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
 
 from airlight.parameters import Composite, InScene, Parameters  # noqa: E402
+from airlight.projection import pixel_rays, project  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, private, use_hdr  # noqa: E402
 from airlight.pygfx.prepass import Prepass, margin  # noqa: E402
-from airlight.pygfx.projection import pixel_rays, project  # noqa: E402
 
 SIZE = (400, 200)
 WHOLE = InScene(resolution=1, region=1, occluders="prepass", tone="none")

@@ -17,9 +17,9 @@ from airlight.scatter.render import Renderer, plan, render_layer
 gfx = pytest.importorskip("pygfx")
 from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
 
+from airlight.projection import depth_terms, pixel_rays, project  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, add_light_shafts, enable_timing, use_hdr  # noqa: E402
 from airlight.pygfx.private import is_hdr  # noqa: E402
-from airlight.pygfx.projection import depth_terms, pixel_rays, project  # noqa: E402
 
 SIZE = (192, 108)
 PLAIN = InScene(tone="none")

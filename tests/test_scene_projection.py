@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 pytest.importorskip("pygfx")
-from airlight.pygfx.projection import GUARD, depth_terms, pixel_rays, project
+from airlight.projection import GUARD, depth_terms, pixel_rays, project
 
 
 def perspective(fov: float, aspect: float, near: float = 0.1, far: float = 1000.0) -> np.ndarray:

@@ -9,6 +9,7 @@ from msgspec import Meta
 from airlight.errors import AirlightError
 
 THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
+IN_WORLD = ("march", "article")  # methods that light a medium; the others work on pictures, and in scenes on the view
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -38,10 +39,11 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     """What shapes the light shafts of an image. Validated on construction; raises AirlightError."""
 
     method: Annotated[
-        Literal["epipolar", "radial", "bands", "multipass", "additive"],
+        Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"],
         _meta(
             "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum; bands: ring by ring around the"
-            " light; multipass: three passes of eight samples; additive: scaled copies added in an 8-bit buffer, with a stencil",
+            " light; multipass: three passes of eight samples; additive: scaled copies added in an 8-bit buffer, with a stencil; in scenes"
+            " also march: the light that a medium scatters, through shadow maps; article: the same as an early article did it",
             "method",
             "Airlight; " + _GG3,
         ),
@@ -83,11 +85,13 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
         Literal["clamp", "black"], _meta("what lies outside the image: its border pixels, or nothing", "method", _GG3 + ", sec. 13.6")
     ] = "clamp"
     jitter: Annotated[
-        Literal["fixed", "midpoint", "gradient", "blue"],
+        Literal["fixed", "midpoint", "gradient", "blue"] | None,
         _meta(
-            "where radial samples lie in their step: start, middle, interleaved-gradient noise, blue noise", "method", _GG3 + ", sec. 13.8"
+            "where samples lie in their step: start, middle, interleaved-gradient noise, blue noise; unset: fixed, with march blue",
+            "method",
+            _GG3 + ", sec. 13.8",
         ),
-    ] = "fixed"
+    ] = None
     scale: Annotated[
         float,
         _meta(
@@ -142,6 +146,11 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             raise AirlightError(f"scale goes with method radial: {self.method} works at full resolution")
         if self.normalization == "listing" and self.method not in ("epipolar", "radial"):
             raise AirlightError(f"normalization listing goes with methods epipolar and radial: with {self.method} use mean")
+
+    @property
+    def offset(self) -> str:
+        """Where samples lie in their step: `jitter`, or what suits the method."""
+        return self.jitter or ("blue" if self.method in IN_WORLD else "fixed")
 
     @property
     def knee(self) -> tuple[float, float]:
@@ -246,3 +255,105 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     tone: Annotated[
         Literal["filmic", "none"], _meta("how linear light becomes a picture: a filmic curve, or cut off at 1", "scene", "Airlight")
     ] = "filmic"
+
+
+RGB = tuple[Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)]]
+SHARES = tuple[Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)]]
+_PBR = "Pharr, Jakob and Humphreys, Physically Based Rendering"
+
+
+class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What fills the air of a scene, everywhere alike. Validated on construction; raises AirlightError."""
+
+    sigma_t: Annotated[
+        RGB | None,
+        _meta(
+            "extinction: the part of the light that is lost on a metre, to absorption and scattering; unset: an optical depth of 0.5 across"
+            " the scene",
+            "medium",
+            _PBR + ", 11.1",
+            "1/m",
+            slider=(0, 0.5),
+        ),
+    ] = None
+    albedo: Annotated[SHARES, _meta("the part of what is lost that is scattered, sigma_s / sigma_t", "medium", _PBR + ", 11.1")] = (
+        0.9,
+        0.9,
+        0.9,
+    )
+    phase: Annotated[
+        Literal["henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks"],
+        _meta("how scattered light spreads over directions; each integrates to 1 over the sphere", "medium", _PBR + ", 11.3"),
+    ] = "henyey-greenstein"
+    anisotropy: Annotated[
+        float,
+        _meta(
+            "mean cosine of the angle by which light is turned: above 0 forward", "medium", "Henyey and Greenstein 1941", ge=-0.99, le=0.99
+        ),
+    ] = 0.3
+    back_anisotropy: Annotated[
+        float, _meta("with phase two-lobe: anisotropy of the second lobe", "medium", "Henyey and Greenstein 1941", ge=-0.99, le=0.99)
+    ] = -0.3
+    back_share: Annotated[
+        float, _meta("with phase two-lobe: share of the second lobe", "medium", "Henyey and Greenstein 1941", ge=0, le=1)
+    ] = 0.3
+    ambient: Annotated[
+        RGB, _meta("radiance of light from all sides, which is scattered too", "medium", "Hx Volumetric Lighting", "linear", slider=(0, 1))
+    ] = (0.0, 0.0, 0.0)
+    max_distance: Annotated[
+        Annotated[float, Meta(gt=0, le=1e9)] | None,
+        _meta(
+            "how far from the eye the medium reaches; unset: four times the scene's radius",
+            "medium",
+            "Hx Volumetric Lighting",
+            "m",
+            slider=(1, 1000),
+        ),
+    ] = None
+    lamp_distance: Annotated[
+        Annotated[float, Meta(gt=0, le=1e9)] | None,
+        _meta("lamps farther from the eye light no medium; unset: all do", "medium", "Hx Volumetric Lighting", "m", slider=(1, 1000)),
+    ] = None
+    lamp_fade: Annotated[
+        float, _meta("the last part of that distance, over which lamps fade", "medium", "Hx Volumetric Lighting", ge=0, le=1)
+    ] = 0.2
+    extinction: Annotated[bool, _meta("whether surfaces are seen dimmed through the medium", "medium", "Airlight")] = True
+
+
+class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How the light in a medium is summed along rays, and its shadow maps. Validated on construction; raises AirlightError."""
+
+    steps: Annotated[
+        Annotated[int, Meta(ge=1, le=4096)] | Literal["exact"] | None,
+        _meta(
+            "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
+            "march",
+            "Airlight",
+            slider=(4, 256),
+        ),
+    ] = None
+    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article")] = False
+    shadow_size: Annotated[
+        Annotated[int, Meta(ge=16, le=16384)] | None,
+        _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(256, 4096)),
+    ] = None
+    cascades: Annotated[int, _meta("shadow maps of a sun, one behind the other", "march", "Engel, ShaderX5", ge=1, le=4)] = 1
+    cascade_split: Annotated[
+        float,
+        _meta("how they share the distance: 0 evenly, 1 in equal ratios", "march", "Zhang et al. 2006, practical split scheme", ge=0, le=1),
+    ] = 0.7
+    cascade_blend: Annotated[
+        float, _meta("the last part of a cascade, over which it passes into the next; not where exact", "march", "Airlight", ge=0, le=0.5)
+    ] = 0.1
+    shadow_filter: Annotated[
+        Literal["nearest", "pcf", "soft"],
+        _meta(
+            "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them. exact takes nearest",
+            "march",
+            "Reeves et al. 1987; Fernando 2005",
+        ),
+    ] = "nearest"
+    sun_size: Annotated[float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", ge=0, le=20)] = 0.27
+    shadow_bias: Annotated[
+        float, _meta("how far behind what hides the light shadows begin", "march", "Airlight", "m", slider=(0, 0.1), ge=0, le=1e6)
+    ] = 0.0

@@ -46,6 +46,8 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["storage_texture"] = {"access": "write-only", "format": argument}
         elif kind == "texture_depth_2d":
             entry["texture"] = {"sample_type": "depth"}
+        elif kind == "texture_depth_2d_array":
+            entry["texture"] = {"sample_type": "depth", "view_dimension": "2d-array"}
         else:
             entry["texture"] = {"sample_type": "unfilterable-float" if name in LOADED else "float"}
         entries.append(entry)

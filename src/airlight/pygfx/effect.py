@@ -17,10 +17,10 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
 from airlight.parameters import Composite, InScene, Parameters, check_ray
+from airlight.projection import Projected, depth_terms, pixel_rays, project
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
-from airlight.pygfx.projection import Projected, depth_terms, pixel_rays, project
 from airlight.scatter.render import Moving
 
 MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", "balance", "merge"))

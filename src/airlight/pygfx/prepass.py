@@ -17,9 +17,9 @@ from airlight.gpu.device import Device
 from airlight.gpu.shader import load
 from airlight.gpu.timing import Timer, timing
 from airlight.parameters import InScene
+from airlight.projection import pixel_rays, project
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.projection import pixel_rays, project
 
 FORMAT, DEPTH = "rgba16float", "depth32float"
 MOST = 8  # discs, as in discs.wgsl

@@ -35,8 +35,8 @@ def layer(
     luminance: Any = radial.REC709,
 ) -> Any:
     """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
-    if p.method == "radial" and p.jitter in ("gradient", "blue"):
-        raise AirlightError(f"jitter {p.jitter} needs a graphics adapter: use fixed or midpoint")
+    if p.method == "radial" and p.offset in ("gradient", "blue"):
+        raise AirlightError(f"jitter {p.offset} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]
     if fraction:
         m = radial.mask(rgb, alpha, depth, p, luminance) * (1.0 if mask is None else mask)

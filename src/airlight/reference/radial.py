@@ -275,8 +275,8 @@ def summed(
 ) -> Array:
     """The layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
     if p.method == "radial":
-        if offsets is None and p.jitter in ("gradient", "blue"):
-            raise AirlightError(f"the reference needs the offsets of jitter {p.jitter}")
+        if offsets is None and p.offset in ("gradient", "blue"):
+            raise AirlightError(f"the reference needs the offsets of jitter {p.offset}")
         return direct_sum(
             emitted,
             at,
@@ -286,7 +286,7 @@ def summed(
             weight=p.weight,
             exposure=p.exposure,
             normalization=p.normalization,
-            jitter=p.jitter if offsets is None else offsets,
+            jitter=p.offset if offsets is None else offsets,
             border=p.border,
             points=points,
             dtype=dtype,

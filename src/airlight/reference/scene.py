@@ -24,13 +24,13 @@ def filmic(color: Array) -> Array:
 
 
 def axial(depth: Array, terms: Array) -> Array:
-    """Distance along the view's axis. terms: pygfx.projection.depth_terms."""
+    """Distance along the view's axis. terms: projection.depth_terms."""
     a, b, c, d = terms
     return np.asarray((a * depth + b) / (c * depth + d))
 
 
 def view_ray(uv: Array, rays: Array) -> Array:
-    """(..., 3): the view ray of picture positions (..., 2), at -z = 1. rays: pygfx.projection.pixel_rays."""
+    """(..., 3): the view ray of picture positions (..., 2), at -z = 1. rays: projection.pixel_rays."""
     xy = rays[:2] * uv + rays[2:]
     return np.concatenate([xy, -np.ones_like(xy[..., :1])], axis=-1)
 

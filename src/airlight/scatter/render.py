@@ -178,7 +178,7 @@ def plan(
                     density=density,
                     decay=p.decay,
                     normalization=p.normalization,
-                    jitter=p.jitter,
+                    jitter=p.offset,
                     scale=p.scale,
                     **common,
                 )

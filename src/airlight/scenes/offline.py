@@ -17,8 +17,8 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
 from airlight.parameters import Composite, InScene, Parameters
+from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
-from airlight.pygfx.projection import depth_terms, pixel_rays
 from airlight.scenes import Stage
 
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters

@@ -1,0 +1,1 @@
+"""Light that a medium scatters once, summed along each ray through shadow maps: texel by texel, or in steps."""
