@@ -19,7 +19,7 @@ from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.bounds import Bounds
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.prepass import _helps, _pattern, _silhouette, solid, strength
+from airlight.pygfx.prepass import _helps, _silhouette, solid, strength
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"

@@ -10,9 +10,10 @@ from airlight.gpu.timing import Timer, compute
 from airlight.lamps import Lamp
 from airlight.medium import Settled
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-WALK = "scatter/march/walk.wgsl"
+WALK, STEPS, UPSAMPLE = (f"scatter/march/{name}.wgsl" for name in ("walk", "steps", "upsample"))
 KINDS = {"sun": 0, "spot": 1, "point": 2}
 DARKNESS = 3  # the kind of no light at all
 GROUP = 8  # a workgroup is GROUP x GROUP
@@ -41,6 +42,7 @@ class March:
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
+        self._path, self._more = WALK, ()  # the shader, and what it binds beside what all do
         self._names: list[str] = []
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
@@ -65,6 +67,10 @@ class March:
         while len(self._lights) < max(len(lamps), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize))
         nothing = _nothing(self.device)
+        path, more = (WALK, ()) if air.exact else (STEPS, (noise_texture(self.device),))
+        if path != self._path:
+            self._path, self._more = path, more
+            self._binds.clear()
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lamps] or [nothing]
         self._names = [lamp.kind for lamp, _ in lamps] or ["ambient"]
         self._pipelines = []
@@ -72,9 +78,11 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(lamp, shadow, view, air).tobytes())
             biased = bool(air.march.shadow_bias)
             chosen = {"KIND": KINDS[lamp.kind], "PHASE": air.lobes(lamp)[0], "FIRST": i == 0, "BIASED": biased}
-            self._pipelines.append(self.device.pipeline(WALK, "march", **chosen))
+            if not air.exact:
+                chosen["JITTER"] = JITTERS[jitter]
+            self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lamps:
-            self._pipelines.append(self.device.pipeline(WALK, "march", KIND=DARKNESS))
+            self._pipelines.append(self.device.pipeline(path, "march", KIND=DARKNESS))
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Layers for what is computed, of a size: what is last written is the first of them."""
@@ -95,7 +103,15 @@ class March:
         if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
             shown = list(parts)
             shown[3] = parts[3].create_view(dimension="2d-array")
-            had = self._binds[i] = parts, self.device.bind(WALK, *shown)
+            had = self._binds[i] = parts, self.device.bind(self._path, *shown, *self._more)
+        return had[1]
+
+    def _bound_upsampling(self, depth: Any) -> Any:
+        parts = (self._frame, self._lights[0], depth, _nothing(self.device), self._layers[0], self.layer)
+        had = self._binds.get("upsample")
+        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
+            bind = self.device.bind(UPSAMPLE, *parts[:3], parts[3].create_view(dimension="2d-array"), *parts[4:])
+            had = self._binds["upsample"] = parts, bind
         return had[1]
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
@@ -103,6 +119,9 @@ class March:
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             compute(encoder, pipeline, self._bound(i, depth), counts, f"march {name}", timer)
+        if self.size != self.pixels:
+            counts = (-(-self.pixels[0] // GROUP), -(-self.pixels[1] // GROUP))
+            compute(encoder, self.device.pipeline(UPSAMPLE, "upsample"), self._bound_upsampling(depth), counts, "upsample", timer)
 
 
 def _spare(device: Device) -> Any:

@@ -21,7 +21,10 @@ fn pixel_of(p: vec2u) -> vec2u {
 }
 
 fn ray_at(p: vec2u) -> Ray {
-    let pixel = pixel_of(p);
+    return ray_at_pixel(pixel_of(p));
+}
+
+fn ray_at_pixel(pixel: vec2u) -> Ray {
     let at = frame.rays.xy * ((vec2f(pixel) + 0.5) / vec2f(frame.pixels)) + frame.rays.zw;
     let along = normalize(vec3f((1.0 - frame.flat) * at, -1.0));
     let depth = textureLoad(depths, pixel, 0);

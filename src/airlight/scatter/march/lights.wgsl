@@ -1,0 +1,76 @@
+// Where a light reaches a ray, and what of it a stretch scatters. Twins: reference/medium.py.
+//! include "scatter/march/ray.wgsl"
+
+/// Radians, of the angle at a lamp that one quadrature of three points takes: the ramp at a cone's border is steep.
+fn narrow() -> f32 { return select(0.15, 0.04, KIND == 1u); }
+
+/// Where b + t a >= 0 within a range of t.
+fn cut(range: vec2f, b: f32, a: f32) -> vec2f {
+    let at = -b / select(a, 1.0, a == 0.0);
+    let within = select(vec2f(range.x, min(range.y, at)), vec2f(max(range.x, at), range.y), a > 0.0);
+    return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
+}
+
+/// Where a ray lies in a spot's cone within a range of t.
+fn in_cone(ray: Ray, range: vec2f) -> vec2f {
+    let q = ray.origin - light.place;
+    let squared = light.cosine * light.cosine;
+    let along = dot(ray.direction, light.axis);
+    let at = dot(q, light.axis);
+    let a = along * along - squared;
+    let b = along * at - squared * dot(ray.direction, q);
+    let c = at * at - squared * dot(q, q);
+    let root = sqrt(max(b * b - a * c, 0.0));
+    let under = select(a, select(-1e-9, 1e-9, a >= 0.0), abs(a) < 1e-9);
+    let first = (-b - root) / under;
+    let second = (-b + root) / under;
+    let low = min(first, second);
+    let high = max(first, second);
+    if (a > 0.0) { return select(vec2f(range.x, min(range.y, low)), vec2f(max(range.x, high), range.y), along > 0.0); }
+    let hit = b * b > a * c && at + 0.5 * (low + high) * along > 0.0;
+    return select(vec2f(range.x, range.x - 1.0), vec2f(max(range.x, low), min(range.y, high)), hit);
+}
+
+/// The nearest approach of a ray to a lamp: (t there, distance).
+fn approach(ray: Ray) -> vec2f {
+    let to = light.place - ray.origin;
+    let t = dot(to, ray.direction);
+    return vec2f(t, max(length(to - t * ray.direction), 1e-6 * length(to) + 1e-9));
+}
+
+/// The angle at a lamp between the nearest approach and the ray at t.
+fn angle_at(near: vec2f, t: f32) -> f32 {
+    return atan2(t - near.x, near.y);
+}
+
+/// What a radian of that angle scatters: the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
+fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
+    let cosine = max(cos(angle), 1e-7);
+    let d = near.y / cosine;
+    let t = near.x + near.y * tan(angle);
+    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
+    return lamplight(t, d, -sin(angle), aside) * d * d / near.y;
+}
+
+/// In-scattered radiance of a lit stretch of a lamp's ray.
+fn lamp_stretch(ray: Ray, near: vec2f, a: f32, b: f32) -> vec3f {
+    let start = angle_at(near, a);
+    let whole = angle_at(near, b) - start;
+    let parts = max(1.0, ceil(whole / narrow()));
+    let each = whole / parts;
+    var sum = vec3f(0.0);
+    var k = 0.0;
+    loop {
+        let middle = start + (k + 0.5) * each;
+        let off = 0.38729833 * each;
+        sum += 5.0 * (by_angle(ray, near, middle - off) + by_angle(ray, near, middle + off)) + 8.0 * by_angle(ray, near, middle);
+        k += 1.0;
+        continuing { break if k >= parts; }
+    }
+    return select(vec3f(0.0), sum * each / 18.0, b > a);
+}
+
+/// Integral of e^(-sigma_t t) from 0 to t.
+fn until(t: f32) -> vec3f {
+    return t * mean_transmittance(frame.sigma_t * t);
+}
