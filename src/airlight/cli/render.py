@@ -207,9 +207,9 @@ def render(
         raise AirlightError("--turn and --turntable exclude each other; give one")
     values = {name: value for name, value in gather(ctx, preset).items() if name not in NOT_IN_SCENES}
     built = presets.build(values)
-    parameters, scene_settings = built[Parameters], built[InScene]
+    parameters = built[Parameters]
     in_world = parameters.method in IN_WORLD
-    if exclude and scene_settings.occluders != "prepass" and not in_world:
+    if exclude and built[InScene].occluders != "prepass" and not in_world:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
@@ -248,12 +248,13 @@ def render(
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
     shot = _shot(ctx, size, parameters.quality)
+    built = presets.build(stage.settings | values)
     studio = offline.Studio(
         stage,
         shot,
         parameters,
         built[Composite],
-        scene_settings,
+        built[InScene],
         medium=built[Medium],
         march=built[March],
         exclude=exclude,
@@ -261,7 +262,7 @@ def render(
     )
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
-        settings = record(ctx, values, [], preset)
+        settings = record(ctx, values, [], preset, None, stage.settings)
         with video.film(output, shot.width, shot.height, ctx.params["fps"], ctx.params["crf"], overwrite, settings) as add:
             work.add = add
             batch.run(todo, work.read, _strict(work.render), _strict(work.write))
@@ -386,7 +387,7 @@ class _Work:
             self.add(encode_codes(pixels, np.uint8))
             return
         once = {"time": task.time, "turn": task.turn * 360, "turntable": None, "frames": None, "fps": None, "crf": None}
-        settings = record(self.ctx, self.values, [], self.ctx.params["preset"], once)
+        settings = record(self.ctx, self.values, [], self.ctx.params["preset"], once, self.studio.stage.settings)
         layer = frame.shafts() if frame.layer is not None else None
         beside: dict[str, Any] = {}
         if task.output.lower().endswith(".exr"):
