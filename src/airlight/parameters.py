@@ -222,9 +222,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     ] = "stencil"
     resolution: Annotated[
         Annotated[float, Meta(ge=0.125, le=1)] | None,
-        _meta(
-            "size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)
-        ),
+        _meta("size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)),
     ] = None
     region: Annotated[
         float,

@@ -167,7 +167,12 @@ class Task:
 @_option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @scene_options
-@_file("--layer", None, FILES, "Also write the shafts alone, linear, of a medium with its transmittance and depth where EXR; an EXR output holds all anyway.")
+@_file(
+    "--layer",
+    None,
+    FILES,
+    "Also write the shafts alone, linear; EXR holds transmittance and Z of a medium too, and an EXR output all of it.",
+)
 @_file("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
 @_option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
