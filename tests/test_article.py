@@ -17,7 +17,7 @@ from airlight.reference import article as twin
 from airlight.scatter.article.article import Article
 from airlight.shadows import Shadow, View
 
-PIXELS, SIDE = (13, 9), 32
+PIXELS, SIDE, DEEP = (13, 9), 32, 60.0
 SUN = np.array([0.3, 0.8, -0.4]) / np.linalg.norm([0.3, 0.8, -0.4])
 
 
@@ -53,16 +53,16 @@ def depth_of(matrix: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def cascades(count: int, towards: np.ndarray, eye: np.ndarray) -> list[View]:
-    """Maps of 20 m, 60 m, ... around the eye, 200 m deep."""
+    """Maps of 20 m, 60 m, ... around the eye, so shallow that rays leave them."""
     x = np.cross(towards, [0, 0, 1.0])
     x /= np.linalg.norm(x)
-    turn = np.stack([x, np.cross(towards, x), towards / 200])
+    turn = np.stack([x, np.cross(towards, x), towards / DEEP])
     out = []
     for i in range(count):
         matrix = np.eye(4)
         matrix[:3, :3] = turn * np.array([SIDE / (20 * 3**i), SIDE / (20 * 3**i), 1])[:, None]
         matrix[:3, 3] = [SIDE / 2, SIDE / 2, 0.5] - matrix[:3, :3] @ eye
-        out.append(View(matrix, texel=20 * 3**i / SIDE, depth_scale=200.0))
+        out.append(View(matrix, texel=20 * 3**i / SIDE, depth_scale=DEEP))
     return out
 
 
@@ -114,7 +114,7 @@ def test_the_gpu_is_its_twin(seed: int, flat: bool, count: int, jitter: str, pro
         intensity,
         [v.matrix @ into for v in shadow.views] if shadow else [],
         maps,
-        biases=[0.0005 if plain else 0.3 / 200] * count,
+        biases=[0.0005 if plain else 0.3 / DEEP] * count,
         max_distance=70.0,
         offsets=0.5 if jitter == "midpoint" else 0.0,
         prose=march.article_share == "prose",

@@ -38,16 +38,13 @@ fn holds(at: vec2f) -> bool {
     return max(out.x, out.y) <= EXTENT;
 }
 
-/// 1 or 0: whether a place is lit, by the first cascade that holds it; by the texel around it, as if it were at the texel's centre.
-fn lit(place: vec3f) -> f32 {
+/// 1 or 0: whether a place on a ray is lit, by the first cascade that holds it; by the texel around it, as if it were at its centre.
+/// begin, along: the ray in the cascades, in texels and depth.
+fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
     if (VIEWS == 0u) { return 1.0; }
     var k = 0u;
-    var at = (light.view[0].matrix * vec4f(place, 1.0)).xyz;
-    loop {
-        if (holds(at.xy) || k + 1u >= VIEWS) { break; }
-        k += 1u;
-        at = (light.view[k].matrix * vec4f(place, 1.0)).xyz;
-    }
+    var at = begin[0] + t * along[0];
+    //! each i of 3: if (i + 1u < VIEWS) { let on = !holds(at.xy); at = select(at, begin[i + 1u] + t * along[i + 1u], on); k += u32(on); }
     let bias = select(light.bias / light.view[k].depth_scale, settings.bias, settings.bias > 0.0);
     let texel = vec2u(clamp(at.xy, vec2f(0.0), vec2f(light.side - 1.0)));
     return select(0.0, 1.0, max(at.z, 0.0) + bias >= textureLoad(shadow, texel, k, 0) || !holds(at.xy));
@@ -78,11 +75,15 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
     let first = STEP * offset(p);
     let faded = exp(-STEP * settings.absorption);
     var share = STEP * exp(-first * settings.absorption);
+    var begin: array<vec3f, 4>;
+    var along: array<vec3f, 4>;
+    //! each k of 4: begin[k] = (light.view[k].matrix * vec4f(origin, 1.0)).xyz;
+    //! each k of 4: along[k] = (light.view[k].matrix * vec4f(direction, 0.0)).xyz;
     var sum = 0.0;
     var i = 0.0;
     if (first <= distance) {
         loop {
-            sum += share * lit(origin + (first + i * STEP) * direction);
+            sum += share * lit(first + i * STEP, begin, along);
             share *= faded;
             i += 1.0;
             continuing { break if i >= STEPS || first + i * STEP > distance; }
@@ -91,6 +92,6 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
     let part = select(sum / DIVISOR, min(sum / max(distance, 1e-6), 1.0), settings.prose > 0.0);
     let out = part * inscatter(direction, light.place, distance, max(light.spread, 1e-3));
     var most = 1.0;
-    if (depth < 1.0 && surface <= reach) { most = mix(settings.cap, 1.0, lit(origin + distance * direction)); }
+    if (depth < 1.0 && surface <= reach) { most = mix(settings.cap, 1.0, lit(distance, begin, along)); }
     textureStore(layer, p, vec4f((2.0 * min(light.intensity * out * out, vec3f(most)) - 1.0) * GAIN, 0.0));
 }
