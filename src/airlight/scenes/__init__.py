@@ -1,4 +1,4 @@
-"""Scenes in three dimensions: the two that come with Airlight, and any glTF file. Needs the extra `scenes`."""
+"""Scenes in three dimensions: those that come with Airlight, and any glTF file. Needs the extra `scenes`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,18 @@ if TYPE_CHECKING:
     from airlight.pygfx import SceneLight
 
 NAMES = ("table", "flying")
+VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
+    "slats": ("slats", "room"),
+    "foliage-view": ("foliage", "view"),
+    "foliage-beside": ("foliage", "beside"),
+    "foliage-behind": ("foliage", "behind"),
+    "cage": ("cage", "room"),
+    "two-spots": ("two-spots", "front"),
+    "window": ("window", "corner"),
+    "headlamp": ("headlamp", "eye"),
+    "dense": ("dense", "front"),
+    "mirrored": ("mirrored", "front"),
+}
 
 
 @dataclass
@@ -45,7 +57,7 @@ class Stage:
 
 
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
-    """The stage of "table", "flying", or of a .glb or .gltf file, in its pose at time 0.
+    """The stage of "table", "flying", a scene of `validation`, or of a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
     seed: of the path of "flying", None: its own.
@@ -54,9 +66,13 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
     name = os.fspath(name_or_path)
     if seed is not None and name != "flying":
         raise AirlightError(f"{name}: has no seed; only flying has")
-    if name in NAMES:
+    if name in (*NAMES, *VALIDATION):
         if environment is not None:
             raise AirlightError(f"{name}: has its own environment; choose another for a .glb or .gltf file")
+        if name in VALIDATION:
+            from airlight.scenes.validation import validation
+
+            return validation(name)
         if name == "table":
             from airlight.scenes.table import table
 
@@ -65,7 +81,7 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
 
         return flying() if seed is None else flying(seed)
     if not name.lower().endswith((".glb", ".gltf")):
-        raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
+        raise AirlightError(f"{name}: is not a scene; give {', '.join((*NAMES, *VALIDATION))}, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 
     return load(name, environment)

@@ -2,7 +2,7 @@
 //! include "scatter/march/ray.wgsl"
 
 /// Radians, of the angle at a lamp that one quadrature of three points takes: the ramp at a cone's border is steep.
-fn narrow() -> f32 { return select(0.15, 0.04, KIND == 1u); }
+fn narrow() -> f32 { return select(0.15, 0.02, KIND == 1u); }
 
 /// Where b + t a >= 0 within a range of t.
 fn cut(range: vec2f, b: f32, a: f32) -> vec2f {

@@ -18,7 +18,7 @@ fn lit_in(i: u32, at: vec4f) -> bool {
     if (any(place < vec2f(0.0)) || any(place >= vec2f(light.side)) || at.w <= 0.0) { return true; }
     var held = textureLoad(shadow, vec2i(place), i, 0);
     let level = select(0.0, light.bias / light.view[i].depth_scale, BIASED);
-    if (KIND == 0u) { held -= level; } else { held /= 1.0 + level * held; }
+    if (KIND == 0u) { held = select(held - level, -3e38, held == 0.0); } else { held /= 1.0 + level * held; }
     return at.z / at.w >= held;
 }
 

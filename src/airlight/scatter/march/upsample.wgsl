@@ -7,7 +7,9 @@ const SHARP = 24.0;             // how fast a neighbour loses weight with the di
 fn upsample(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.pixels)) { return; }
     let ray = ray_at_pixel(id.xy);
-    let at = (vec2f(id.xy) + 0.5) * vec2f(frame.size) / vec2f(frame.pixels) - 0.5;
+    let ratio = vec2f(frame.pixels) / vec2f(frame.size);
+    let shift = vec2f(pixel_of(frame.size / 2u)) + 0.5 - (vec2f(frame.size / 2u) + 0.5) * ratio; // of what was marched, from its middle
+    let at = (vec2f(id.xy) + 0.5 - shift) / ratio - 0.5;
     let base = vec2i(floor(at)) - 1;
     var sum = vec4f(0.0);
     var nearest = vec4f(0.0, 0.0, 0.0, 3e38);

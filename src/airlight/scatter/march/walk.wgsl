@@ -42,7 +42,7 @@ fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
             let ahead = abs((vec2f(cell) + up - p0) * inverse);
             end = min(min(ahead.x, ahead.y), 1.0);
             held = textureLoad(shadow, clamp(cell, vec2i(0), vec2i(most)), i, 0);
-            if (KIND == 0u) { held -= level; } else { held /= 1.0 + level * held; }
+            if (KIND == 0u) { held = select(held - level, -3e38, held == 0.0); } else { held /= 1.0 + level * held; }
             lit0 = z0 + s * dz >= held;
             lit1 = z0 + end * dz >= held;
             cell += select(vec2i(0, step.y), vec2i(step.x, 0), ahead.x < ahead.y);
