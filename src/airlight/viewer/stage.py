@@ -54,7 +54,7 @@ class SceneView:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
-        self.shafts.scene, self.shafts.lights = stage.scene, list(stage.lights)
+        self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
         self.dt, self.moved = 0.0, False
 
     @staticmethod
