@@ -47,7 +47,7 @@ class Article:
         """view, projection: (4, 4), as pygfx's cameras have them. jitter: of Parameters.offset."""
         if any(not lamp.is_sun for lamp, _ in lamps[:1]) or len(lamps) > 1:
             kinds = ", ".join(lamp.kind for lamp, _ in lamps)
-            raise AirlightError(f"method article takes one light, a sun (here: {kinds}): name one, or use method march")
+            raise AirlightError(f"method article takes one light, a sun (here: {kinds}): give it one, as --sun does, or use method march")
         lamp, shadow = lamps[0] if lamps else (DARK, None)
         m = air.march
         settings = np.zeros((), SETTINGS)
