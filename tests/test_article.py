@@ -171,7 +171,8 @@ def test_only_one_sun() -> None:
     made = Article(open_device(), (4, 4))
     air = settle(Medium(), March(), "normal", 1.0)
     sun, spot = Lamp("sun", (1.0, 1.0, 1.0)), Lamp("spot", (1.0, 1.0, 1.0))
-    for lamps in ([], [(spot, None)], [(sun, None), (sun, None)]):
+    for lamps in ([(spot, None)], [(sun, None), (sun, None)], [(sun, None), (spot, None)]):
         with pytest.raises(AirlightError, match="one light, a sun"):
             made.aim(np.eye(4), projection(), lamps, air)
+    made.aim(np.eye(4), projection(), [], air)  # as dark as a sun without strength
     assert Parameters(method="article").offset == "fixed" and Parameters(method="march").offset == "blue"

@@ -15,13 +15,17 @@ from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
 ARTICLE = "scatter/article/article.wgsl"
+DARK = Lamp("sun", (0.0, 0.0, 0.0))
 BIAS = 0.0005  # of the map's range of depth
 SETTINGS = np.dtype([("bias", "f4"), ("absorption", "f4"), ("cap", "f4"), ("prose", "f4")])
 
 
 class Article:
-    """As march.March: made for a picture's size, aimed at one sun, recorded. `layer`: rgba32float, (what is added, 0: no way through a
-    medium, so that nothing is dimmed). Raises AirlightError for other lights."""
+    """As march.March: made for a picture's size, aimed, recorded; always at the picture's resolution, and at one sun or none.
+
+    layer: rgba32float: what is added to the picture, and 0: no way through a medium, so that it dims nothing. Raises AirlightError for
+    other lights.
+    """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
@@ -41,10 +45,10 @@ class Article:
         jitter: str = "fixed",
     ) -> None:
         """view, projection: (4, 4), as pygfx's cameras have them. jitter: of Parameters.offset."""
-        if len(lamps) != 1 or not lamps[0][0].is_sun:
-            kinds = ", ".join(lamp.kind for lamp, _ in lamps) or "none"
-            raise AirlightError(f"method article takes one light, a sun (here: {kinds}): name one, or use method march")
-        lamp, shadow = lamps[0]
+        if any(not lamp.is_sun for lamp, _ in lamps[:1]) or len(lamps) > 1:
+            kinds = ", ".join(lamp.kind for lamp, _ in lamps)
+            raise AirlightError(f"method article takes one light, a sun (here: {kinds}): give it one, as --sun does, or use method march")
+        lamp, shadow = lamps[0] if lamps else (DARK, None)
         m = air.march
         settings = np.zeros((), SETTINGS)
         settings["bias"] = 0.0 if m.shadow_bias else BIAS
@@ -64,7 +68,7 @@ class Article:
                 self._binds.clear()
             frame, light, settings = self._buffers
             maps, noise = self._shadow.create_view(dimension="2d-array"), noise_texture(self.device)
-            bind = self.device.bind(ARTICLE, frame, light, depth, maps, noise, self.layer, settings)
+            bind = self.device.bind(ARTICLE, frame, light, depth, maps, noise, self.layer, noise, settings)  # nothing was before
             self._binds[key] = bind, depth, self._shadow  # held, so that no id is used again
         width, height = self.pixels
         compute(encoder, self._pipeline, self._binds[key][0], (-(-width // 8), -(-height // 8)), "article", timer)

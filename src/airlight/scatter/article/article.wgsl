@@ -1,5 +1,5 @@
 // The variant of the shadow-map article, as it was and not as light is; its lengths are its units. Twin: reference/article.py.
-//! include "scatter/march/scene.wgsl"
+//! include "scatter/march/ray.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
 override JITTER: u32 = 0u;      // 0 fixed, 1 midpoint, 2 interleaved gradient, 3 blue noise
 
@@ -16,13 +16,8 @@ struct Settings {
     prose: f32,                 // 1: divide by the ray's length
 }
 
-@group(0) @binding(0) var<storage, read> frame: Frame;
-@group(0) @binding(1) var<storage, read> light: Light;
-@group(0) @binding(2) var depths: texture_depth_2d;
-@group(0) @binding(3) var shadow: texture_depth_2d_array;
-@group(0) @binding(4) var noise: texture_2d<f32>;
-@group(0) @binding(5) var layer: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(6) var<storage, read> settings: Settings;
+@group(0) @binding(6) var noise: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> settings: Settings;
 
 /// Integral of 1 / d^2 along a ray of length T, d the distance from a lamp that lies one unit from the eye in the sun's direction L:
 /// Macklin's s (atan((T + b) s) - atan(b s)) with b = -d.L and c = 1, as the one angle that it is. Where the ray passes the lamp it has
@@ -63,22 +58,16 @@ fn offset(p: vec2u) -> f32 {
 fn article(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
     if (any(p >= frame.size)) { return; }
-    let at = (vec2f(p) + 0.5) / vec2f(frame.size);
-    let slope = at * frame.rays.xy + frame.rays.zw;
-    let origin = frame.flat * vec3f(slope, 0.0);
-    let ahead = vec3f((1.0 - frame.flat) * slope, -1.0);
-    let direction = normalize(ahead);
-    let depth = textureLoad(depths, vec2u(at * vec2f(frame.pixels)), 0);
-    let surface = length(ahead) * (frame.depth.x * depth + frame.depth.y) / (frame.depth.z * depth + frame.depth.w);
-    let reach = min(frame.max_distance, STEPS * STEP);
-    let distance = min(select(reach, surface, depth < 1.0), reach);
+    let ray = ray_at(p);
+    let most = min(frame.max_distance, STEPS * STEP);
+    let distance = min(ray.reach, most);
     let first = STEP * offset(p);
     let faded = exp(-STEP * settings.absorption);
     var share = STEP * exp(-first * settings.absorption);
     var begin: array<vec3f, 4>;
     var along: array<vec3f, 4>;
-    //! each k of 4: begin[k] = (light.view[k].matrix * vec4f(origin, 1.0)).xyz;
-    //! each k of 4: along[k] = (light.view[k].matrix * vec4f(direction, 0.0)).xyz;
+    //! each k of 4: begin[k] = (light.view[k].matrix * vec4f(ray.origin, 1.0)).xyz;
+    //! each k of 4: along[k] = (light.view[k].matrix * vec4f(ray.direction, 0.0)).xyz;
     var sum = 0.0;
     var i = 0.0;
     if (first <= distance) {
@@ -90,8 +79,8 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let part = select(sum / DIVISOR, min(sum / max(distance, 1e-6), 1.0), settings.prose > 0.0);
-    let out = part * inscatter(direction, light.place, distance, max(light.spread, 1e-3));
-    var most = 1.0;
-    if (depth < 1.0 && surface <= reach) { most = mix(settings.cap, 1.0, lit(distance, begin, along)); }
-    textureStore(layer, p, vec4f((2.0 * min(light.intensity * out * out, vec3f(most)) - 1.0) * GAIN, 0.0));
+    let out = part * inscatter(ray.direction, light.place, distance, max(light.spread, 1e-3));
+    var cap = 1.0;
+    if (ray.reach < most) { cap = mix(settings.cap, 1.0, lit(distance, begin, along)); }
+    textureStore(layer, p, vec4f((2.0 * min(light.intensity * out * out, vec3f(cap)) - 1.0) * GAIN, 0.0));
 }

@@ -1,0 +1,54 @@
+"""What docs/world.md and docs/conventions.md say: the program runs, the commands are understood, the formulas hold."""
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from airlight.cli import cli
+
+pytest.importorskip("pygfx")
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def test_the_program(caplog: Any) -> None:
+    (program,) = re.findall(r"```python\n(.*?)```", DOCS.joinpath("world.md").read_text(encoding="utf-8"), re.S)
+    names: dict[str, Any] = {}
+    exec(compile(program, "docs/world.md", "exec"), names)
+    picture, shafts = names["picture"].astype(int), names["shafts"]
+    assert picture.shape == (360, 640, 4) and not caplog.records
+    shafts.enabled = False
+    without = np.asarray(names["canvas"].draw()).astype(int)
+    assert np.abs(picture - without)[..., :3].mean() > 5
+
+
+@pytest.mark.parametrize("page", ["world.md"])
+def test_the_commands_are_understood(page: str, tmp_path: Path) -> None:
+    lines = re.findall(r"^    airlight (.*)$", DOCS.joinpath(page).read_text(encoding="utf-8"), re.M)
+    assert len(lines) > 4
+    for line in lines:
+        name, *words = shlex.split(line, comments=True)
+        command = cli.commands.get(name)
+        assert command is not None
+        command.make_context(name, words)  # raises for what it does not know
+
+
+def test_phase_functions_are_normalised() -> None:
+    """The table's formulas, as Python reads them: integral 1 over the sphere, and the mean cosines that it says."""
+    text = DOCS.joinpath("conventions.md").read_text(encoding="utf-8")
+    table = dict(re.findall(r"^\| `([\w-]+)` \| (.*?)(?:; its mean.*)? \|$", text.split("| `phase` |")[1].split("## Lights")[0], re.M))
+    x, weight = np.polynomial.legendre.leggauss(200)
+
+    def p(formula: str, g: float) -> np.ndarray:
+        python = re.sub(r"(?<=[\w)]) (?=[\w(])", " * ", formula).replace("^", "**")
+        return np.asarray(eval(python, {"g": g, "cos": x, "pi": np.pi})) + 0 * x
+
+    for g in (-0.7, 0.0, 0.3, 0.8):
+        means = {"henyey-greenstein": g, "isotropic": 0, "rayleigh": 0, "cornette-shanks": 0.6 * g * (4 + g * g) / (2 + g * g)}
+        for name, mean in means.items():
+            values = 2 * np.pi * weight * p(table[name], g)
+            np.testing.assert_allclose([values.sum(), (values * x).sum()], [1, mean], atol=1e-9)
+    assert set(table) == {*means, "two-lobe"}
