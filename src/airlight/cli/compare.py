@@ -88,9 +88,10 @@ def compare(
         result = measure.compare(picture, lights, variants, mask=emits, depth=far, device=device, runs=runs, say=say)
     name = "".join(c if c.isprintable() else "?" for c in os.path.basename(source))
     title = f"{name}, {result.size[0]} × {result.size[1]}: light shafts compared"
+    shown = words.shown(result, amplify)
     if is_page:
         with files.replacing(output, overwrite) as file:
-            file.write(page.page(result, title, amplify).encode())
+            file.write(page.page(shown, title).encode())
     else:
-        codes = sheet(result, title, amplify)
+        codes = sheet(shown, title)
         files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
