@@ -220,7 +220,12 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             _GG3 + ", sec. 13.5",
         ),
     ] = "stencil"
-    resolution: Annotated[float, _meta("size of source and shafts", "scene", "Vesper", "of the view", ge=0.125, le=1)] = 0.5
+    resolution: Annotated[
+        Annotated[float, Meta(ge=0.125, le=1)] | None,
+        _meta(
+            "size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)
+        ),
+    ] = None
     region: Annotated[
         float,
         _meta(
@@ -255,6 +260,12 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     tone: Annotated[
         Literal["filmic", "none"], _meta("how linear light becomes a picture: a filmic curve, or cut off at 1", "scene", "Airlight")
     ] = "filmic"
+
+    def share(self, p: Parameters) -> float:
+        """The resolution, settled for a method and its quality."""
+        if self.resolution is not None:
+            return self.resolution
+        return 1.0 if p.method in IN_WORLD and p.quality == "final" else 0.5
 
 
 RGB = tuple[Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)]]

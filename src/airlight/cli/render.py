@@ -18,6 +18,7 @@ from airlight.cli.light import split_light
 from airlight.cli.options import NOT_IN_SCENES, gather, given, scene_options
 from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
+from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 
 if TYPE_CHECKING:
     from airlight.pygfx import SceneLight
@@ -166,7 +167,7 @@ class Task:
 @_option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @scene_options
-@_file("--layer", None, FILES, "Also write the shafts alone, linear; an EXR output holds them as airlight.R/G/B anyway.")
+@_file("--layer", None, FILES, "Also write the shafts alone, linear, of a medium with its transmittance and depth where EXR; an EXR output holds all anyway.")
 @_file("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
 @_option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
@@ -205,14 +206,18 @@ def render(
     if given(ctx, "turntable") and given(ctx, "turn"):
         raise AirlightError("--turn and --turntable exclude each other; give one")
     values = {name: value for name, value in gather(ctx, preset).items() if name not in NOT_IN_SCENES}
-    structs = list(presets.build(values).values())
-    if exclude and structs[2].occluders != "prepass":
-        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves")
+    built = presets.build(values)
+    parameters, scene_settings = built[Parameters], built[InScene]
+    in_world = parameters.method in IN_WORLD
+    if exclude and scene_settings.occluders != "prepass" and not in_world:
+        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
+    if occlusion_buffer is not None and in_world:
+        raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     if ctx.params["eye"] is None and (given(ctx, "target") or given(ctx, "fov")):
         raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
     if ctx.params["eye"] is not None and ctx.params["camera"] is not None:
         raise AirlightError("--camera and --eye exclude each other; give one")
-    size = _size(ctx, structs[0].quality)
+    size = _size(ctx, parameters.quality)
     if is_film:
         if skip_existing and os.path.lexists(output):
             click.echo(f"{output} exists: skipped", err=True)
@@ -242,8 +247,18 @@ def render(
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
-    shot = _shot(ctx, size, structs[0].quality)
-    studio = offline.Studio(stage, shot, *structs, exclude=exclude, linear=_is_linear(output))
+    shot = _shot(ctx, size, parameters.quality)
+    studio = offline.Studio(
+        stage,
+        shot,
+        parameters,
+        built[Composite],
+        scene_settings,
+        medium=built[Medium],
+        march=built[March],
+        exclude=exclude,
+        linear=_is_linear(output),
+    )
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
         settings = record(ctx, values, [], preset)
@@ -354,7 +369,7 @@ class _Work:
         """Nothing: a scene is read once."""
 
     def render(self, task: Task, _: None) -> "Frame":
-        exr = task.output.lower().endswith(".exr")
+        exr = any(path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
         found: Frame = self.studio.frame(
             task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
         )
@@ -376,9 +391,13 @@ class _Work:
         beside: dict[str, Any] = {}
         if task.output.lower().endswith(".exr"):
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, "z": frame.distance()}
+            beside["transmittance"] = frame.transmittance()
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
         if task.layer is not None:
-            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings)
+            more: dict[str, Any] = {}
+            if frame.sigma_t is not None and task.layer.lower().endswith(".exr"):
+                more = {"bits": 32, "transmittance": frame.transmittance(), "z": frame.distance()}
+            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
             files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)
 

@@ -36,6 +36,7 @@ def write_image(
     changed: np.ndarray | None = None,
     alpha: np.ndarray | None = None,
     layer: np.ndarray | None = None,
+    transmittance: np.ndarray | None = None,
     z: np.ndarray | None = None,
     overwrite: bool = False,
     bits: int | None = None,
@@ -47,7 +48,8 @@ def write_image(
     pixels: in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made Rec. 709.
     like: the input; its encoding, depth, alpha, metadata and further EXR channels are kept where the format can.
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
-    alpha: (H, W) 0..1 instead of the input's. layer: (H, W, 3), in EXR written as airlight.R/G/B. z: (H, W) depths, likewise as Z, float.
+    alpha: (H, W) 0..1 instead of the input's. layer, transmittance: (H, W, 3), in EXR written as airlight.R/G/B and
+    transmittance.R/G/B, halves unless bits is 32. z: (H, W) depths, likewise as Z, float.
     bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes that the caller has encoded (then `pixels` may be None).
     settings: a text about the run, kept in the metadata of EXR, PNG, TIFF and JPEG.
     Raises AirlightError before writing, MachineError when the disk is full; warns of what the format cannot hold.
@@ -93,18 +95,22 @@ def write_image(
             transparency = None
         else:
             channels.append(transparency[..., None])
-    if (layer is not None or z is not None) and format != "openexr":
+    further: list[tuple[str, str]] = []  # names and types of channels
+    if any(values is not None for values in (layer, transmittance, z)) and format != "openexr":
         raise AirlightError(f"{name}: only .exr holds the layer beside the picture; write it to a file of its own")
-    if layer is not None:
-        channels.append(lambda first, last: _finite(layer[first:last], HALF_MOST))
+    fine = "float" if bits == 32 else "half"
+    for group, values in (("airlight", layer), ("transmittance", transmittance)):
+        if values is not None:
+            channels.append(functools.partial(_rows, values, FLOAT_MOST if bits == 32 else HALF_MOST))
+            further += [(f"{group}.{name}", fine) for name in "RGB"]
     if z is not None:
         channels.append(z[..., None])
+        further.append(("Z", "float"))
     if like is not None and like.extra is not None:
         if format == "openexr":
             channels.append(like.extra)
         else:
             tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
-    further = (["half"] * 3 if layer is not None else []) + (["float"] if z is not None else [])
     spec = _spec(given.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
     if settings is not None:
@@ -130,6 +136,10 @@ def _finite(values: np.ndarray, most: Any) -> np.ndarray:
     if not np.isfinite(value).all():
         np.nan_to_num(value, copy=False, nan=0.0, posinf=most, neginf=-most)
     return np.clip(value, -most, most, out=value)
+
+
+def _rows(values: np.ndarray, most: float, first: int, last: int) -> np.ndarray:
+    return _finite(values[first:last], most)
 
 
 def _real_colour(
@@ -203,10 +213,17 @@ def _alpha(like: Picture | None, alpha: np.ndarray | None, dtype: Any, real: boo
 
 
 def _spec(
-    size: tuple[int, ...], colours: int, alpha: bool, further: list[str], like: Picture | None, format: str, depth: int, keeps_icc: bool
+    size: tuple[int, ...],
+    colours: int,
+    alpha: bool,
+    further: list[tuple[str, str]],
+    like: Picture | None,
+    format: str,
+    depth: int,
+    keeps_icc: bool,
 ) -> Any:
-    """The header of a picture of size (H, W), its metadata included. further: the types of what follows colour and alpha in an EXR: the
-    layer's halves, a float of depth."""
+    """The header of a picture of size (H, W), its metadata included. further: names and types of the
+    channels that follow colour and alpha in an EXR."""
     import OpenImageIO as oiio
 
     height, width = size
@@ -223,8 +240,8 @@ def _spec(
         kinds = [kind] * len(names)
         if like is not None and len(like.formats) == len(names) and depth == like.bits:
             kinds = list(like.formats)
-        kinds += further
-        names += (["airlight.R", "airlight.G", "airlight.B"] if "half" in further else []) + (["Z"] if "float" in further else [])
+        names += [name for name, _ in further]
+        kinds += [kind for _, kind in further]
         compression = ""
         if like is not None and like.format == "openexr":
             names += like.extra_names

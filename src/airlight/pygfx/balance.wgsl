@@ -8,7 +8,7 @@ const BINS = 8.0;               // a stop
 const MIDDLE = 0.18;            // adapt.py
 
 @group(0) @binding(0) var<storage, read> view: View;
-@group(0) @binding(6) var<storage, read_write> balance: array<f32>; // scale, white; average, least, greatest in stops
+@group(0) @binding(7) var<storage, read_write> balance: array<f32>; // scale, white; average, least, greatest in stops
 
 var<workgroup> histogram: array<atomic<u32>, LANES>;
 

@@ -16,8 +16,10 @@ from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
-from airlight.parameters import Composite, InScene, Parameters, check_ray
+from airlight.medium import Settled, settle
+from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters, check_ray
 from airlight.projection import Projected, depth_terms, pixel_rays, project
+from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
@@ -41,6 +43,7 @@ VIEW = np.dtype(
         ("clear", "f4", 3),
     ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
+    + [("sigma_t", "f4", 3), ("", "f4")]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
 Region = tuple[float, float, float, float]
@@ -82,16 +85,36 @@ class _Textures:
         self.moving.record(encoder, timer)
 
 
+class _World:
+    """What the pass holds for a method that lights a medium: the shadow maps' casters, and the march over one size of the picture."""
+
+    def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
+        from airlight.pygfx.casters import Casters
+
+        if method == "article":
+            from airlight.scatter.article.article import Article as March
+        else:
+            from airlight.scatter.march.march import March
+        self.asked = method, size
+        self.casters = Casters(device, scene)
+        self.march = March(device, size)
+
+
 class LightShafts(gfx.renderers.wgpu.EffectPass):
     """Light shafts on what a gfx.WgpuRenderer renders: a pass for its `effect_passes`, one instance for each place there.
 
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
+    medium, march: with the methods march and article, which light what fills the air through shadow maps; of `in_scene` these take the
+    resolution and the tones, of `exclude` what casts no shadow.
 
-    lights, parameters, composite, in_scene, exclude, include; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
-    light adaptation follows (0: it settles at once); `debug`: None, or occlusion, source or lines to see instead; `timing`: whether
-    `profile` is wanted. `source`, `layer`: textures of the last frame, rgba16float, linear. Raises AirlightError.
+    lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which unset
+    parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
+    light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the light
+    of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame, linear,
+    rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres, of
+    `air`. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -106,6 +129,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         composite: Composite | None = None,
         in_scene: InScene | None = None,
         *,
+        medium: Medium | None = None,
+        march: March | None = None,
         exclude: Sequence[Any] = (),
         include: Sequence[Any] = (),
     ) -> None:
@@ -114,7 +139,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
         self.parameters = parameters or Parameters()
         self.composite, self.in_scene = composite or Composite(), in_scene or InScene()
+        self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
+        self.radius: float | None = None
         self.debug: str | None = None
         self.dt, self.timing = 0.0, False
         self.device = _device(renderer.device)
@@ -123,6 +150,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._looked, self._balance = self.device.buffer(size=32), self.device.buffer(size=32)
         self._binds: dict[Any, Any] = {}
         self._textures: _Textures | None = None
+        self._world: _World | None = None
+        self._air: Settled | None = None
         self._prepass: Prepass | None = None
         self._laid_out: Any = None
         self._timer: Timer | None = None
@@ -148,13 +177,20 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def source(self) -> Any:
-        """What was summed, or None before the first frame."""
+        """What was summed, or None before the first frame, and where a medium is lit."""
         return self._textures.source if self._textures else None
 
     @property
     def layer(self) -> Any:
-        """The shafts alone, at the resolution of the source; None before the first frame."""
+        """The shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
+        if self._world:
+            return self._world.march.layer
         return self._textures.layer if self._textures else None
+
+    @property
+    def air(self) -> Settled | None:
+        """The medium of the last frame, with nothing unset; None where none is lit."""
+        return self._air if self._world else None
 
     def profile(self) -> list[tuple[str, float]]:
         """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
@@ -170,18 +206,62 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
         lit = self._project(size)
+        if self.parameters.method in IN_WORLD:
+            self._light_medium(command_encoder, color, depth, target_tex, timer)
+        else:
+            self._sum_picture(command_encoder, color, depth, target_tex, lit, timer)
+        if timer:
+            timer.resolve(command_encoder)
+
+    def _sum_picture(
+        self, command_encoder: Any, color: Any, depth: Any, target: Any, lit: list[tuple[SceneLight, Projected]], timer: Timer | None
+    ) -> None:
+        """Record a method that works on the picture."""
+        size: tuple[int, int] = color.size[:2]
+        if self._world:
+            self._world = None
+            self._binds.clear()
         made, region = self._sources(size, bool(lit), timer)
         self._write(region)
-        passes = self._passes(size, bool(lit), target_tex.texture.format)
+        passes = self._passes(size, bool(lit), target.texture.format)
         binds = self._bound(color, depth, made)
         if lit:
             self._emit(command_encoder, passes, binds, made, timer)
             made.record(command_encoder, self._in_source(lit, region), self._summed, timer)
         elif made.aimed and made.aimed[0]:  # or the layer would go on holding shafts
             made.record(command_encoder, [], self._summed, timer)
-        self._put(command_encoder, passes, binds, target_tex, timer)
-        if timer:
-            timer.resolve(command_encoder)
+        self._put(command_encoder, passes, binds, target, timer)
+
+    def _light_medium(self, command_encoder: Any, color: Any, depth: Any, target: Any, timer: Timer | None) -> None:
+        """Record a method that lights a medium; its shadow maps are drawn and submitted before."""
+        size: tuple[int, int] = color.size[:2]
+        p, world = self.parameters, self._world
+        if world is None or world.asked != (p.method, size):
+            self._textures = self._prepass = self._laid_out = None
+            self._binds.clear()
+            world = self._world = _World(self.device, self.scene, p.method, size)
+        casters = world.casters
+        casters.scene, casters.exclude = self.scene, self.exclude
+        radius = self.radius
+        if radius is None:
+            radius = casters.bounds()[1] if self.medium.sigma_t is None or self.medium.max_distance is None else 1.0
+        air = self._air = settle(self.medium, self.march, p.quality, radius or 1.0)
+        view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
+        shining = lamps(self.lights)
+        shadows = casters.draw(view, projection, shining, air, timer)
+        pairs = list(zip(shining, shadows, strict=True))
+        share = {} if p.method == "article" else {"share": self.in_scene.share(p)}  # which has the picture's resolution
+        world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
+        self._write(WHOLE)
+        device, step = self.device, self._step(size)
+        last = {"ADAPT": self.composite.adapt > 0, "FILMIC": self.in_scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
+        passes = {
+            "measure": device.pipeline(BALANCE, "measure", STEP=step, WORLD=True),
+            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, WORLD=True, **last),
+        }
+        binds = self._bound(color, depth, None)
+        world.march.record(command_encoder, depth, timer)
+        self._put(command_encoder, passes, binds, target, timer)
 
     def _begin_timing(self) -> Timer | None:
         if not self.timing:
@@ -199,16 +279,16 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         matrix, projection = np.asarray(camera.view_matrix, np.float64), np.asarray(camera.projection_matrix, np.float64)
         view["rays"], view["depth"], view["pixels"] = pixel_rays(projection), depth_terms(projection), size
         perspective = projection[3, 3] == 0
-        texel = abs(view["rays"][1]) / max(1.0, self.in_scene.resolution * size[1])  # its angle, at the view's axis
+        texel = abs(view["rays"][1]) / max(1.0, self.in_scene.share(self.parameters) * size[1])  # its angle, at the view's axis
         lit: list[tuple[SceneLight, Projected]] = []
         cones = 0
         for light in self.lights:
             light.check()
             found = project(light.place(), matrix, projection)
-            if found.fade * max(Light((0, 0), light.color, light.strength).rgb) > 0:
+            rgb = light.seen((0, 0)).rgb
+            if found.fade * max(rgb) > 0:
                 at = view["aim"][len(lit)]
-                at["direction"], at["fade"] = found.direction, found.fade
-                at["color"] = Light((0, 0), light.color, light.strength).rgb
+                at["direction"], at["fade"], at["color"] = found.direction, found.fade, rgb
                 lit.append((light, found))
             body = light.body() if perspective else None
             if perspective and cones < MOST and (body or (light.size > 0 and found.fade > 0)):
@@ -221,7 +301,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def _sources(self, size: tuple[int, int], lit: bool, timer: Timer | None) -> tuple[_Textures, Region]:
         """The textures for a picture of this size, made anew where it or settings have changed; and where the view lies in them."""
         p, scene = self._summed, self.in_scene
-        texels = max(1, round(scene.resolution * size[0])), max(1, round(scene.resolution * size[1]))
+        share = scene.share(p)
+        texels = max(1, round(share * size[0])), max(1, round(share * size[1]))
         apron, source = (1 if p.border == "black" else 0), None
         if scene.occluders == "prepass":
             if lit:
@@ -257,7 +338,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         """The lights as the source sees them."""
         left, top, width, height = region
         places = [(left + width * at.position[0], top + height * at.position[1]) for _, at in lit]
-        return [Light(place, light.color, light.strength * at.fade) for place, (light, at) in zip(places, lit, strict=True)]
+        return [light.seen(place, at.fade) for place, (light, at) in zip(places, lit, strict=True)]
 
     def _write(self, region: Region) -> None:
         """Send what the shaders read."""
@@ -266,6 +347,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if scene.clear is not None:
             view["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
         view["mix"] = 1.0 if self.composite.mix is None else self.composite.mix
+        view["sigma_t"] = self._air.sigma_t if self._world and self._air and self.medium.extinction else 0.0
         view["reach"], view["adapt"] = scene.depth_aware, self.composite.adapt
         settle = not self._settled or self.dt <= 0 or scene.adapt_seconds == 0
         view["follow"] = 1.0 if settle else -math.expm1(-self.dt / scene.adapt_seconds)
@@ -295,21 +377,23 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             "merge": both[lit],
         }
 
-    def _bound(self, color: Any, depth: Any, made: _Textures) -> dict[str, Any]:
-        """The bind groups for the renderer's textures, made once for each of the two that it draws on in turn."""
-        key = id(color), id(depth)
+    def _bound(self, color: Any, depth: Any, made: _Textures | None) -> dict[str, Any]:
+        """The bind groups for the renderer's textures, made once for each of the two that it draws on in turn; without `made`, of a medium,
+        whose shaders read neither source nor sums: the picture stands there."""
+        key = id(color), id(depth), id(self.layer)
         if key not in self._binds:
             if len(self._binds) > 3:
                 self._binds.clear()
             device, shared = self.device, (self._uniform, color, depth)
-            after = (*shared, made.layer, device.sampler(), self._looked, self._balance)
-            self._binds[key] = {
-                "": shared,  # held, so that no id is used again
-                "mask": device.bind(MASK, *shared, made.source, self._looked, device.sampler("nearest"), device.sampler()),
-                "look": device.bind(LOOK, *shared, self._looked),
-                "measure": device.bind(BALANCE, *after),
-                "merge": device.bind(MERGE, *after, made.source),
-            }
+            source, layer, scattered = (made.source, made.layer, color) if made else (color, color, self.layer)
+            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance)
+            # all are held, so that no id is used again
+            self._binds[key] = {"": after, "measure": device.bind(BALANCE, *after), "merge": device.bind(MERGE, *after, source)}
+            if made:
+                self._binds[key] |= {
+                    "mask": device.bind(MASK, *shared, source, self._looked, device.sampler("nearest"), device.sampler()),
+                    "look": device.bind(LOOK, *shared, self._looked),
+                }
         found: dict[str, Any] = self._binds[key]
         return found
 

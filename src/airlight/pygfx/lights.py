@@ -20,9 +20,13 @@ class SceneLight:
     """A light of a scene: one of target, position and direction says where it is.
 
     target: an object whose world position it follows; a gfx.DirectionalLight gives its direction. position: a fixed place, world
-    coordinates. direction: towards the light, for a sun. color: linear RGB factors >= 0; strength: factor >= 0; both of the shafts, whose
-    light is what the picture shows. size: half angle in degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where
-    nothing hides it, for a sun without a mesh; 0: none. emitter: a target that is a mesh is bright itself, and hides nothing.
+    coordinates. direction: towards the light, for a sun. color: linear RGB factors >= 0; strength: factor >= 0; both of the shafts.
+    emitter: a target that is a mesh is bright itself, and hides nothing.
+
+    Methods that work on the picture take its light from there. look: linear RGB factors >= 0 of what they make of it, for lights of unlike
+    intensity; size: half angle in degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for a sun
+    without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
+    position or direction alone, color and strength are that: candela, or lux. anisotropy: -0.99 to 0.99, instead of the medium's.
     """
 
     target: Any = None
@@ -32,6 +36,8 @@ class SceneLight:
     strength: float = 1.0
     size: float = 0.0
     emitter: bool = True
+    look: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    anisotropy: float | None = None
     _body: Any = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -52,7 +58,15 @@ class SceneLight:
             raise AirlightError("a SceneLight's direction must not be 0, 0, 0")
         if not (math.isfinite(self.size) and 0 <= self.size < 90):
             raise AirlightError(f"a SceneLight's size must be 0 to 90 degrees, not {self.size!r}")
-        Light((0.5, 0.5), self.color, self.strength)  # raises for these
+        for color in (self.color, self.look):
+            Light((0.5, 0.5), color, self.strength)  # raises for these
+        if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
+            raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
+
+    def seen(self, position: tuple[float, float], fade: float = 1.0) -> Light:
+        """The light as methods that work on the picture have it, at a place of that. fade: a further factor."""
+        r, g, b = (own * look for own, look in zip(self.color, self.look, strict=True))
+        return Light(position, (r, g, b), self.strength * fade)
 
     def place(self) -> npt.NDArray[np.float64]:
         """(4,) homogeneous world coordinates; w = 0: the direction towards it."""

@@ -1,12 +1,19 @@
-// The picture with its shafts, linear. Twins: merged, gathered, fogged in reference/scene.py.
+// The picture with its shafts, linear. Twins: merged, gathered, fogged, through in reference/scene.py.
 //! include "pygfx/view.wgsl"
 override CONTRAST: bool = false;
 override GATHER: bool = false;  // shafts gather with the distance
 override LIT: bool = false;     // there is a light
+override WORLD: bool = false;   // a medium is lit
 
 @group(0) @binding(3) var layer: texture_2d<f32>;
 @group(0) @binding(4) var linear: sampler;
 @group(0) @binding(5) var<storage, read> looked: array<f32>; // look.wgsl
+@group(0) @binding(6) var aside: texture_2d<f32>; // of a medium: its light, and the way through it, m
+
+/// What a medium lets through on a way.
+fn through(way: f32) -> vec3f {
+    return select(exp(-view.sigma_t * way), vec3f(1.0), view.sigma_t == vec3f(0.0));
+}
 
 /// (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
 fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
@@ -25,6 +32,11 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
 /// RGB of a pixel with its shafts, and whether that differs from the picture.
 fn merged(p: vec2i) -> vec4f {
     let pixel = textureLoad(scene, p, 0);
+    if (WORLD) {
+        let air = textureLoad(aside, p, 0);
+        let color = pixel.rgb * through(air.a) + view.mix * air.rgb;
+        return vec4f(color, f32(any(color != pixel.rgb)));
+    }
     if (!LIT) { return vec4f(pixel.rgb, 0.0); }
     let uv = (vec2f(p) + 0.5) * view.pixel;
     var added = textureSampleLevel(layer, linear, view.region.xy + view.region.zw * uv, 0.0).rgb * view.mix;

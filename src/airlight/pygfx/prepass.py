@@ -187,7 +187,7 @@ class Prepass:
 
     def _fit(self, camera: Any) -> None:
         """Have textures of the size that the settings ask for, and the view where the lights want it."""
-        view = [max(1, round(self.in_scene.resolution * n)) for n in self.size]
+        view = [max(1, round((self.in_scene.resolution or 0.5) * n)) for n in self.size]
         room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n - 1e-6) for n in view]
         whole = view[0] + room[0], view[1] + room[1]
         if self.texture is None or self.texture.size[:2] != whole:

@@ -70,6 +70,11 @@ def gathered(added: Array, distance: Array, reach: float) -> Array:
     return np.asarray(added * -np.expm1(-distance / reach)[..., None])
 
 
+def through(color: Array, layer: Array, way: Array, sigma_t: Any, mix: float = 1.0) -> Array:
+    """A picture (..., 3) seen on a way (...), m, through a medium of sigma_t (3,), 1/m, with the light of that (..., 3)."""
+    return np.asarray(color * np.exp(-np.asarray(sigma_t) * way[..., None]) + mix * layer)
+
+
 def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:
     """(colour, cover) of the fog between the eye and what lies at a distance along view rays (..., 3).
 

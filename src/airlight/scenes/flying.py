@@ -160,13 +160,12 @@ def _lap(path: Path, run: Run) -> float:
     return (k - (done - length) / (done - before)) / run.rate - SETTLED
 
 
-def _sunlight(centre: np.ndarray, reach: float) -> gfx.DirectionalLight:
-    """The sun's light, with shadows within `reach` of the centre."""
+def _sunlight(centre: np.ndarray, reach: float, away: float) -> gfx.DirectionalLight:
+    """The light of a sun that is so far `away` from the centre, with shadows within `reach` of that."""
     sun = gfx.DirectionalLight(color=gfx.Color.from_physical(1.0, 0.66, 0.36), intensity=5.0, cast_shadow=True)
-    sun.local.position = centre + SUN * 300
     sun.target.local.position = centre
     sun.shadow.camera.width = sun.shadow.camera.height = 2 * reach
-    sun.shadow.camera.depth_range = (100, 500)
+    sun.shadow.camera.depth_range = (away - 200, away + 200)
     sun.shadow.bias = 0.002  # of that range: 0.8 units
     sun.shadow.cull_mode = "none"
     return sun
@@ -201,12 +200,13 @@ def flying(seed: int = 4) -> Stage:
     scene = gfx.Scene()
     _surroundings(scene)
     centre = np.array([0.0, 10.0, 10.0])
-    sun = _sunlight(centre, 95)
+    sun = _sunlight(centre, 95, FAR * 0.9)
     disc = gfx.Mesh(
         gfx.sphere_geometry(FAR * 0.9 * float(np.tan(SUN_ANGLE)), 48, 24),
         gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*SUN_RADIANCE)),
     )
-    disc.local.position = SUN * FAR * 0.9
+    disc.local.position = centre + SUN * FAR * 0.9
+    disc.add(sun)
     (airship, _), (ornithopter, flap) = model("airship"), model("ornithopter")
     for craft in (airship, ornithopter):
         craft.local.scale = (CRAFT,) * 3
@@ -217,7 +217,7 @@ def flying(seed: int = 4) -> Stage:
         gfx.LineMaterial(color="#ffd27f", thickness=2.0),
         visible=False,
     )
-    scene.add(sun, sun.target, disc, airship, ornithopter, line)
+    scene.add(disc, sun.target, airship, ornithopter, line)
     for thing in (part for root in scene.children if isinstance(root, gfx.Group) for part in _meshes(root)):
         thing.cast_shadow = thing.receive_shadow = True
 
@@ -243,5 +243,5 @@ def flying(seed: int = 4) -> Stage:
     cameras = {"watch": watch, "chase": chase}
     for camera in cameras.values():
         pose(0.0, camera)
-    light = SceneLight(target=disc, strength=0.7)
+    light = SceneLight(target=disc, look=(0.7, 0.7, 0.7))
     return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line)

@@ -16,7 +16,7 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
-from airlight.parameters import Composite, InScene, Parameters
+from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.scenes import Stage
@@ -51,7 +51,8 @@ class Frame:
 
     picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
     mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
-    the view fills `region` (left, top, width, height, of 1).
+    the view fills `region` (left, top, width, height, of 1). sigma_t: (3,) 1/m of a medium that is lit, whose layer is (H, W, 4) float32:
+    radiance, and the way through it in metres.
     """
 
     picture: np.ndarray
@@ -64,6 +65,7 @@ class Frame:
     layer: np.ndarray | None = None
     region: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     source: np.ndarray | None = None
+    sigma_t: np.ndarray | None = None
 
     def pixels(self) -> np.ndarray:
         """(height, width, 3) float32."""
@@ -84,8 +86,11 @@ class Frame:
         return np.where(depth >= 1, FAR, np.clip(np.nan_to_num(z, nan=FAR), LEAST, FAR)).astype(np.float32)
 
     def shafts(self) -> np.ndarray:
-        """(height, width, 3) float32: what the shafts add to the picture. Twin: `added` in pygfx/merged.wgsl."""
+        """(height, width, 3) float32: what the shafts add to the picture; of a medium its radiance, whatever the mix. Twin: `added` in
+        pygfx/merged.wgsl."""
         assert self.layer is not None
+        if self.sigma_t is not None:
+            return box(self.layer[..., :3], self.samples)
         height, width = self.picture.shape[:2]
         left, top, across, down = self.region
         layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix)
@@ -96,6 +101,12 @@ class Frame:
             distance = self._axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
             full *= np.where(self.depth < 1, 1 - np.exp(-distance / self.reach), 1)[..., None].astype(np.float32)
         return box(full, self.samples)
+
+    def transmittance(self) -> np.ndarray | None:
+        """(height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
+        if self.sigma_t is None or self.layer is None:
+            return None
+        return box(np.exp(-self.sigma_t.astype(np.float32) * self.layer[..., 3:]), self.samples)
 
 
 def box(values: np.ndarray, n: int) -> np.ndarray:
@@ -145,6 +156,8 @@ class Studio:
         composite: Composite | None = None,
         in_scene: InScene | None = None,
         *,
+        medium: Medium | None = None,
+        march: March | None = None,
         exclude: Sequence[str] = (),
         linear: bool = False,
     ) -> None:
@@ -159,7 +172,9 @@ class Studio:
         scene = msgspec.structs.replace(scene, tone="none") if linear else scene
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
         self.renderer = _renderer(shot)
-        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, exclude=hidden)
+        more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
+        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
+        self.shafts.radius = stage.radius
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
@@ -174,7 +189,8 @@ class Studio:
         with _raised():
             self.renderer.render(self.stage.scene, self.camera)
         shafts, projection = self.shafts, self.camera.projection_matrix
-        reach = shafts.in_scene.depth_aware
+        medium = shafts.parameters.method in IN_WORLD
+        reach = 0.0 if medium else shafts.in_scene.depth_aware
         found = Frame(
             picture=self.renderer.snapshot(),
             samples=self.shot.samples,
@@ -186,8 +202,9 @@ class Studio:
         if depth or (layer and reach > 0):
             found.depth = self._read(shafts.depths, np.float32)[..., 0]
         if layer:
-            found.layer, found.region = self._read(shafts.layer, np.float16), shafts._region
-        if source:
+            found.layer, found.region = self._read(shafts.layer, np.float32 if medium else np.float16), shafts._region
+            found.sigma_t = shafts.air.sigma_t if medium and shafts.air is not None else None
+        if source and not medium:
             found.source = self._read(shafts.source, np.float16)
             if not shafts.lit:
                 found.source = np.zeros_like(found.source)
@@ -195,7 +212,7 @@ class Studio:
 
     def _read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size
-        size = 8 if kind is np.float16 else 4  # bytes: RGBA, or the depth
+        size = {"rgba16float": 8, "rgba32float": 16}.get(texture.format, 4)  # bytes; of the depth 4
         data = self.renderer.device.queue.read_texture(
             {"texture": texture}, {"bytes_per_row": width * size, "rows_per_image": height}, (width, height, 1)
         )

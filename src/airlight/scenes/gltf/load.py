@@ -67,9 +67,9 @@ class _Loader:
         self._add_lights()
         self._center, self._radius = center, radius = self._bounds()
         self._finish_cameras()
-        sun = self._surround()
+        added = self._surround()
         self._spare_maps()
-        lights = self._scene_lights(sun)
+        lights = self._scene_lights(added)
         fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
         movable = next((light for light in lights if light.target in fixed), None)
         path, duration = self._gltf.container.path, self._model.duration
@@ -186,8 +186,8 @@ class _Loader:
             if camera.fov:  # what orbit controls take for the distance of what is looked at
                 camera.width = camera.height = 2 * distance * math.tan(math.radians(camera.fov / 2))
 
-    def _surround(self) -> np.ndarray | None:
-        """Surroundings that suit the lights; the direction to their sun where it is the only light, which is added here."""
+    def _surround(self) -> gfx.DirectionalLight | None:
+        """Surroundings that suit the lights; their sun where it is the only light, which is added here."""
         suns = [light for light in self._lights.values() if isinstance(light, gfx.DirectionalLight)]
         for i, light in self._lights.items():
             self._aim(i, light)
@@ -217,14 +217,14 @@ class _Loader:
         self._surroundings = surroundings
         return None if self._lights else self._add_sun(*surroundings.sun_and_light())
 
-    def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> np.ndarray:
+    def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> gfx.DirectionalLight:
         strongest = float(irradiance.max())
         sun = gfx.DirectionalLight(colour(tuple(irradiance / strongest)), min(strongest, 20.0))
         sun.local.position = self._center + direction * self._radius * 1.5
         sun.target.local.position = self._center
         self._scene.add(sun)
         self._shadow(sun)
-        return direction
+        return sun
 
     def _shadow(self, light: gfx.Light) -> None:
         """Shadows over the whole of the scene; near planes and biases that fit its size."""
@@ -245,26 +245,30 @@ class _Loader:
         camera.depth_range = (min(r / 100, far / 2), far)
         light.shadow.bias = 2e-4
 
-    def _scene_lights(self, sun: np.ndarray | None) -> list[SceneLight]:
+    def _scene_lights(self, sun: gfx.DirectionalLight | None) -> list[SceneLight]:
+        """The lights; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
         if sun is not None:
-            return [SceneLight(direction=(float(sun[0]), float(sun[1]), float(sun[2])), strength=self._strength(sun), size=SUN_SIZE)]
+            level = self._level(_towards(sun))
+            return [SceneLight(sun, look=(level,) * 3, size=SUN_SIZE)]
         found = []
         for i, light in self._lights.items():
             described = self._described[i]
             lux = described.type == "directional"  # not to be compared with candela
             strongest = max(other.intensity for other in self._described.values() if (other.type == "directional") == lux)
             r, g, b = (max(0.0, value) for value in described.color)
-            top = max(r, g, b)
-            towards = np.asarray(light.world.position - light.target.world.position) if lux else None
-            strength = described.intensity / strongest * self._strength(towards)
-            found.append(SceneLight(light, color=(r / top, g / top, b / top), strength=strength, size=SUN_SIZE))
+            share = described.intensity / strongest * self._level(_towards(light) if lux else None) / max(r, g, b)
+            found.append(SceneLight(light, look=(share * r, share * g, share * b), size=SUN_SIZE))
         return found
 
-    def _strength(self, towards: np.ndarray | None) -> float:
-        """Of the shafts of a light in this direction, or among the things."""
+    def _level(self, towards: np.ndarray | None) -> float:
+        """Of the shafts that the picture's methods make of a light in this direction, or among the things."""
         if self._surroundings is None:
             return 1.0
         return min(1.0, GLOW / max(self._surroundings.aureole(towards, SKY_LIMIT), 1e-6))
+
+
+def _towards(light: gfx.DirectionalLight) -> np.ndarray:
+    return np.asarray(light.world.position - light.target.world.position)
 
 
 def _light(described: schema.Light) -> gfx.Light:
