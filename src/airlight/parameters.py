@@ -150,7 +150,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     @property
     def offset(self) -> str:
         """Where samples lie in their step: `jitter`, or what suits the method."""
-        return self.jitter or ("blue" if self.method in IN_WORLD else "fixed")
+        return self.jitter or ("blue" if self.method == "march" else "fixed")
 
     @property
     def knee(self) -> tuple[float, float]:
@@ -368,3 +368,29 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     shadow_bias: Annotated[
         float, _meta("how far behind what hides the light shadows begin", "march", "Airlight", "m", slider=(0, 0.1), ge=0, le=1e6)
     ] = 0.0
+    article_share: Annotated[
+        Literal["code", "prose"],
+        _meta(
+            "with method article: what a step's share is divided by: 750, as its code does; the ray's length, as its prose says",
+            "article",
+            "the shadow-map article",
+        ),
+    ] = "code"
+    article_absorption: Annotated[
+        float,
+        _meta(
+            "with method article: how fast a step's share falls with its distance",
+            "article",
+            "the shadow-map article",
+            "1/m",
+            slider=(0, 0.1),
+            ge=0,
+            le=1e6,
+        ),
+    ] = 0.0
+    article_cap: Annotated[
+        float,
+        _meta(
+            "with method article: most light before a surface in shadow; 1: as before any", "article", "the shadow-map article", ge=0, le=1
+        ),
+    ] = 1.0
