@@ -193,3 +193,28 @@ def _picture(ctx: click.Context, source: str, variants: "Sequence[Variant]") -> 
     with Console(stderr=True).status("measuring"):  # shows on a terminal only
         result = measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say)
     return words.shown(result, o["amplify"]), _title(source, result.size, "light shafts")
+
+
+def _scene(ctx: click.Context, source: str, variants: "Sequence[Variant]") -> "tuple[Shown, str]":
+    from rich.console import Console
+
+    o = ctx.params
+    o["light"] = tuple(light for light in o["written"])
+    _converted(ctx, render._Light(render.PLACE), o["light"])
+    studio = render.open_studio(ctx, source, samples=1)
+
+    from airlight.compare import light, scenes
+
+    wide = max(len(v.name) for v in variants)
+
+    def say(row: scenes.Row) -> None:
+        click.echo(f"{row.variant.name:{wide}}  {light.line(row)}")
+
+    def left_out(reason: str) -> None:
+        click.echo(f"left out: {reason}", err=True)
+
+    with Console(stderr=True).status("measuring"):
+        result = scenes.compare(
+            studio, variants, o["reference"], time=o["time"], turn=o["turn"] / 360, runs=o["runs"], say=say, left_out=left_out
+        )
+    return light.shown(result, o["amplify"]), _title(source, result.size, "light in a medium")

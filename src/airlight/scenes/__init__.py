@@ -42,6 +42,11 @@ class Stage:
     path: gfx.WorldObject | None = None
 
 
+def is_scene(name: str) -> bool:
+    """Whether a name is that of a scene, and not of a picture."""
+    return name in NAMES or name.lower().endswith((".glb", ".gltf"))
+
+
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
     """The stage of "table", "flying", or of a .glb or .gltf file, in its pose at time 0.
 
