@@ -1,0 +1,163 @@
+"""A medium in pygfx's scenes: how the pass puts it on the picture, its units beside those of surfaces, and scenes from end to end."""
+
+import logging
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from airlight.parameters import Composite, InScene, March, Medium, Parameters
+from airlight.reference import scene as twin
+
+gfx = pytest.importorskip("pygfx")
+from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
+
+from airlight.pygfx import LightShafts, SceneLight, effect, enable_timing, use_hdr  # noqa: E402
+
+SIZE = (96, 54)
+HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
+MARCH, PLAIN = Parameters(method="march"), InScene(tone="none")
+
+
+class Stage:
+    """One renderer for all tests."""
+
+    def __init__(self) -> None:
+        enable_timing()
+        self.canvas = OffscreenRenderCanvas(size=SIZE, pixel_ratio=1)
+        self.renderer = gfx.WgpuRenderer(self.canvas, pixel_ratio=1, ppaa="none")
+        use_hdr(self.renderer)
+
+    def reset(self) -> None:
+        self.scene = gfx.Scene()
+        self.scene.add(gfx.Background(None, gfx.BackgroundMaterial("#223355", "#557799")))
+        box = gfx.Mesh(gfx.box_geometry(2, 1, 1), gfx.MeshBasicMaterial(color="#c86"))
+        box.local.position = (0.3, -0.4, 0)
+        self.sun = gfx.DirectionalLight(intensity=2)
+        self.sun.local.position = (3, 5, 4)
+        self.scene.add(box, self.sun)
+        self.camera = gfx.PerspectiveCamera(50, SIZE[0] / SIZE[1], depth_range=(0.1, 50))
+        self.camera.local.position = (0, 0, 5)
+
+    def shafts(self, lights: Any = None, **keywords: Any) -> LightShafts:
+        """A pass for the scene, the only one."""
+        keywords = {"parameters": MARCH, "in_scene": PLAIN, **keywords}
+        made = LightShafts(self.renderer, self.scene, self.camera, lights or SceneLight(self.sun), **keywords)
+        self.renderer.effect_passes = [made]
+        return made
+
+    def frame(self, shafts: LightShafts) -> SimpleNamespace:
+        """A frame: color and depth as the pass was given them, out as it wrote, layer; light and way of that."""
+        errors: list[Exception] = []
+
+        def draw() -> None:
+            try:
+                self.renderer.render(self.scene, self.camera)
+            except Exception as error:
+                errors.append(error)
+
+        self.canvas.request_draw(draw)
+        self.canvas.draw()
+        if errors:
+            raise errors[0]
+        textures = self.renderer._blender._textures
+        found = {name: self.read(textures[key]) for name, key in (("color", "color"), ("out", "altcolor"), ("depth", "depth"))}
+        layer = self.read(shafts.layer).astype(np.float64)
+        return SimpleNamespace(**found, light=layer[..., :3], way=layer[..., 3])
+
+    def read(self, texture: Any) -> np.ndarray:
+        width, height, _ = texture.size
+        kind, channels = {"rgba16float": (np.float16, 4), "rgba32float": (np.float32, 4), "depth32float": (np.float32, 1)}[texture.format]
+        layout = {"bytes_per_row": width * channels * np.dtype(kind).itemsize, "rows_per_image": height}
+        data = self.renderer.device.queue.read_texture({"texture": texture}, layout, (width, height, 1))
+        return np.frombuffer(data, kind).reshape(height, width, channels).squeeze()
+
+
+@pytest.fixture(scope="module")
+def kept() -> Stage:
+    return Stage()
+
+
+@pytest.fixture
+def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
+    kept.reset()
+    yield kept
+    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
+
+
+class Known:
+    """In the place of shadow maps and a march: a layer that is known."""
+
+    def __init__(self, device: Any, scene: Any, method: str, size: tuple[int, int]) -> None:
+        rng = np.random.default_rng(5)
+        layer = np.concatenate([rng.uniform(0, 2, (size[1], size[0], 3)), rng.uniform(1, 60, (size[1], size[0], 1))], axis=2)
+        self.asked = method, size
+        texture = device.texture(*size, "rgba32float")
+        device.write(texture, layer.astype(np.float32), size[0] * 16)
+        self.casters = SimpleNamespace(bounds=lambda: (np.zeros(3), 5.0), draw=lambda view, projection, lamps, air, timer: [None] * len(lamps))
+        self.march = SimpleNamespace(layer=texture, aim=lambda *_, **__: None, record=lambda *_: None)
+
+
+@pytest.fixture
+def known(stage: Stage, monkeypatch: Any) -> Stage:
+    monkeypatch.setattr(effect, "_World", Known)
+    return stage
+
+
+@pytest.mark.parametrize("extinction", [True, False])
+@pytest.mark.parametrize("mix", [None, 0.4])
+@pytest.mark.parametrize("tone", ["none", "filmic"])
+def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None, tone: str) -> None:
+    medium = Medium(sigma_t=(0.01, 0.05, 0.1), extinction=extinction)
+    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=InScene(tone=tone)))
+    sigma_t = medium.sigma_t if extinction else (0, 0, 0)
+    expected = twin.through(seen.color[..., :3].astype(float), seen.light, seen.way, sigma_t, 1 if mix is None else mix)
+    expected = twin.filmic(expected) if tone == "filmic" else expected
+    np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
+
+
+def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> None:
+    shafts = known.shafts(medium=Medium(sigma_t=(0.01, 0.05, 0.1)), in_scene=InScene())
+    shafts.debug = "occlusion"
+    seen = known.frame(shafts)
+    np.testing.assert_allclose(seen.out[..., :3], np.exp(-np.array([0.01, 0.05, 0.1]) * seen.way[..., None]), rtol=2 * HALF, atol=1e-3)
+    shafts.debug = "source"
+    np.testing.assert_allclose(known.frame(shafts).out[..., :3], seen.light, rtol=2 * HALF, atol=1e-6)
+    shafts.debug = "lines"
+    assert known.frame(shafts).out.shape[0] == SIZE[1]
+
+
+def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
+    medium = Medium(sigma_t=(0.02, 0.02, 0.02))
+    shafts = known.shafts(medium=medium, composite=Composite(adapt=1.0))
+    seen = known.frame(shafts)
+    y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.way, medium.sigma_t) @ np.array(twin.REC709)
+    ramp, _ = twin.balance(y[:: shafts._step(SIZE), :: shafts._step(SIZE)])
+    found = np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[:2]
+    np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
+
+
+@pytest.mark.parametrize("kind", ["standard", "phong"])
+@pytest.mark.parametrize("lamp", ["sun", "point", "spot"])
+def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str, lamp: str) -> None:
+    """Radiance irradiance / pi: lux of a sun, candela / d^2 of a lamp, for pygfx's own surfaces."""
+    material = gfx.MeshStandardMaterial(roughness=1, metalness=0) if kind == "standard" else gfx.MeshPhongMaterial(specular="#000")
+    plate = gfx.Mesh(gfx.plane_geometry(40, 40), material)
+    made = {
+        "sun": lambda: gfx.DirectionalLight(intensity=3),
+        "point": lambda: gfx.PointLight(intensity=30, decay=2),
+        "spot": lambda: gfx.SpotLight(intensity=30, decay=2, angle=0.8),
+    }
+    light = made[lamp]()
+    light.local.position = (0, 0, 4)
+    known.scene = gfx.Scene()
+    known.scene.add(plate, light)
+    seen = known.frame(known.shafts(SceneLight(light), medium=Medium(sigma_t=(0, 0, 0)), composite=Composite(mix=0)))
+    (shining,) = effect.lamps([SceneLight(light)])
+    centre = seen.color[SIZE[1] // 2, SIZE[0] // 2, :3]
+    irradiance = shining.intensity[0] if lamp == "sun" else shining.intensity[0] / 4**2
+    # the standard material also mirrors a little of a rough dielectric's 4 %
+    assert centre == pytest.approx(irradiance / np.pi, rel=0.03 if kind == "standard" else 2e-3)
+    assert np.array_equal(seen.out, seen.color), "no medium: bit for bit the picture"
