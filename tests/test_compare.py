@@ -11,7 +11,6 @@ import pytest
 import airlight
 from airlight.cli import main
 from airlight.compare import measure, page, sheet, words
-from airlight.compare.shown import percent
 from airlight.compare.variants import limit_key, usual, variant
 from airlight.debug import LINE, NODE, STEPS, weight_error
 from airlight.errors import AirlightError
@@ -201,15 +200,15 @@ def test_the_sheet_has_pictures_and_labels(photo, tmp_path):
 
 
 def test_long_names_are_cut_and_own_limits_shown(photo):
-    made = sheet.sheet(words.shown(result(photo), 10.0), "title " * 40)
-    plain = sheet.sheet(words.shown(result(photo), 10.0), "title")
+    made = sheet.sheet(result(photo), "title " * 40, 10.0)
+    plain = sheet.sheet(result(photo), "title", 10.0)
     assert made.shape[1] == plain.shape[1] and made.shape[0] > plain.shape[0]
     paper = sheet._Paper(200, 40)
     paper.write(0, 0, "x" * 100, 200)
     assert paper.texts[0][2].endswith("…") and (paper.done()[:, 199] == sheet.PAPER).all()
-    assert "normalization listing" in page.page(words.shown(result(photo), 10.0), "t")
+    assert "normalization listing" in page.page(result(photo), "t", 10.0)
     assert words.limit(result(photo).rows[2].parameters) == "D = 0.8, lambda = 1.51, normalization listing"
-    assert [percent(v) for v in (0.00171, 0.153, 0.05, 2.0, 0)] == ["0.17 %", "15 %", "5.0 %", "200 %", "0 %"]
+    assert [words.percent(v) for v in (0.00171, 0.153, 0.05, 2.0, 0)] == ["0.17 %", "15 %", "5.0 %", "200 %", "0 %"]
 
 
 # The debug views.

@@ -6,7 +6,6 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from airlight.bench.again import Again
 from airlight.bench.measure import Passes, record_of
 from airlight.gpu.device import Device, shared_device
 from airlight.gpu.timing import run_ms
@@ -19,22 +18,50 @@ SIXTY = {"method": "radial", "samples": 60, "density": 0.96, "decay": 0.9, "weig
 FAR = 0.05  # degrees that the camera turns from frame to frame, so that the lights are aimed anew
 
 
-class _Frame(Again):
-    """A frame whose camera turns from time to time that it is carried out, so that the lights are aimed anew."""
+class _Frame:
+    """One frame of a stage as pygfx hands it to an effect pass, to be carried out again."""
 
     def __init__(self, name: str, time: float) -> None:
         from airlight.scenes import open_scene
         from airlight.scenes.offline import Shot, Studio
 
-        super().__init__(Studio(open_scene(name), Shot(*SIZE, samples=1)), time)
+        self.studio = Studio(open_scene(name), Shot(*SIZE, samples=1))
+        shafts = self.studio.shafts
+        seen: dict[str, Any] = {}
+        inner = shafts.render
+
+        def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
+            seen.update(color_tex=color_tex, depth_tex=depth_tex, target_tex=target_tex)
+            inner(command_encoder, color_tex, depth_tex, target_tex)
+
+        shafts.render = render  # type: ignore[method-assign]
+        self.studio.frame(time)
+        shafts.render = inner  # type: ignore[method-assign]
+        self.shafts, self.seen = shafts, seen
+        self.device: Device = shafts.device
 
     def record(self, encoder: Any) -> None:
+        """The pass with its light aimed anew, as in a frame whose camera has turned."""
         turn = np.radians(FAR)
         about = np.eye(4)
         about[[0, 0, 2, 2], [0, 2, 0, 2]] = np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)
         camera = self.studio.camera
         camera.world.matrix = camera.world.matrix @ about
-        super().record(encoder)
+        self.shafts.render(encoder, **self.seen)
+
+    def per_pass(self, runs: int) -> dict[str, float]:
+        """Median ms of each pass by its label; {} where the device has no timestamps."""
+        self.shafts.timing = True
+        times: dict[str, list[float]] = {}
+        for _ in range(runs):
+            run_ms(self.device, self.record)
+            spent: dict[str, float] = {}
+            for label, ms in self.shafts.profile():
+                spent[label] = spent.get(label, 0.0) + ms
+            for label, ms in spent.items():
+                times.setdefault(label, []).append(ms)
+        self.shafts.timing = False
+        return {label: float(np.median(own)) for label, own in times.items()}
 
 
 def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:

@@ -1,12 +1,12 @@
-"""A comparison as one image: for each variant its pictures, the difference last, with name, error and cost below them."""
+"""A comparison as one image: for each variant the picture and its difference, with name, error and cost below them."""
 
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from airlight.compare.measure import fit
-from airlight.compare.shown import Shown
+from airlight.compare import words
+from airlight.compare.measure import Comparison, fit
 from airlight.errors import MachineError
 from airlight.files.colour import encode_codes
 
@@ -67,29 +67,31 @@ class _Paper:
         return np.asarray(sheet.get_pixels(self.oiio.UINT8))
 
 
-def sheet(shown: Shown, title: str) -> Codes:
+def sheet(result: Comparison, title: str, amplify: float) -> Codes:
     """(h, w, 3) sRGB codes."""
-    cells = [[codes_of(picture, PANEL) for _, picture in row.pictures] for row in shown.rows]
-    high, wide = cells[0][0].shape[:2]
-    room = max(len(cells[0]) * wide, 420)  # for the text
-    lines = 1 + max(len(row.lines) + bool(row.faint) for row in shown.rows)
-    cell = (room + GAP, high + GAP + lines * LINE)
-    columns = 2 if len(cells) > 2 and len(cells[0]) == 2 else 1
-    rows = -(-len(cells) // columns)
+    pairs = [[codes_of(part, PANEL) for part in (row.shown, amplify * row.difference)] for row in result.rows]
+    high, wide = pairs[0][0].shape[:2]
+    differ = len({words.limit(row.parameters) for row in result.rows}) > 1
+    room = max(2 * wide, 420)  # for the text
+    cell = (room + GAP, high + GAP + (4 if differ else 3) * LINE)
+    columns = 2 if len(pairs) > 2 else 1
+    rows = -(-len(pairs) // columns)
     width = GAP + columns * cell[0]
     measure = _Paper(1, 1)
     heading = measure.wrap(title, width - 2 * GAP, SIZE + 4)
-    notes = [line for note in shown.notes for line in measure.wrap(note, width - 2 * GAP)]
+    notes = [line for note in words.notes(result, amplify) for line in measure.wrap(note, width - 2 * GAP)]
     top = GAP + len(heading) * (LINE + 6)
     paper = _Paper(width, top + GAP + rows * cell[1] + GAP + len(notes) * LINE + GAP)
     for i, line in enumerate(heading):
         paper.write(GAP, GAP + i * (LINE + 6), line, width, size=SIZE + 4)
-    for i, (row, pictures) in enumerate(zip(shown.rows, cells, strict=True)):
+    for i, (row, pair) in enumerate(zip(result.rows, pairs, strict=True)):
         x, y = GAP + i % columns * cell[0], top + GAP + i // columns * cell[1]
-        for k, picture in enumerate(pictures):
+        for k, picture in enumerate(pair):
             paper.put(x + k * wide, y, picture)
-        texts = [(line, INK) for line in (row.name, *row.lines)] + ([(row.faint, FAINT)] if row.faint else [])
-        for k, (text, color) in enumerate(texts):
+        error, p99, worst, cost = words.figures(row)
+        lines = [(row.variant.name, INK), (f"error {error}, 99 % {p99}, max {worst}", INK), (cost, INK)]
+        lines += [(f"limit: {words.limit(row.parameters)}", FAINT)] if differ else []
+        for k, (text, color) in enumerate(lines):
             paper.write(x, y + high + 4 + k * LINE, text, room, color)
     for i, line in enumerate(notes):
         paper.write(GAP, top + GAP + rows * cell[1] + GAP + i * LINE, line, width, FAINT)

@@ -8,7 +8,7 @@ import msgspec
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import Composite, Parameters
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -20,15 +20,6 @@ DEFAULT = (
     "method=radial,samples=64,scale=0.5",
     "method=radial,samples=64,jitter=blue",
 )
-IN_SCENES = (
-    "method=march,steps=exact,resolution=1",
-    "method=march,steps=2000,resolution=1,jitter=midpoint",
-    "method=march,steps=500,resolution=1,jitter=midpoint",
-    "method=march,steps=64,resolution=1",
-    "method=march,steps=64,resolution=0.5",
-    "method=article",
-    "method=epipolar",
-)
 
 
 @dataclass(frozen=True)
@@ -36,9 +27,6 @@ class Variant:
     text: str  # as written
     parameters: Parameters
     composite: Composite
-    in_scene: InScene
-    medium: Medium
-    march: March
 
     @property
     def name(self) -> str:
@@ -61,15 +49,14 @@ def variant(text: str, base: dict[str, Any]) -> Variant:
         built = presets.build(values)
     except AirlightError as error:
         raise AirlightError(f"--variant {text!r}: {error}") from None
-    return Variant(text, *(built[struct] for struct in (Parameters, Composite, InScene, Medium, March)))
+    return Variant(text, built[Parameters], built[Composite])
 
 
-def usual(base: dict[str, Any], scene: bool = False) -> tuple[list[Variant], list[str]]:
-    """The default list, for a picture with every declared method that it lacks; and why some of them do not go with the base."""
-    texts = list(IN_SCENES if scene else DEFAULT)
+def usual(base: dict[str, Any]) -> tuple[list[Variant], list[str]]:
+    """The default list, and every declared method that it lacks; and why some of them do not go with the base."""
+    texts = list(DEFAULT)
     methods = next(field.type for field in msgspec.structs.fields(Parameters) if field.name == "method")
-    more = [] if scene else [m for m in presets.choices(methods) if m not in IN_WORLD]
-    texts += [f"method={m}" for m in more if not any(f"method={m}," in text for text in texts)]
+    texts += [f"method={m}" for m in presets.choices(methods) if not any(f"method={m}," in text for text in texts)]
     found, lacking = [], []
     for text in texts:
         try:

@@ -1,10 +1,17 @@
-"""What a comparison on a picture shows."""
+"""What the sheet and the page say alike."""
+
+import math
 
 import msgspec
 
 from airlight.compare.measure import DISC, Comparison, Row
-from airlight.compare.shown import Shown, ShownRow, percent
 from airlight.parameters import Parameters
+
+
+def percent(share: float) -> str:
+    """Two significant digits: 0.17 %, 15 %."""
+    digits = -1 - math.floor(math.log10(share)) if share > 0 else 0
+    return f"{100 * share:.{min(max(digits, 0), 4)}f} %"
 
 
 def limit(p: Parameters) -> str:
@@ -38,19 +45,3 @@ def notes(result: Comparison, amplify: float) -> list[str]:
         f"{result.adapter}.",
         f"Difference: {amplify:g} × |shafts - best| over the mean, so that white is {percent(1 / amplify)} of it; best is {best}.",
     ]
-
-
-def shown(result: Comparison, amplify: float) -> Shown:
-    """amplify: factor of the differences."""
-    differ = len({limit(row.parameters) for row in result.rows}) > 1
-    rows = []
-    for row in result.rows:
-        error, p99, worst, cost = figures(row)
-        cells = {"error (rmse)": error, "99 %": p99, "max": worst, "copies": f"{row.copies:.1f}", "ms": f"{row.ms:.1f}"}
-        pictures = [("with shafts", row.shown), (f"difference × {amplify:g}: error {error}, max {worst}", amplify * row.difference)]
-        lines = [f"error {error}, 99 % {p99}, max {worst}", cost]
-        faint = f"limit: {limit(row.parameters)}" if differ else ""
-        rows.append(
-            ShownRow(row.variant.name, row.variant.text, cells | {"converges to": limit(row.parameters)}, lines, pictures, faint)
-        )
-    return Shown(rows, notes(result, amplify), result.before)

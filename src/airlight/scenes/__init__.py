@@ -56,11 +56,6 @@ class Stage:
     settings: dict[str, Any] = field(default_factory=dict)
 
 
-def is_scene(name: str) -> bool:
-    """Whether a name is that of a scene, and not of a picture."""
-    return name in NAMES or name.lower().endswith((".glb", ".gltf"))
-
-
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
     """The stage of "table", "flying", a scene of `validation`, or of a .glb or .gltf file, in its pose at time 0.
 
