@@ -110,8 +110,9 @@ def large(values: np.ndarray) -> np.ndarray:
 
 def behind(out: str) -> None:
     """The flying scene with a light behind the camera and below the horizon: divided by its negative w and not faded; and as it is."""
-    from airlight.pygfx import SceneLight, effect
     from airlight.pygfx.projection import Projected, project
+
+    from airlight.pygfx import SceneLight, effect
     from airlight.scenes import open_scene
     from airlight.scenes.offline import Shot, Studio
 
@@ -134,11 +135,11 @@ def behind(out: str) -> None:
 def streaks(out: str) -> None:
     """Speckled towers before a sun: all of the picture summed; contrast; pre-pass. Above with their shafts, below the shafts alone."""
     import pygfx as gfx
+    from airlight.pygfx.projection import project
 
     import airlight
     from airlight.parameters import Composite, InScene, Parameters
     from airlight.pygfx import SceneLight
-    from airlight.pygfx.projection import project
     from airlight.scenes import Stage
     from airlight.scenes.offline import Shot, Studio
 

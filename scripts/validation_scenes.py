@@ -4,6 +4,7 @@ Lengths in metres, light in lux and candela. Everything is made here, by numbers
 triangles knows them exactly.
 """
 
+import itertools
 import math
 import sys
 from pathlib import Path
@@ -76,7 +77,9 @@ class Scene:
         length = float(np.linalg.norm(b - a))
         return self.box(paint, (a + b) / 2, (wide, deep or wide, length), aimed(b, a), parent)
 
-    def light(self, kind: str, colour: Any, intensity: float, place: Any, target: Any = None, parent: int | None = None, **cone: float) -> int:
+    def light(
+        self, kind: str, colour: Any, intensity: float, place: Any, target: Any = None, parent: int | None = None, **cone: float
+    ) -> int:
         spot = {} if kind != "spot" else {"spot": {name + "ConeAngle": math.radians(angle) for name, angle in cone.items()}}
         light = self.writer.light(type=kind, color=list(colour), intensity=intensity, **spot)
         rotation = (0, 0, 0, 1) if target is None else aimed(place, target)
@@ -180,7 +183,7 @@ def cage() -> None:
     heights = np.radians([-66, -50, -32, -14, 14, 32, 50, 66])
     for k in range(bars):
         a = 2 * math.pi * (k + 0.3) / bars
-        for h0, h1 in zip(heights[:-1], heights[1:]):
+        for h0, h1 in itertools.pairwise(heights):
             patch(a - wide / 2, a + wide / 2, h0, h1)
     for k in range(24):
         a0, a1 = 2 * math.pi * k / 24, 2 * math.pi * (k + 1) / 24
@@ -252,7 +255,8 @@ def headlamp() -> None:
     s = Scene()
     ground, post = s.paint(0.06, 0.06, 0.055), s.paint(0.16, 0.15, 0.14)
     s.box(ground, (0, -0.05, -8), (40, 0.1, 40))
-    for x, z, tilt in ((-1.3, -3.2, 3), (-0.25, -4.4, -2), (0.85, -3.6, 2), (-2.4, -5.6, -4), (1.9, -6.0, 3), (0.4, -8.2, 1), (-1.2, -9.5, -2)):
+    trunks = ((-1.3, -3.2, 3), (-0.25, -4.4, -2), (0.85, -3.6, 2), (-2.4, -5.6, -4), (1.9, -6.0, 3), (0.4, -8.2, 1), (-1.2, -9.5, -2))
+    for x, z, tilt in trunks:
         s.box(post, (x, 1.4, z), (0.22, 2.9, 0.22), turn("z", tilt))
     s.bar(post, (-3.6, 1.0, -3.4), (3.4, 1.25, -3.3), 0.12)
     s.bar(post, (-3.6, 1.9, -3.5), (3.4, 2.0, -3.3), 0.12)

@@ -84,6 +84,7 @@ class Bounds:
         key = (*(None if buffer is None else buffer.rev for buffer in buffers), *map(id, targets))
         shape: _Shape | None = self._shapes.get(geometry)
         if shape is None or shape.key != key:
+            assert buffers[0] is not None
             points = np.asarray(buffers[0].data)[:, :3]
             morphs = np.stack([extent(np.asarray(target)) for target in targets]) if targets else np.zeros((0, 2, 3))
             bones, moved = np.zeros(0, int), np.zeros((0, 2, 3))

@@ -123,7 +123,7 @@ class DepthPipeline(RenderPipelineContainer):  # type: ignore[misc]
         layout = get_cached_pipeline_layout(self.device, [*self.wgpu_bind_group_layouts, renderstate.wgpu_bind_group_layout])
         topology, depth = self.pipeline_info["primitive_topology"], renderstate.blender.get_depth_descriptor(True, ">", True)
         if renderstate.blender.fragments:
-            args = self.wgpu_shader, topology, self.strip_index_format, "none", depth, []
+            args: Any = self.wgpu_shader, topology, self.strip_index_format, "none", depth, []
             return get_cached_render_pipeline(self.device, layout, *args)
         key = "airlight depths", hash_from_value((layout, self.wgpu_shader, topology))
         made = PIPELINE_CACHE.get(key)
@@ -167,8 +167,8 @@ def extent(fov: float, distance: float) -> float:
 def write_camera(camera: Any, **values: Any) -> None:
     """Fill the buffer of the camera that all of pygfx's shaders share, as a renderer does before it draws.
 
-    camera: None for one whose space is the world. values: projection_transform, its inverse, ndc_offset, physical_size, logical_size. A renderer writes all of it anew for each of its own
-    calls. Touches get_shared, its uniform_buffer and pre_render_hook.
+    camera: None for one whose space is the world. values: projection_transform, its inverse, ndc_offset, physical_size, logical_size. A
+    renderer writes all of it anew for each of its own calls. Touches get_shared, its uniform_buffer and pre_render_hook.
     """
     shared = get_shared()
     shared.pre_render_hook()

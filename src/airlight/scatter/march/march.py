@@ -16,6 +16,7 @@ from airlight.shadows import Shadow
 WALK, STEPS, UPSAMPLE = (f"scatter/march/{name}.wgsl" for name in ("walk", "steps", "upsample"))
 KINDS = {"sun": 0, "spot": 1, "point": 2}
 DARKNESS = 3  # the kind of no light at all
+FILTERS = ("nearest", "pcf", "soft")
 GROUP = 8  # a workgroup is GROUP x GROUP
 
 
@@ -42,7 +43,7 @@ class March:
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
-        self._path, self._more = WALK, ()  # the shader, and what it binds beside what all do
+        self._path, self._more = WALK, tuple[Any, ...]()  # the shader, and what it binds beside what all do
         self._names: list[str] = []
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
@@ -67,7 +68,7 @@ class March:
         while len(self._lights) < max(len(lamps), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize))
         nothing = _nothing(self.device)
-        path, more = (WALK, ()) if air.exact else (STEPS, (noise_texture(self.device),))
+        path, more = (WALK, tuple[Any, ...]()) if air.exact else (STEPS, (noise_texture(self.device),))
         if path != self._path:
             self._path, self._more = path, more
             self._binds.clear()
@@ -79,7 +80,8 @@ class March:
             biased = bool(air.march.shadow_bias)
             chosen = {"KIND": KINDS[lamp.kind], "PHASE": air.lobes(lamp)[0], "FIRST": i == 0, "BIASED": biased}
             if not air.exact:
-                chosen["JITTER"] = JITTERS[jitter]
+                chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(air.march.shadow_filter)}
+                chosen["CASCADES"] = lamp.is_sun and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lamps:
             self._pipelines.append(self.device.pipeline(path, "march", KIND=DARKNESS))

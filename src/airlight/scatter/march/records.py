@@ -40,6 +40,8 @@ LIGHT = np.dtype(
         ("side", "f4"),
         ("bias", "f4"),
         ("spread", "f4"),
+        ("blend", "f4"),
+        ("", "f4", 3),
         ("view", VIEW, MOST_VIEWS),
     ]
 )
@@ -77,6 +79,7 @@ def light_record(lamp: Lamp, shadow: Shadow | None, view: Any, air: Settled) -> 
     out["range"], out["lobes"] = lamp.range, air.lobes(lamp)[1:]
     out["bias"] = air.march.shadow_bias
     out["spread"] = math.tan(lamp.angular_radius or math.radians(air.march.sun_size)) if lamp.is_sun else 0.0
+    out["blend"] = air.march.cascade_blend
     if shadow is not None:
         out["views"], out["side"] = len(shadow.views), shadow.size
         into = np.linalg.inv(view)

@@ -36,6 +36,7 @@ struct Light {
     side: f32,                  // of the map, texels
     bias: f32,                  // m
     spread: f32,                // tangent of a sun's angular radius
+    blend: f32,                 // the last part of a cascade, over which it passes into the next
     view: array<View, 6>,
 }
 
