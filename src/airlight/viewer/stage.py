@@ -11,7 +11,7 @@ from pygfx.utils.viewport import Viewport
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
-from airlight.viewer.state import Eye, Lamp, ViewerState
+from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium
 
 STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
@@ -54,7 +54,7 @@ class SceneView:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
-        self.shafts.scene, self.shafts.lights = stage.scene, list(stage.lights)
+        self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
         self.dt, self.moved = 0.0, False
 
     @staticmethod
@@ -144,12 +144,14 @@ class SceneView:
         ahead = np.asarray(camera.world.forward, float)
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
         eye.target = _triple(np.asarray(eye.eye) + distance * ahead)
+        settle_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
+        state.settled["jitter"], state.settled["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
     def show(self, state: ViewerState) -> None:
         """Draw onto the canvas. Raises AirlightError for parameters that do not go together."""
         shafts = self.shafts
-        shafts.parameters, shafts.composite, shafts.in_scene = state.structs
+        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs
         shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
         self.renderer.render(self.stage.scene, self.camera)
         if state.timing:
