@@ -53,8 +53,10 @@ def test_a_body_has_the_lights_below_it_each_once() -> None:
 
 
 def test_places_and_directions_alone_are_candela_and_lux() -> None:
-    at, sun, dark = SceneLight(position=(1, 2, 3), color=(1, 0.5, 0), strength=2), SceneLight(direction=(0, 2, 0)), SceneLight(
-        direction=(0, 1, 0), strength=0
+    at, sun, dark = (
+        SceneLight(position=(1, 2, 3), color=(1, 0.5, 0), strength=2),
+        SceneLight(direction=(0, 2, 0)),
+        SceneLight(direction=(0, 1, 0), strength=0),
     )
     assert lamps([at, sun, dark]) == [
         Lamp("point", (1, 0.5, 0), position=(1, 2, 3), strength=2),

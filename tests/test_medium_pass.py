@@ -1,14 +1,17 @@
 """A medium in pygfx's scenes: how the pass puts it on the picture, its units beside those of surfaces, and scenes from end to end."""
 
+import gc
 import logging
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
+import wgpu
 
-from airlight.parameters import Composite, InScene, March, Medium, Parameters
+from airlight.parameters import Composite, InScene, Medium, Parameters
 from airlight.reference import scene as twin
 
 gfx = pytest.importorskip("pygfx")
@@ -96,7 +99,7 @@ class Known:
         self.asked = method, size
         texture = device.texture(*size, "rgba32float")
         device.write(texture, layer.astype(np.float32), size[0] * 16)
-        self.casters = SimpleNamespace(bounds=lambda: (np.zeros(3), 5.0), draw=lambda view, projection, lamps, air, timer: [None] * len(lamps))
+        self.casters = SimpleNamespace(bounds=lambda: (np.zeros(3), 5.0), draw=lambda _, __, lamps, *___: [None] * len(lamps))
         self.march = SimpleNamespace(layer=texture, aim=lambda *_, **__: None, record=lambda *_: None)
 
 
@@ -161,3 +164,92 @@ def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str
     # the standard material also mirrors a little of a rough dielectric's 4 %
     assert centre == pytest.approx(irradiance / np.pi, rel=0.03 if kind == "standard" else 2e-3)
     assert np.array_equal(seen.out, seen.color), "no medium: bit for bit the picture"
+
+
+def slab(stage: Stage) -> Any:
+    """A white wall that a sun behind the camera faces, which fills the lower part of the picture; the sun."""
+    wall = gfx.Mesh(gfx.plane_geometry(40, 20), gfx.MeshPhongMaterial(specular="#000"))
+    wall.local.position = (0, -10, 0)
+    sun = gfx.DirectionalLight(intensity=3)
+    sun.local.position = (0, 0, 4)
+    stage.scene = gfx.Scene()
+    stage.scene.add(gfx.Background(None, gfx.BackgroundMaterial("#557799")), wall, sun)
+    return sun
+
+
+THIN = Medium(sigma_t=(0.05, 0.1, 0.2), albedo=(0.8, 0.8, 0.8), phase="isotropic", max_distance=12.0)
+
+
+def test_wall_and_air_keep_the_ratio_of_the_equations(stage: Stage) -> None:
+    sun = slab(stage)
+    seen = stage.frame(stage.shafts(SceneLight(sun), medium=THIN))
+    sigma_t, wall = np.array(THIN.sigma_t), seen.depth < 1
+    assert 0.3 < wall.mean() < 0.7
+    y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
+    slope = np.tan(np.radians(25))
+    ray = np.stack([(2 * x / SIZE[0] - 1) * slope * SIZE[0] / SIZE[1], (1 - 2 * y / SIZE[1]) * slope, np.ones(x.shape)], axis=2)
+    length = np.linalg.norm(ray, axis=2)
+    np.testing.assert_allclose(seen.way, np.where(wall, 5 * length, 12.0), rtol=1e-4)
+    air = 0.8 * 3 / (4 * np.pi) * -np.expm1(-sigma_t * seen.way[..., None])
+    np.testing.assert_allclose(seen.light, air, rtol=1e-4)
+    np.testing.assert_allclose(seen.color[wall][:, :3], 3 / np.pi, rtol=2e-3)
+    out = np.exp(-sigma_t * seen.way[..., None]) * seen.color[..., :3] + air
+    np.testing.assert_allclose(seen.out[..., :3], out, rtol=4 * HALF)
+
+
+def test_the_surface_behind_is_dimmed_only_if_asked(stage: Stage) -> None:
+    sun = slab(stage)
+    shafts = stage.shafts(SceneLight(sun), medium=msgspec.structs.replace(THIN, extinction=False))
+    seen = stage.frame(shafts)
+    np.testing.assert_allclose(seen.out[..., :3], seen.color[..., :3] + seen.light, rtol=4 * HALF)
+    shafts.medium = msgspec.structs.replace(THIN, albedo=(0, 0, 0))
+    seen = stage.frame(shafts)
+    assert not seen.light.any()
+    left = np.exp(-np.array(THIN.sigma_t) * seen.way[..., None])
+    np.testing.assert_allclose(seen.out[..., :3], left * seen.color[..., :3], rtol=4 * HALF)
+
+
+@pytest.mark.parametrize("lights", [0, 1])
+def test_an_empty_medium_is_bit_for_bit_the_picture(stage: Stage, lights: int) -> None:
+    shafts = stage.shafts(medium=Medium(sigma_t=(0, 0, 0)), in_scene=InScene(tone="none"))
+    shafts.lights = shafts.lights[:lights]
+    seen = stage.frame(shafts)
+    assert np.array_equal(seen.out, seen.color) and not seen.light.any() and np.ptp(seen.color) > 0.1
+
+
+def test_lights_add_up(stage: Stage) -> None:
+    lamp = gfx.PointLight(color="#48f", intensity=20, decay=2)
+    lamp.local.position = (-1, 1, 1)
+    stage.scene.add(lamp)
+    both = [SceneLight(stage.sun, strength=0.5), SceneLight(lamp, anisotropy=-0.4)]
+    found = [stage.frame(stage.shafts(lights, medium=THIN)).light for lights in (both[0], both[1], both)]
+    assert all(one.max() > 0.01 for one in found)
+    np.testing.assert_allclose(found[0] + found[1], found[2], rtol=1e-5, atol=1e-7)
+
+
+def test_methods_are_switched_live(stage: Stage) -> None:
+    """Each shows again what it showed, and leaves nothing behind."""
+    counts = wgpu.diagnostics.object_counts
+    shafts = stage.shafts(medium=THIN)
+    methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "radial")]
+    first: dict[str, np.ndarray] = {}
+    held = []
+    for _ in range(4):
+        for shafts.parameters in methods:
+            found = stage.frame(shafts).out
+            assert np.array_equal(first.setdefault(shafts.parameters.method, found), found)
+            assert (shafts.source is None) == (shafts.air is not None) == (shafts.parameters.method in ("march", "article"))
+        gc.collect()
+        held.append({name: counts.get_dict()[name]["count"] for name in ("Texture", "Buffer", "BindGroup")})
+    assert held[1] == held[2] == held[3]
+    assert not np.array_equal(first["march"], first["epipolar"])
+
+
+def test_the_passes_are_profiled(stage: Stage) -> None:
+    shafts = stage.shafts(medium=THIN)
+    shafts.timing = True
+    stage.frame(shafts)
+    stage.frame(shafts)
+    times = dict(shafts.profile())
+    assert {"shadows", "merge"} <= set(times) and any(label.startswith("march") for label in times)
+    assert all(ms >= 0 for ms in times.values())

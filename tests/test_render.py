@@ -480,7 +480,8 @@ def test_the_values_of_the_command_reach_the_pass(tmp_path, monkeypatch):
     assert seen[0][0] == Parameters(
         method="radial", samples=64, density=0.8, decay=0.99, weight=0.8, exposure=0.05, normalization="listing"
     )
-    assert seen[0][1:] == (Composite(mix=0.5), InScene(clear="#102030"), {"medium": Medium(), "march": March(), "exclude": (), "linear": True})
+    more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True}
+    assert seen[0][1:] == (Composite(mix=0.5), InScene(clear="#102030"), more)
 
 
 GLB = {

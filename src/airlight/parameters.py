@@ -12,7 +12,7 @@ THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"]
 IN_WORLD = ("march", "article")  # methods that light a medium
 IN_VIEW: tuple[str, ...] = tuple(m for m in get_args(Method) if m not in IN_WORLD)  # which work on pictures, and in scenes on the view
-_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": IN_WORLD, "march": IN_WORLD, "article": ("article",)}  # of groups
+_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": ("march",), "march": IN_WORLD, "article": ("article",)}  # of groups
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -183,7 +183,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     @property
     def offset(self) -> str:
         """Where samples lie in their step: `jitter`, or what suits the method."""
-        return self.jitter or ("blue" if self.method in IN_WORLD else "fixed")
+        return self.jitter or ("blue" if self.method == "march" else "fixed")
 
     @property
     def knee(self) -> tuple[float, float]:
@@ -263,7 +263,12 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     resolution: Annotated[
         Annotated[float, Meta(ge=0.125, le=1)] | None,
         _meta(
-            "size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)
+            "size of source and shafts; unset: 0.5, of a medium in quality final 1",
+            "scene",
+            "Vesper",
+            "of the view",
+            slider=(0.125, 1),
+            methods=(*IN_VIEW, "march"),
         ),
     ] = None
     region: Annotated[
@@ -366,6 +371,7 @@ class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "medium",
             "Hx Volumetric Lighting",
             "m",
+            methods=IN_WORLD,
             slider=(1, 1000),
             log=True,
         ),
@@ -396,11 +402,14 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
             "march",
             "Airlight",
+            methods=("march",),
             slider=(4, 256),
             log=True,
         ),
     ] = None
-    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article")] = False
+    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article", methods=("march",))] = (
+        False
+    )
     shadow_size: Annotated[
         Annotated[int, Meta(ge=16, le=16384)] | None,
         _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(512, 1024, 2048, 4096)),
@@ -419,12 +428,39 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them. exact takes nearest",
             "march",
             "Reeves et al. 1987; Fernando 2005",
+            methods=("march",),
         ),
     ] = "nearest"
     sun_size: Annotated[float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", ge=0, le=20)] = 0.27
     shadow_bias: Annotated[
         float, _meta("how far behind what hides the light shadows begin", "march", "Airlight", "m", slider=(0, 0.1), ge=0, le=1e6)
     ] = 0.0
+    article_share: Annotated[
+        Literal["code", "prose"],
+        _meta(
+            "with method article: what a step's share is divided by: 750, as its code does; the ray's length, as its prose says",
+            "article",
+            "the shadow-map article",
+        ),
+    ] = "code"
+    article_absorption: Annotated[
+        float,
+        _meta(
+            "with method article: how fast a step's share falls with its distance",
+            "article",
+            "the shadow-map article",
+            "1/m",
+            slider=(0, 0.1),
+            ge=0,
+            le=1e6,
+        ),
+    ] = 0.0
+    article_cap: Annotated[
+        float,
+        _meta(
+            "with method article: most light before a surface in shadow; 1: as before any", "article", "the shadow-map article", ge=0, le=1
+        ),
+    ] = 1.0
 
 
 OF_SCENES = (InScene, Medium, March)  # which a picture has no use for

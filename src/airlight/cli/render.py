@@ -171,7 +171,12 @@ class Task:
 @preset_options
 @medium_options
 @scene_options
-@_file("--layer", None, FILES, "Also write the shafts alone, linear, of a medium with its transmittance and depth where EXR; an EXR output holds all anyway.")
+@_file(
+    "--layer",
+    None,
+    FILES,
+    "Also write the shafts alone, linear; EXR holds transmittance and Z of a medium too, and an EXR output all of it.",
+)
 @_file("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
 @_option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
 @_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
@@ -212,10 +217,10 @@ def render(
         raise AirlightError("--turn and --turntable exclude each other; give one")
     values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
     built = presets.build(values)
-    parameters, scene_settings = built[Parameters], built[InScene]
+    parameters = built[Parameters]
     in_world = parameters.method in IN_WORLD
     check_given(ctx, parameters.method)
-    if exclude and scene_settings.occluders != "prepass" and not in_world:
+    if exclude and built[InScene].occluders != "prepass" and not in_world:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
@@ -255,22 +260,23 @@ def render(
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
     shot = _shot(ctx, size, parameters.quality)
+    built = presets.build(stage.settings | values)
     studio = offline.Studio(
         stage,
         shot,
         parameters,
         built[Composite],
-        scene_settings,
+        built[InScene],
         medium=built[Medium],
         march=built[March],
         exclude=exclude,
         linear=_is_linear(output),
     )
-    if in_world:
+    if parameters.method == "march":
         _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
-        settings = record(ctx, values, [], preset)
+        settings = record(ctx, values, [], preset, None, stage.settings)
         with video.film(output, shot.width, shot.height, ctx.params["fps"], ctx.params["crf"], overwrite, settings) as add:
             work.add = add
             batch.run(todo, work.read, _strict(work.render), _strict(work.write))
@@ -408,7 +414,7 @@ class _Work:
             self.add(encode_codes(pixels, np.uint8))
             return
         once = {"time": task.time, "turn": task.turn * 360, "turntable": None, "frames": None, "fps": None, "crf": None}
-        settings = record(self.ctx, self.values, [], self.ctx.params["preset"], once)
+        settings = record(self.ctx, self.values, [], self.ctx.params["preset"], once, self.studio.stage.settings)
         layer = frame.shafts() if frame.layer is not None else None
         beside: dict[str, Any] = {}
         if task.output.lower().endswith(".exr"):

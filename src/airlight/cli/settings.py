@@ -22,14 +22,19 @@ _PRESET = "airlight.preset"  # in ctx.meta
 
 
 def record(
-    ctx: click.Context, values: dict[str, Any], lights: Sequence[LightText], preset: str | None, instead: dict[str, Any] | None = None
+    ctx: click.Context,
+    values: dict[str, Any],
+    lights: Sequence[LightText],
+    preset: str | None,
+    instead: dict[str, Any] | None = None,
+    standing: dict[str, Any] | None = None,
 ) -> str:
     """One line of JSON: the values that are not the defaults, the lights as they were resolved, the preset's name.
 
-    instead: values of options that go before those of the command line.
+    instead: values of options that go before those of the command line. standing: the defaults that a scene has of its own.
     """
     names, given = _OPTIONS[str(ctx.command.name)], ctx.params | (instead or {})
-    defaults = {p.name: p.default for p in declared(scenes=True)}
+    defaults = {p.name: p.default for p in declared(scenes=True)} | (standing or {})
     options = {p.name: p.default for p in ctx.command.params if p.name in names}
     said = {name: presets.text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
     said |= {name: given[name] for name in names if given[name] not in (None, False, options[name])}

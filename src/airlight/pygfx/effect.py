@@ -109,8 +109,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     medium, march: with the methods march and article, which light what fills the air through shadow maps; of `in_scene` these take the
     resolution and the tones, of `exclude` what casts no shadow.
 
-    lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which unset
-    parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
+    lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
+    unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
     light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the light
     of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame, linear,
     rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres, of

@@ -3,12 +3,18 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from pygfx.cameras._perspective import fov_distance_factor
-from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
+from pygfx.renderers.wgpu.engine.pipeline import (
+    PIPELINE_CACHE,
+    RenderPipelineContainer,
+    get_cached_pipeline_layout,
+    get_cached_render_pipeline,
+)
 from pygfx.renderers.wgpu.engine.renderstate import get_renderstate
 from pygfx.renderers.wgpu.engine.shared import get_shared
 from pygfx.renderers.wgpu.engine.update import update_resource
-from pygfx.renderers.wgpu.engine.utils import nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.engine.utils import hash_from_value, nchannels_from_format, registry, to_texture_format
 from pygfx.renderers.wgpu.shader.base import ShaderInterface
 from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
 from pygfx.resources import Texture
@@ -16,11 +22,13 @@ from pygfx.resources._base import resource_update_registry
 from pygfx.utils.trackable import PropTracker
 
 __all__ = [
+    "DepthPipeline",
     "MeshShader",
     "Pipelines",
     "alpha_tested",
     "channels",
     "extent",
+    "influences",
     "is_hdr",
     "place",
     "shader_of",
@@ -79,8 +87,8 @@ class Pipelines:
     shaders: a function of the object. Touches PropTracker and RenderPipelineContainer, as pygfx's PipelineContainerGroup does.
     """
 
-    def __init__(self, shaders: Callable[[Any], Any]) -> None:
-        self.shaders = shaders
+    def __init__(self, shaders: Callable[[Any], Any], container: Any = RenderPipelineContainer) -> None:
+        self.shaders, self.container = shaders, container
         self.tracker = PropTracker()
         self.containers: list[Any] | None = None
         self.bakes: list[Any] = []
@@ -93,7 +101,7 @@ class Pipelines:
             with self.tracker.track_usage("create"):
                 made = self.shaders(wobject)
             made = [made] if isinstance(made, ShaderInterface) else made
-            self.containers = [RenderPipelineContainer(shader) for shader in made if shader.type == "render"]
+            self.containers = [self.container(shader) for shader in made if shader.type == "render"]
             self.bakes = [shader.bake_function for shader in made if shader.needs_bake_function]
         if changed and self.containers is not None:
             for container in self.containers:
@@ -102,6 +110,39 @@ class Pipelines:
     def draw(self, run: Any, state: Any) -> None:
         for container in self.containers or ():
             container.draw(run, state)
+
+
+class DepthPipeline(RenderPipelineContainer):  # type: ignore[misc]
+    """A pipeline that draws both sides, and depths alone: where the state's blender has no `fragments`, without that stage.
+
+    Touches _compose_pipeline, wgpu_shader, wgpu_bind_group_layouts, wobject_info and pipeline_info; get_cached_pipeline_layout,
+    get_cached_render_pipeline, hash_from_value and PIPELINE_CACHE, so that alike objects share what is compiled.
+    """
+
+    def _compose_pipeline(self, renderstate: Any) -> Any:
+        layout = get_cached_pipeline_layout(self.device, [*self.wgpu_bind_group_layouts, renderstate.wgpu_bind_group_layout])
+        topology, depth = self.pipeline_info["primitive_topology"], renderstate.blender.get_depth_descriptor(True, ">", True)
+        if renderstate.blender.fragments:
+            args = self.wgpu_shader, topology, self.strip_index_format, "none", depth, []
+            return get_cached_render_pipeline(self.device, layout, *args)
+        key = "airlight depths", hash_from_value((layout, self.wgpu_shader, topology))
+        made = PIPELINE_CACHE.get(key)
+        if made is None:
+            made = self.device.create_render_pipeline(
+                layout=layout,
+                vertex={"module": self.wgpu_shader, "entry_point": "vs_main"},
+                primitive={"topology": topology, "strip_index_format": self.strip_index_format},
+                depth_stencil=depth,
+            )
+            PIPELINE_CACHE.set(key, made)
+        return made
+
+
+def influences(wobject: Any) -> Any:
+    """(K + 1,) of a mesh's morph targets and, last, of its own positions; None where pygfx draws it without. Touches
+    _morph_target_influences."""
+    buffer = getattr(wobject, "_morph_target_influences", None)
+    return None if buffer is None else buffer.data["influence"]
 
 
 def place(wobject: Any) -> None:
@@ -126,13 +167,14 @@ def extent(fov: float, distance: float) -> float:
 def write_camera(camera: Any, **values: Any) -> None:
     """Fill the buffer of the camera that all of pygfx's shaders share, as a renderer does before it draws.
 
-    values: projection_transform, its inverse, ndc_offset, physical_size, logical_size. A renderer writes all of it anew for each of its own
+    camera: None for one whose space is the world. values: projection_transform, its inverse, ndc_offset, physical_size, logical_size. A renderer writes all of it anew for each of its own
     calls. Touches get_shared, its uniform_buffer and pre_render_hook.
     """
     shared = get_shared()
     shared.pre_render_hook()
     data = shared.uniform_buffer.data
-    data["cam_transform"], data["cam_transform_inv"] = camera.world.inverse_matrix.T, camera.world.matrix.T
+    data["cam_transform"] = np.eye(4) if camera is None else camera.world.inverse_matrix.T
+    data["cam_transform_inv"] = np.eye(4) if camera is None else camera.world.matrix.T
     for name, value in values.items():
         data[name] = value
     shared.uniform_buffer.update_full()

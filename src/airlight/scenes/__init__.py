@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,7 @@ class Stage:
     the camera, if given and one of those that follow something, moves too.
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
     path: a line where something flies along, hidden until its `visible` is set, or None.
+    settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Stage:
     radius: float
     movable: SceneLight | None = None
     path: gfx.WorldObject | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:

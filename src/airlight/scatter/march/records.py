@@ -20,7 +20,7 @@ FRAME = np.dtype(
         ("sigma_s", "f4", 3),
         ("max_distance", "f4"),
         ("ambient", "f4", 3),
-        ("", "f4"),
+        ("steps", "u4"),
         ("size", "u4", 2),
         ("pixels", "u4", 2),
     ]
@@ -60,7 +60,7 @@ def frame_record(projection: Any, air: Settled, size: tuple[int, int], pixels: t
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
     out["sigma_t"], out["sigma_s"], out["ambient"] = air.sigma_t, air.sigma_s, air.ambient
-    out["max_distance"], out["size"], out["pixels"] = air.max_distance, size, pixels
+    out["max_distance"], out["steps"], out["size"], out["pixels"] = air.max_distance, air.steps, size, pixels
     return out
 
 

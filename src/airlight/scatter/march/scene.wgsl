@@ -1,5 +1,5 @@
 // What all marches share: the eye's rays, the medium, a light and its shadow map. Records: records.py. Twins: reference/medium.py.
-override KIND: u32 = 0u;        // 0 sun, 1 spot, 2 point
+override KIND: u32 = 0u;        // 0 sun, 1 spot, 2 point, 3 no light
 override PHASE: u32 = 0u;       // henyey-greenstein, two-lobe, isotropic, rayleigh, cornette-shanks
 
 struct Frame {
@@ -10,6 +10,7 @@ struct Frame {
     sigma_s: vec3f,
     max_distance: f32,
     ambient: vec3f,             // radiance
+    steps: u32,                 // along a ray, 0: exact
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }

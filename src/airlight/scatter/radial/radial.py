@@ -19,7 +19,7 @@ TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an inter
 MANY = 8  # dispatches from which on they are waited for on the way
 
 
-def _noise_texture(device: Device) -> Any:
+def noise_texture(device: Device) -> Any:
     if "blue noise" not in device.kept:
         texture = device.kept["blue noise"] = device.texture(256, 256, "rgba32float", target=False)
         rgba = np.zeros((256, 256, 4), np.float32)
@@ -75,7 +75,7 @@ class RadialPlan:
         self.pipeline = device.pipeline(
             RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None
         )
-        noise = _noise_texture(device) if jitter == "blue" else source
+        noise = noise_texture(device) if jitter == "blue" else source
         per = max(1, TAPS_A_DISPATCH // (samples * self.low[0]))
         self.parts = []
         for row in range(0, self.low[1], per):

@@ -1,0 +1,9 @@
+// What fragments of pygfx's own shaders come to where only their depth is kept, and that of the more opaque half alone.
+struct FragmentOutput {
+    // virtualfield none: bool = false;
+    @location(0) color: vec4<f32>,
+};
+
+fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, none: bool) {
+    if ((*outp).color.a < 0.5) { discard; }
+}

@@ -1,0 +1,198 @@
+"""Shadow maps of our own: a scene's depths as its lights see them, drawn by pygfx's own pipelines, so that poses, instances, bones, morph
+targets and the holes of alpha tests are followed. Where the maps lie: `airlight.shadows.fit`. Nothing of the scene is touched.
+"""
+
+import weakref
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.errors import AirlightError
+from airlight.gpu.device import Device
+from airlight.gpu.shader import load
+from airlight.gpu.timing import Timer, timing
+from airlight.lamps import Lamp
+from airlight.medium import Settled
+from airlight.projection import Matrix
+from airlight.pygfx import private
+from airlight.pygfx.bounds import Bounds
+from airlight.pygfx.lights import SceneLight
+from airlight.pygfx.prepass import _helps, _pattern, _silhouette, solid, strength
+from airlight.shadows import Shadow, fit
+
+FORMAT = "depth32float"
+LIGHTS = (gfx.DirectionalLight, gfx.PointLight, gfx.SpotLight)
+
+
+class Role:
+    """How casters of one kind are drawn: all that pygfx's pipelines ask of a renderer's blender.
+
+    output: of fragments, a .wgsl file. fragments: whether they have a say in what is drawn.
+    """
+
+    def __init__(self, name: str, output: str, fragments: bool) -> None:
+        self.hash, self.output, self.fragments = f"airlight {name}", output, fragments
+
+    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
+        return {"alpha_method": alpha["method"], "fragment_output_code": load(self.output), "write_pick": False}
+
+    def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
+        return []
+
+    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> dict[str, Any]:
+        return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater"}
+
+
+WHOLE = Role("whole casters", "pygfx/cast.wgsl", fragments=False)
+HOLES = Role("casters with holes", "pygfx/cast.wgsl", fragments=True)
+HALF = Role("casters by halves", "pygfx/cast_half.wgsl", fragments=True)
+ROLES = (WHOLE, HOLES, HALF)
+
+
+def role(mesh: Any, material: Any) -> Role | None:
+    """How a mesh casts; None where one sees through it, or where it writes no depth, as skies do.
+
+    What pygfx blends though it may well be solid ("auto" with a map that has an alpha) casts where that is at least a half.
+    """
+    config, tested = material.alpha_config, private.alpha_tested(material)
+    if not material.depth_write or config["method"] == "stochastic":
+        return None
+    whole = solid(mesh, material)
+    auto = material.alpha_mode == "auto" and material.opacity >= 1 and getattr(getattr(material, "color", None), "a", 1.0) >= 1
+    if not whole and not auto:
+        return None
+    if not whole and not tested:
+        return HALF
+    shader: Any = private.shader_of(mesh)
+    plain = getattr(shader, "get_code", None) is private.MeshShader.get_code and issubclass(shader, private.MeshShader)
+    cut = tested or material.clipping_plane_count or getattr(material, "wireframe", False) or not plain
+    return HOLES if cut else WHOLE
+
+
+class Casters:
+    """Draws the shadow maps of lamps over a scene's casters.
+
+    These are its visible meshes that are solid but for what an alpha test cuts, whatever their cast_shadow says; not pygfx's helpers, nor
+    what is in `exclude` or below it, nor the bodies of lights: emitters that are targets of `lights`, and what glows around a gfx light
+    that is below or right above it. Both sides cast. scene, lights, exclude may be set at any time.
+    """
+
+    def __init__(self, device: Any, scene: Any, lights: Sequence[SceneLight] = (), exclude: Iterable[Any] = ()) -> None:
+        self.device = Device.of(device)
+        self.scene, self.lights, self.exclude = scene, lights, exclude
+        self._bounds = Bounds()
+        self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
+        self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
+
+    def bounds(self) -> tuple[Matrix, float]:
+        """(centre, radius) of a ball around all casters, in the world; radius 0 where there are none."""
+        return fit.ball(self._casters()[1])
+
+    def draw(self, view: Any, projection: Any, lamps: Sequence[Lamp], air: Settled, timer: Timer | None = None) -> list[Shadow]:
+        """Draw and submit a shadow map for each lamp, for a camera with matrices view (world to view space) and projection (to clip
+        space). The textures stay while their size and number do. Raises AirlightError where the device makes none so large."""
+        found, hulls = self._casters()
+        states = {role: private.unlit(role) for role in {role for _, role in found}}
+        drawn: list[tuple[Any, Any]] = []
+        for mesh, role in found:
+            made = self._made.setdefault(mesh, weakref.WeakKeyDictionary()).setdefault(mesh.material, {})
+            if role not in made:
+                made[role] = private.Pipelines(_silhouette, private.DepthPipeline)
+            made[role].update(mesh, states[role])
+            drawn.append((made[role], states[role]))
+        size = air.shadow_size
+        self._fit(size, [fit.layers(lamp, air) for lamp in lamps])
+        shadows = []
+        for lamp, (texture, layers) in zip(lamps, self._maps):
+            views = fit.views(lamp, view, projection, hulls, air)
+            for one, layer in zip(views, layers):
+                inside = np.flatnonzero(fit.reached(one.matrix, size, hulls))
+                self._draw_layer(fit.clip(one.matrix, size), size, layer, [drawn[i] for i in inside], timer)
+            shadows.append(Shadow(texture, size, views))
+        return shadows
+
+    def _fit(self, size: int, counts: Sequence[int]) -> None:
+        """Have a texture of `size` for each lamp, with so many layers."""
+        if size > self.device.max_side:
+            raise AirlightError(f"shadow_size {size}: this device makes no texture larger than {self.device.max_side}; set that or less")
+        del self._maps[len(counts) :]
+        usage = self.device.wgpu.TextureUsage
+        flags = usage.RENDER_ATTACHMENT | usage.TEXTURE_BINDING | usage.COPY_SRC
+        for i, count in enumerate(counts):
+            if i < len(self._maps) and self._maps[i][0].size == (size, size, count):
+                continue
+            texture = self.device.device.create_texture(size=(size, size, count), format=FORMAT, usage=flags)
+            one = {"dimension": "2d", "array_layer_count": 1}
+            self._maps[i : i + 1] = [(texture, [texture.create_view(base_array_layer=layer, **one) for layer in range(count)])]
+
+    def _draw_layer(self, clip: Matrix, size: int, layer: Any, drawn: list[tuple[Any, Any]], timer: Timer | None) -> None:
+        """clip: world to clip space, for the buffer that all of pygfx's shaders share; so each layer is submitted by itself."""
+        private.write_camera(
+            None,
+            projection_transform=clip.T,
+            projection_transform_inv=np.linalg.inv(clip).T,
+            ndc_offset=(1.0, 1.0, 0.0, 0.0),
+            physical_size=(size, size),
+            logical_size=(size, size),
+        )
+        private.upload()
+        encoder = self.device.device.create_command_encoder()
+        target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
+        run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
+        for pipelines, state in drawn:
+            pipelines.draw(run, state)
+        run.end()
+        self.device.queue.submit([encoder.finish()])
+
+    def _casters(self) -> tuple[list[tuple[Any, Role]], Matrix]:
+        """Each caster with its role, and their hulls, as they are now."""
+        found, lights = [], []
+        for thing in self._shown():
+            if isinstance(thing, LIGHTS):
+                lights.append(thing)
+            elif isinstance(thing, gfx.Mesh) and thing.material is not None and _bounded(thing.geometry):
+                own = role(thing, thing.material)
+                if own is not None:
+                    found.append((thing, own))
+        for thing, _ in found:
+            private.place(thing)
+        hulls = self._bounds.hulls([thing for thing, _ in found])
+        bodies = {id(light.target) for light in self.lights if light.emitter}
+        bodies |= self._glowing(found, hulls, lights)
+        kept = [i for i, (thing, _) in enumerate(found) if id(thing) not in bodies]
+        return [found[i] for i in kept], hulls[kept]
+
+    def _shown(self) -> Iterator[Any]:
+        """All that is visible and not excluded."""
+        excluded = {id(thing) for thing in self.exclude}
+        left = [self.scene]
+        while left:
+            thing = left.pop()
+            if thing.visible and id(thing) not in excluded and not _helps(thing):
+                yield thing
+                left += reversed(thing.children)
+
+    def _glowing(self, found: list[tuple[Any, Role]], hulls: Matrix, lights: list[Any]) -> set[int]:
+        """Ids of the meshes that glow and have a light in them which is below, or right above."""
+        at = {id(thing): i for i, (thing, _) in enumerate(found)}
+        bodies: set[int] = set()
+        for light in lights:
+            near = list(light.children)
+            above = light.parent
+            while above is not None:
+                near.append(above)
+                above = above.parent
+            for thing in near:
+                i = at.get(id(thing))
+                if i is not None and strength(thing.material) != 0:
+                    place = light.world.position
+                    if (hulls[i].min(axis=0) <= place).all() and (place <= hulls[i].max(axis=0)).all():
+                        bodies.add(id(thing))
+        return bodies
+
+
+def _bounded(geometry: Any) -> bool:
+    positions = getattr(geometry, "positions", None)
+    return positions is not None and positions.data is not None and len(positions.data) > 0
