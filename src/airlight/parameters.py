@@ -12,7 +12,7 @@ THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
 Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"]
 IN_WORLD = ("march", "article")  # methods that light a medium
 IN_VIEW: tuple[str, ...] = tuple(m for m in get_args(Method) if m not in IN_WORLD)  # which work on pictures, and in scenes on the view
-_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": IN_WORLD, "march": IN_WORLD, "article": ("article",)}  # of groups
+_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": ("march",), "march": IN_WORLD, "article": ("article",)}  # of groups
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -262,7 +262,14 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     ] = "stencil"
     resolution: Annotated[
         Annotated[float, Meta(ge=0.125, le=1)] | None,
-        _meta("size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)),
+        _meta(
+            "size of source and shafts; unset: 0.5, of a medium in quality final 1",
+            "scene",
+            "Vesper",
+            "of the view",
+            slider=(0.125, 1),
+            methods=(*IN_VIEW, "march"),
+        ),
     ] = None
     region: Annotated[
         float,
@@ -364,6 +371,7 @@ class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "medium",
             "Hx Volumetric Lighting",
             "m",
+            methods=IN_WORLD,
             slider=(1, 1000),
             log=True,
         ),
@@ -394,10 +402,14 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
             "march",
             "Airlight",
+            methods=("march",),
             slider=(4, 256),
             log=True,
         ),
     ] = None
+    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article", methods=("march",))] = (
+        False
+    )
     shadow_size: Annotated[
         Annotated[int, Meta(ge=16, le=16384)] | None,
         _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(512, 1024, 2048, 4096)),
@@ -417,6 +429,7 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             " nearest",
             "march",
             "Reeves et al. 1987; Fernando 2005",
+            methods=("march",),
         ),
     ] = "nearest"
     sun_size: Annotated[float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", ge=0, le=20)] = 0.27

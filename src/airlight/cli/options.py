@@ -191,8 +191,8 @@ def gather(ctx: click.Context, preset: str | None, medium: str | None = None) ->
     if medium is None:
         return values | written
     found = {"method": "march"} | values | presets.load(medium, presets.MEDIA) | written
-    if found["method"] not in IN_WORLD:
-        raise AirlightError(f"--medium means nothing with method {found['method']}: give --method {' or '.join(IN_WORLD)} too")
+    if found["method"] != "march":
+        raise AirlightError(f"--medium means nothing with method {found['method']}: leave it out, or give --method march too")
     return found
 
 

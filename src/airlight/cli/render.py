@@ -272,7 +272,7 @@ def render(
         exclude=exclude,
         linear=_is_linear(output),
     )
-    if in_world:
+    if parameters.method == "march":
         _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:

@@ -88,6 +88,7 @@ class Viewer:
             self.picture, state.is_image = view, True
             state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength) for lamp in lamps] or [found_light(picture)]
             state.duration, state.path_drawn = 0.0, None
+            st.stand(state, {})
         else:
             stage = _open_scene(path)
             if self.scene is None:

@@ -11,7 +11,7 @@ from pygfx.utils.viewport import Viewport
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
-from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium
+from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium, stand
 
 STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
@@ -48,6 +48,7 @@ class SceneView:
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
         state.lamps_before = [replace(lamp) for lamp in state.lamps]
+        stand(state, stage.settings)
         state.path_drawn, state.settled = (False if stage.path is not None else None), {"mix": 1.0}
         self.camera = self.controller = self.posed = None
         if self.shafts is None:

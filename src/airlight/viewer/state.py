@@ -68,6 +68,7 @@ class ViewerState:
     timing: bool = False
     passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
     settled: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
+    standing: dict[str, Any] = field(default_factory=dict)  # defaults that a scene has of its own
     allowed: dict[str, tuple[str, ...]] = field(default_factory=dict)  # choices that this picture has, where not all
     preset: str = ""
     file: str = "settings.toml"
@@ -94,14 +95,26 @@ def value(state: ViewerState, name: str) -> Any:
     return next(getattr(struct, name) for struct in state.structs if name in struct.__struct_fields__)
 
 
+def default(state: ViewerState, d: Declared) -> Any:
+    """The value of a parameter that the user leaves alone: the scene's own, else the declared one."""
+    return state.standing.get(d.name, d.default)
+
+
 def values(state: ViewerState) -> dict[str, Any]:
-    """The parameters that differ from the defaults."""
-    return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != d.default}
+    """The parameters that differ from these defaults."""
+    return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != default(state, d)}
+
+
+def stand(state: ViewerState, settings: dict[str, Any]) -> None:
+    """Show another scene, or a picture: `settings` are what it is meant for, and hold for what the user left alone."""
+    changed = values(state)
+    state.standing = settings
+    set_values(state, changed)
 
 
 def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together."""
-    built = presets.build(new)
+    built = presets.build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[InScene]
     state.medium, state.march = built[Medium], built[March]
 
@@ -180,7 +193,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
         "steps": air.steps or "exact",
         "shadow_size": air.shadow_size,
     }
-    state.doubt = doubt(air, distance, radius) or ""
+    state.doubt = (doubt(air, distance, radius) or "") if state.parameters.method == "march" else ""
 
 
 def save(state: ViewerState, path: str) -> None:
@@ -218,7 +231,7 @@ def _number(v: float) -> str:
 
 def command_line(state: ViewerState) -> list[str]:
     """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != d.default}
+    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
     stem, kind = os.path.splitext(os.path.basename(state.source))
     ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
