@@ -79,7 +79,7 @@ class Bounds:
         return known[1]
 
     def _shape(self, geometry: Any) -> _Shape:
-        buffers = [getattr(geometry, name, None) for name in ("positions", "skin_indices", "skin_weights")]
+        buffers: list[Any] = [getattr(geometry, name, None) for name in ("positions", "skin_indices", "skin_weights")]
         targets = getattr(geometry, "morph_positions", None) or ()
         key = (*(None if buffer is None else buffer.rev for buffer in buffers), *map(id, targets))
         shape: _Shape | None = self._shapes.get(geometry)

@@ -29,11 +29,11 @@ LIGHTS = (gfx.DirectionalLight, gfx.PointLight, gfx.SpotLight)
 class Role:
     """How casters of one kind are drawn: all that pygfx's pipelines ask of a renderer's blender.
 
-    output: of fragments, a .wgsl file. fragments: whether they have a say in what is drawn.
+    output: what becomes of fragments, a .wgsl file.
     """
 
-    def __init__(self, name: str, output: str, fragments: bool) -> None:
-        self.hash, self.output, self.fragments = f"airlight {name}", output, fragments
+    def __init__(self, name: str, output: str) -> None:
+        self.hash, self.output = f"airlight {name}", output
 
     def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
         return {"alpha_method": alpha["method"], "fragment_output_code": load(self.output), "write_pick": False}
@@ -45,10 +45,8 @@ class Role:
         return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater"}
 
 
-WHOLE = Role("whole casters", "pygfx/cast.wgsl", fragments=False)
-HOLES = Role("casters with holes", "pygfx/cast.wgsl", fragments=True)
-HALF = Role("casters by halves", "pygfx/cast_half.wgsl", fragments=True)
-ROLES = (WHOLE, HOLES, HALF)
+CAST = Role("casters", "pygfx/cast.wgsl")
+HALF = Role("casters by halves", "pygfx/cast_half.wgsl")
 
 
 def role(mesh: Any, material: Any) -> Role | None:
@@ -56,19 +54,13 @@ def role(mesh: Any, material: Any) -> Role | None:
 
     What pygfx blends though it may well be solid ("auto" with a map that has an alpha) casts where that is at least a half.
     """
-    config, tested = material.alpha_config, private.alpha_tested(material)
-    if not material.depth_write or config["method"] == "stochastic":
+    if not material.depth_write or material.alpha_method == "stochastic":
         return None
-    whole = solid(mesh, material)
-    auto = material.alpha_mode == "auto" and material.opacity >= 1 and getattr(getattr(material, "color", None), "a", 1.0) >= 1
-    if not whole and not auto:
+    if solid(mesh, material):
+        return CAST
+    if material.alpha_mode != "auto" or material.opacity < 1 or getattr(getattr(material, "color", None), "a", 1.0) < 1:
         return None
-    if not whole and not tested:
-        return HALF
-    shader: Any = private.shader_of(mesh)
-    plain = getattr(shader, "get_code", None) is private.MeshShader.get_code and issubclass(shader, private.MeshShader)
-    cut = tested or material.clipping_plane_count or getattr(material, "wireframe", False) or not plain
-    return HOLES if cut else WHOLE
+    return CAST if private.alpha_tested(material) else HALF
 
 
 class Casters:
@@ -99,7 +91,7 @@ class Casters:
         for mesh, role in found:
             made = self._made.setdefault(mesh, weakref.WeakKeyDictionary()).setdefault(mesh.material, {})
             if role not in made:
-                made[role] = private.Pipelines(_silhouette, private.DepthPipeline)
+                made[role] = private.Pipelines(_silhouette, private.TwoSided)
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
         size = air.shadow_size

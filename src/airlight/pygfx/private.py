@@ -5,16 +5,11 @@ from typing import Any
 
 import numpy as np
 from pygfx.cameras._perspective import fov_distance_factor
-from pygfx.renderers.wgpu.engine.pipeline import (
-    PIPELINE_CACHE,
-    RenderPipelineContainer,
-    get_cached_pipeline_layout,
-    get_cached_render_pipeline,
-)
+from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
 from pygfx.renderers.wgpu.engine.renderstate import get_renderstate
 from pygfx.renderers.wgpu.engine.shared import get_shared
 from pygfx.renderers.wgpu.engine.update import update_resource
-from pygfx.renderers.wgpu.engine.utils import hash_from_value, nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.engine.utils import nchannels_from_format, registry, to_texture_format
 from pygfx.renderers.wgpu.shader.base import ShaderInterface
 from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
 from pygfx.resources import Texture
@@ -22,9 +17,9 @@ from pygfx.resources._base import resource_update_registry
 from pygfx.utils.trackable import PropTracker
 
 __all__ = [
-    "DepthPipeline",
     "MeshShader",
     "Pipelines",
+    "TwoSided",
     "alpha_tested",
     "channels",
     "extent",
@@ -112,30 +107,12 @@ class Pipelines:
             container.draw(run, state)
 
 
-class DepthPipeline(RenderPipelineContainer):  # type: ignore[misc]
-    """A pipeline that draws both sides, and depths alone: where the state's blender has no `fragments`, without that stage.
-
-    Touches _compose_pipeline, wgpu_shader, wgpu_bind_group_layouts, wobject_info and pipeline_info; get_cached_pipeline_layout,
-    get_cached_render_pipeline, hash_from_value and PIPELINE_CACHE, so that alike objects share what is compiled.
-    """
+class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
+    """A pipeline that draws both sides, whatever the material says. Touches _compose_pipeline and pipeline_info."""
 
     def _compose_pipeline(self, renderstate: Any) -> Any:
-        layout = get_cached_pipeline_layout(self.device, [*self.wgpu_bind_group_layouts, renderstate.wgpu_bind_group_layout])
-        topology, depth = self.pipeline_info["primitive_topology"], renderstate.blender.get_depth_descriptor(True, ">", True)
-        if renderstate.blender.fragments:
-            args: Any = self.wgpu_shader, topology, self.strip_index_format, "none", depth, []
-            return get_cached_render_pipeline(self.device, layout, *args)
-        key = "airlight depths", hash_from_value((layout, self.wgpu_shader, topology))
-        made = PIPELINE_CACHE.get(key)
-        if made is None:
-            made = self.device.create_render_pipeline(
-                layout=layout,
-                vertex={"module": self.wgpu_shader, "entry_point": "vs_main"},
-                primitive={"topology": topology, "strip_index_format": self.strip_index_format},
-                depth_stencil=depth,
-            )
-            PIPELINE_CACHE.set(key, made)
-        return made
+        self.pipeline_info = {**self.pipeline_info, "cull_mode": "none"}
+        return super()._compose_pipeline(renderstate)
 
 
 def influences(wobject: Any) -> Any:
