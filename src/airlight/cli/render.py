@@ -218,12 +218,6 @@ def render(
     values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
     built = presets.build(values)
     parameters = built[Parameters]
-    in_world = parameters.method in IN_WORLD
-    check_given(ctx, parameters.method)
-    if exclude and built[InScene].occluders != "prepass" and not in_world:
-        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
-    if occlusion_buffer is not None and in_world:
-        raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     if ctx.params["eye"] is None and (given(ctx, "target") or given(ctx, "fov")):
         raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
     if ctx.params["eye"] is not None and ctx.params["camera"] is not None:
@@ -259,8 +253,15 @@ def render(
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
-    shot = _shot(ctx, size, parameters.quality)
     built = presets.build(stage.settings | values)
+    parameters = built[Parameters]
+    in_world = parameters.method in IN_WORLD
+    check_given(ctx, parameters.method)
+    if exclude and built[InScene].occluders != "prepass" and not in_world:
+        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
+    if occlusion_buffer is not None and in_world:
+        raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    shot = _shot(ctx, size, parameters.quality)
     studio = offline.Studio(
         stage,
         shot,

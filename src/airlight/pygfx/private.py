@@ -110,6 +110,8 @@ class Pipelines:
 class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
     """A pipeline that draws both sides, whatever the material says. Touches _compose_pipeline and pipeline_info."""
 
+    pipeline_info: Any
+
     def _compose_pipeline(self, renderstate: Any) -> Any:
         self.pipeline_info = {**self.pipeline_info, "cull_mode": "none"}
         return super()._compose_pipeline(renderstate)
