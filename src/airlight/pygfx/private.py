@@ -111,7 +111,7 @@ class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
     """A pipeline that draws both sides, whatever the material says. Touches _compose_pipeline and pipeline_info."""
 
     def _compose_pipeline(self, renderstate: Any) -> Any:
-        self.pipeline_info = {**self.pipeline_info, "cull_mode": "none"}
+        self.pipeline_info: Any = {**self.pipeline_info, "cull_mode": "none"}
         return super()._compose_pipeline(renderstate)
 
 
