@@ -333,8 +333,9 @@ def test_bounds_hold_every_vertex_and_are_tight(device: Device) -> None:
         centre, radius = casters.bounds()
         everything = np.concatenate([vertices(mesh) for mesh in meshes])
         assert radius >= np.linalg.norm(everything - centre, axis=1).max() * (1 - 1e-6)
-    ball.geometry.positions.data[:] *= 2
+    cast(device, casters)
     before = bounds.hulls([ball])
+    ball.geometry.positions.data[:] *= 2
     ball.geometry.positions.update_full()
     assert np.ptp(bounds.hulls([ball]), axis=1).max() > np.ptp(before, axis=1).max()
 
