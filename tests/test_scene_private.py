@@ -64,6 +64,22 @@ def test_the_engine_has_what_the_pre_pass_draws_with() -> None:
         assert name in state, f"what pipelines ask of a blender, {name}" + see
 
 
+def test_the_engine_has_what_shadow_maps_are_drawn_with() -> None:
+    import numpy as np
+    import pygfx as gfx
+    from pygfx.renderers.wgpu.engine import pipeline
+
+    see = ": see airlight/pygfx/private.py"
+    composed = inspect.getsource(pipeline.RenderPipelineContainer._compose_pipeline)
+    assert 'cull_mode = self.pipeline_info["cull_mode"]' in composed, "RenderPipelineContainer._compose_pipeline, pipeline_info" + see
+    geometry = gfx.box_geometry()
+    geometry.morph_positions = [np.zeros_like(geometry.positions.data)]
+    mesh = gfx.Mesh(geometry, gfx.MeshBasicMaterial())
+    assert mesh._morph_target_influences is None, "Mesh._morph_target_influences" + see
+    mesh.morph_target_influences = [0.25]
+    assert mesh._morph_target_influences.data["influence"].tolist() == [0.25, 0.75], "Mesh._morph_target_influences" + see
+
+
 def test_controllers_tell_a_distance_by_width_and_height() -> None:
     from pygfx.cameras import _perspective
 

@@ -113,7 +113,7 @@ class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
     pipeline_info: Any
 
     def _compose_pipeline(self, renderstate: Any) -> Any:
-        self.pipeline_info = {**self.pipeline_info, "cull_mode": "none"}
+        self.pipeline_info: Any = {**self.pipeline_info, "cull_mode": "none"}
         return super()._compose_pipeline(renderstate)
 
 
