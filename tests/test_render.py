@@ -16,7 +16,7 @@ import numpy as np
 import pygfx as gfx
 import pytest
 
-from airlight import scenes
+from airlight import presets, scenes
 from airlight.cli import main
 from airlight.cli.render import PLACE, SUN, read_scene_light
 from airlight.errors import AirlightError, MachineError
@@ -521,6 +521,32 @@ def test_the_values_of_the_command_reach_the_pass(tmp_path, monkeypatch):
     )
     more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True}
     assert seen[0][1:] == (Composite(mix=0.5), InScene(clear="#102030"), more)
+
+
+def test_a_medium_reaches_the_pass_and_is_repeated(tmp_path, monkeypatch, capsys):
+    seen = []
+    make = offline.Studio
+
+    def studio(*given, **more):
+        seen.append((given[2], more["medium"], more["march"]))
+        return make(*given, **more)
+
+    monkeypatch.setattr(offline, "Studio", studio)
+    options = ("--medium", "clear-air", "--albedo", "0.5,0.25,1", "--steps", "exact", "--shadow-size", "64", "--no-extinction", "--snap")
+    assert render("-o", tmp_path / "a.exr", *options) == 0
+    air = presets.load("clear-air", presets.MEDIA)
+    assert seen[0] == (
+        Parameters(method="march", quality=seen[0][0].quality),
+        Medium(**air | {"albedo": (0.5, 0.25, 1)}, extinction=False),
+        March(steps="exact", shadow_size=64, snap=True),
+    )
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and err.startswith("airlight: warning: the medium is too thin to be seen")
+    assert render("-o", tmp_path / "b.exr", "--settings-from", tmp_path / "a.exr") == 0
+    assert seen[1] == seen[0] and json.loads(read_settings(str(tmp_path / "a.exr"))) == json.loads(read_settings(str(tmp_path / "b.exr")))
+    assert render("-o", tmp_path / "c.exr", "--settings-from", tmp_path / "a.exr", "--sigma-t", "0.1", "--extinction") == 0
+    assert seen[2][1] == Medium(**air | {"albedo": (0.5, 0.25, 1), "sigma_t": (0.1, 0.1, 0.1)})
+    assert capsys.readouterr().err.count("warning") == 1  # of b, not of c
 
 
 GLB = {

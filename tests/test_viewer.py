@@ -26,6 +26,7 @@ from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
 from airlight.files.colour import srgb_encode
 from airlight.gpu.device import open_device
+from airlight.parameters import IN_VIEW, Medium
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
@@ -190,7 +191,7 @@ def test_sliders_are_within_the_bounds() -> None:
             assert d.slider is not None, d.name
             low, high = min(d.slider), max(d.slider)
             assert d.low <= low < high <= d.high and (not d.low_open or low > d.low), d.name
-            assert d.default is None or low <= d.default <= high, d.name
+            assert d.default is None or all(low <= v <= high for v in (d.default if d.triple else (d.default,))), d.name
 
 
 @pytest.mark.parametrize("name", ["samples", "density", "decay", "weight", "exposure"])
@@ -477,10 +478,13 @@ def some_values() -> Any:
     for d in declared(scenes=True):
         if d.choices:
             kinds[d.name] = some.sampled_from(d.choices)
+        elif d.kind is bool:
+            kinds[d.name] = some.booleans()
         elif d.kind is int:
-            kinds[d.name] = some.integers(int(d.low), int(d.high))
+            kinds[d.name] = some.integers(int(d.low), int(d.high)) | some.sampled_from(d.words or (int(d.low),))
         elif d.kind is float:
             kinds[d.name] = some.floats(d.low, d.high, exclude_min=d.low_open)
+            kinds[d.name] = some.tuples(*[kinds[d.name]] * 3) | kinds[d.name] if d.triple else kinds[d.name]
         else:
             kinds[d.name] = some.from_regex("#[0-9a-f]{6}", fullmatch=True)
     return some.fixed_dictionaries({}, optional=kinds)
@@ -699,6 +703,106 @@ def test_each_parameter_of_a_scene_has_a_widget(scene: Driver) -> None:
     assert {d.name for d in st.shown(scene.state)} <= set(scene.places)
     for group in groups:
         scene.open_group(group)
+
+
+@pytest.fixture
+def lit(scene: Driver) -> Driver:
+    """A scene whose medium is lit, once; then only the panel is looked at."""
+    st.set_values(scene.state, {"method": "march", "steps": "exact", "shadow_size": 64, "resolution": 0.25})
+    scene.frame(2)
+    scene.state.shafts = False
+    return scene
+
+
+def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(lit: Driver) -> None:
+    of_medium, of_view = ({d.name for d in declared(scenes=True) if d.methods == methods} for methods in (("march",), IN_VIEW))
+    groups = ("Method", "Composite", "Shafts in the scene", "March")
+    for group in groups:
+        lit.open_group(group)
+    seen = set(lit.places)
+    assert {d.name for d in st.shown(lit.state)} <= seen and of_medium <= seen and not of_view & seen
+    assert {"group Medium", "group March"} <= seen and "group Shafts" not in seen
+    lit.choose("method", "epipolar")
+    seen = set(lit.places)
+    assert not of_medium & seen and {"samples", "group Shafts"} <= seen and not {"group Medium", "group March"} & seen
+    lit.choose("method", "march")
+    assert lit.state.march.steps == "exact"  # kept
+    lit.choose("jitter", "gradient")
+    assert lit.state.parameters.jitter == "gradient"
+    lit.choose("jitter", "auto (gradient)")
+    lit.frame()
+    assert lit.state.parameters.jitter is None and lit.state.settled["jitter"] == "blue"
+    for group in groups:
+        lit.open_group(group)
+
+
+def test_three_numbers_a_word_and_a_truth(lit: Driver) -> None:
+    state = lit.state
+    lit.open_group("March")
+    assert state.medium.sigma_t is None and state.settled["sigma_t"] == pytest.approx([0.5 / 6] * 3, rel=1e-2)  # of a radius of 3 m
+    lit.click("sigma_t auto")
+    assert state.medium.sigma_t == state.settled["sigma_t"]
+    lit.drag(lit.where("sigma_t", 0.5), lit.where("sigma_t", 0.42))
+    red, green, blue = state.medium.sigma_t
+    assert red == blue == state.settled["sigma_t"][0] and 0 < green < red
+    lit.drag(lit.where("albedo", 0.9), lit.where("albedo", 0.83))
+    assert state.medium.albedo[:2] == (0.9, 0.9) and 0.2 < state.medium.albedo[2] < 0.8
+    lit.click("extinction", 0.1)
+    lit.click("snap", 0.1)
+    assert (state.medium.extinction, state.march.snap) == (False, True)
+    lit.click("steps exact", 0.1)
+    assert isinstance(state.march.steps, int)
+    lit.click("steps auto", 0.1)
+    assert state.march.steps is None and state.settled["steps"] == 64
+    lit.click("steps auto", 0.1)
+    lit.click("steps exact", 0.1)
+    assert state.march.steps == "exact"
+    lit.choose("shadow_size", "512")
+    values, _ = read_by_render(state)
+    assert values == {d.name: st.value(state, d.name) for d in st.shown(state) if st.value(state, d.name) != d.default}
+    assert values.items() >= {"method": "march", "extinction": False, "snap": True, "steps": "exact", "shadow_size": 512}.items()
+    lit.click("reset medium")
+    assert state.medium == Medium() and state.march.snap and state.message == ""
+    lit.open_group("March")
+
+
+def test_media_in_the_panel(lit: Driver) -> None:
+    lit.choose("medium", "underwater")
+    assert st.medium(lit.state) == "underwater" and lit.state.medium.anisotropy == 0.924
+    st.change(lit.state, "max_distance", 50.0)
+    lit.choose("medium", "smoke")
+    assert lit.state.medium == Medium(**presets.load("smoke", presets.MEDIA), max_distance=50.0)
+    st.change(lit.state, "albedo", 0.5)
+    assert lit.state.medium.albedo == (0.5, 0.5, 0.5) and st.medium(lit.state) == ""
+    lit.choose("medium", "clear-air")  # of which there is too little in six metres
+    lit.frame(2)
+    assert lit.state.message == "" and "too thin" in lit.state.doubt and "message" in lit.places
+    lit.choose("medium", "own")
+    lit.frame(2)
+    assert lit.state.medium == Medium(max_distance=50.0) and lit.state.doubt == "" and "message" not in lit.places
+
+
+def test_what_a_scene_is_meant_for_stands_where_the_user_says_nothing(scene: Driver, photo: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    meant = stage("dense")
+    meant.settings = {"sigma_t": (0.1, 0.2, 0.3), "snap": True}
+    st.set_values(scene.state, {"albedo": 0.5, "method": "march", "steps": "exact", "shadow_size": 64})
+    monkeypatch.setattr(app, "_open_scene", lambda name: meant)
+    scene.viewer.open("table")
+    state = scene.state
+    assert (state.medium.sigma_t, state.medium.albedo, state.march.snap) == ((0.1, 0.2, 0.3), (0.5, 0.5, 0.5), True)
+    assert not {"--sigma-t", "--snap"} & set(st.command_line(state))
+    st.change(state, "snap", False)
+    assert "--no-snap" in st.command_line(state)
+    st.change(state, "sigma_t", 0.4)
+    st.change(state, "sigma_t", None)
+    assert state.medium.sigma_t == (0.1, 0.2, 0.3)
+    st.reset(state)
+    assert state.march.snap and state.medium.albedo == (0.9, 0.9, 0.9)
+    st.change(state, "method", "march")
+    scene.viewer.open(photo)
+    assert (state.parameters.method, state.medium) == ("epipolar", Medium()) and "march is for scenes" in state.message
+    with pytest.raises(AirlightError, match="airlight render SCENE"):
+        app.Viewer(scene.canvas, photo, values={"method": "march"})
 
 
 def test_time_runs_pauses_and_is_scrubbed(scene: Driver) -> None:

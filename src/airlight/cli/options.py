@@ -1,5 +1,6 @@
 """Command-line options made from the declared parameters."""
 
+import difflib
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -129,7 +130,9 @@ class _Numbers(click.ParamType):
             try:
                 return self.of.convert(value, param, ctx)
             except click.BadParameter as error:
-                self.fail(f"{error.message} Or write {' or '.join(self.words)}.", param, ctx)
+                close = difflib.get_close_matches(str(value), self.words, 1)
+                hint = f"; did you mean {close[0]!r}?" if close else f"; or write {' or '.join(self.words)}"
+                self.fail(error.message.rstrip(".") + hint, param, ctx)
         parts = value if isinstance(value, (tuple, list)) else str(value).split(",")
         if len(parts) not in (1, 3):
             self.fail(f"{value!r} is not r,g,b: write three numbers, as in 0.1,0.2,0.3, or one for all three", param, ctx)

@@ -15,7 +15,7 @@ from airlight.viewer.state import ViewerState
 
 WIDTH = 344  # logical px
 LABEL = 104
-FIRST = ("shafts",)  # groups that stand at the top, open
+FIRST = ("shafts", "medium")  # groups that stand at the top, open
 TITLES = {"scene": "Shafts in the scene"}
 OWN = "own"  # a medium that is none of those that come with Airlight
 ACCENT = (0.96, 0.70, 0.28)
@@ -125,12 +125,15 @@ class Panel:
             wide = imgui.get_content_region_avail().x
             foot = imgui.calc_text_size(told, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
-        for group in FIRST:
-            self._group(group, opened=True)
+        groups = dict.fromkeys(d.group for d in st.shown(self.state))
+        for group in groups:
+            if group in FIRST:
+                self._group(group, opened=True)
         self._source()
         self._lights()
-        for group in dict.fromkeys(d.group for d in st.shown(self.state) if d.group not in FIRST):
-            self._group(group, opened=False)
+        for group in groups:
+            if group not in FIRST:
+                self._group(group, opened=False)
         self._view()
         self._settings()
         self._times()
@@ -194,7 +197,7 @@ class Panel:
         """A slider, or three side by side; what it was moved to, or None."""
         low, high = d.slider or (0, 1)
         flags = imgui.SliderFlags_.logarithmic if d.log else 0
-        digits = 2 if high - low > 1 else 3 if high - low > 0.2 else 4
+        digits = 2 if high - low > 1 or d.triple else 3 if high - low > 0.2 else 4
         form = "%.4g" if d.log else f"%.{digits}f"  # which also says how near to 0 ratios end
         new: Any
         v: Any
