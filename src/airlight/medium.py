@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from airlight import presets
 from airlight.lamps import Lamp
 from airlight.parameters import March, Medium
 
 DEPTH = 0.5  # optical depth across a scene, where sigma_t is unset
 REACH = 4.0  # of a scene's radius, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
+BLACK, EMPTY = 6.0, 1e-3  # optical depths across a scene: from here nothing is seen through it, up to here nothing is seen of it
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in scatter/march/scene.wgsl
 
 
@@ -53,3 +55,21 @@ def settle(medium: Medium, march: March, quality: str, radius: float) -> Settled
         medium=medium,
         march=march,
     )
+
+
+def doubt(air: Settled, distance: float, radius: float) -> str | None:
+    """One line where the medium hides the scene or cannot be seen, with what would suit; else None. An empty medium is meant to be empty.
+
+    distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
+    """
+    way = min(max(distance, 2 * radius), air.max_distance)
+    depths = air.sigma_t * way
+    if way <= 0 or not depths.any():
+        return None
+    suits = presets.text(tuple(float(f"{v:.2g}") for v in air.sigma_t * (DEPTH / depths.mean())))
+    across = f"an optical depth of {depths.mean():.2g} over {way:.3g} m"
+    if depths.min() > BLACK and air.medium.extinction:
+        return f"the medium hides the scene: {across}; it would be seen with a sigma_t of about {suits} 1/m"
+    if depths.max() < EMPTY:
+        return f"the medium is too thin to be seen: {across}; it would be seen with a sigma_t of about {suits} 1/m"
+    return None

@@ -1,7 +1,7 @@
 """Every parameter, declared once: type, range, unit, default, source. The command line, presets, docs follow from it."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import msgspec
 from msgspec import Meta
@@ -9,13 +9,29 @@ from msgspec import Meta
 from airlight.errors import AirlightError
 
 THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
-IN_WORLD = ("march", "article")  # methods that light a medium; the others work on pictures, and in scenes on the view
+Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"]
+IN_WORLD = ("march", "article")  # methods that light a medium
+IN_VIEW: tuple[str, ...] = tuple(m for m in get_args(Method) if m not in IN_WORLD)  # which work on pictures, and in scenes on the view
+_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": ("march",), "march": IN_WORLD, "article": ("article",)}  # of groups
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
-def _meta(description: str, group: str, source: str, unit: str = "", slider: tuple[float, ...] | None = None, **bounds: Any) -> Meta:
-    """slider: the range in which it is usually moved by hand, where that is narrower than its bounds; or its only values, three or more."""
-    return Meta(description=description, extra={"group": group, "source": source, "unit": unit, "slider": slider}, **bounds)
+def _meta(
+    description: str,
+    group: str,
+    source: str,
+    unit: str = "",
+    slider: tuple[float, ...] | None = None,
+    log: bool = False,
+    methods: tuple[str, ...] | None = None,
+    **bounds: Any,
+) -> Meta:
+    """slider: the range in which it is usually moved by hand, where that is narrower than its bounds; or its only values, three or more.
+
+    log: moved in ratios. methods: with which it means something, where these are not those of its group; of a group of no _METHODS, all.
+    """
+    extra = {"group": group, "source": source, "unit": unit, "slider": slider, "log": log, "methods": methods or _METHODS.get(group, ())}
+    return Meta(description=description, extra=extra, **bounds)
 
 
 _GG3 = "GPU Gems 3, ch. 13"
@@ -27,19 +43,29 @@ class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
-            if hasattr(value, "item") and getattr(value, "ndim", None) == 0:  # a NumPy number
-                msgspec.structs.force_setattr(self, field.name, value.item())
+            if hasattr(value, "tolist"):  # NumPy's
+                value = value.tolist()
+            if is_triple(field.type):
+                value = (value,) * 3 if isinstance(value, (int, float)) else value
+                value = tuple(value) if isinstance(value, list) else value
+            if value is not getattr(self, field.name):
+                msgspec.structs.force_setattr(self, field.name, value)
             try:
-                msgspec.convert(getattr(self, field.name), field.type)
+                msgspec.convert(value, field.type)
             except msgspec.ValidationError as error:
-                raise AirlightError(f"{field.name} = {getattr(self, field.name)!r}: {error}") from None
+                raise AirlightError(f"{field.name} = {value!r}: {error}") from None
+
+
+def is_triple(annotation: Any) -> bool:
+    """Whether a field of this type holds three numbers, for red, green and blue; one number stands for three that are equal."""
+    return get_origin(annotation) is tuple or any(is_triple(part) for part in get_args(annotation))
 
 
 class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What shapes the light shafts of an image. Validated on construction; raises AirlightError."""
 
     method: Annotated[
-        Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"],
+        Method,
         _meta(
             "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum; bands: ring by ring around the"
             " light; multipass: three passes of eight samples; additive: scaled copies added in an 8-bit buffer, with a stencil; in scenes"
@@ -79,10 +105,16 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
     exposure: Annotated[float, _meta("factor of the whole sum", "shafts", _GG3 + ", Eq. 3", slider=(0, 3), ge=0, le=1e6)] = 1.5
     normalization: Annotated[
         Literal["mean", "listing"],
-        _meta("mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted", "method", _GG3),
+        _meta(
+            "mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted",
+            "method",
+            _GG3,
+            methods=IN_VIEW,
+        ),
     ] = "mean"
     border: Annotated[
-        Literal["clamp", "black"], _meta("what lies outside the image: its border pixels, or nothing", "method", _GG3 + ", sec. 13.6")
+        Literal["clamp", "black"],
+        _meta("what lies outside the image: its border pixels, or nothing", "method", _GG3 + ", sec. 13.6", methods=IN_VIEW),
     ] = "clamp"
     jitter: Annotated[
         Literal["fixed", "midpoint", "gradient", "blue"] | None,
@@ -99,6 +131,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             "method",
             _GG3 + ", sec. 13.3.1",
             slider=(1, 0.5, 0.25),
+            methods=IN_VIEW,
             ge=0.25,
             le=1,
         ),
@@ -165,6 +198,12 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
         return -self.samples * math.log(self.decay)
 
 
+def check_picture(method: str) -> None:
+    """Raise AirlightError for a method that needs a scene."""
+    if method in IN_WORLD:
+        raise AirlightError(f"method {method} lights the air of a 3-D scene, not of a picture: use it with `airlight render SCENE`")
+
+
 def check_ray(method: str, density: float) -> None:
     """Raise AirlightError for a ray that the method cannot follow. density: in ways to the light."""
     if method in ("bands", "multipass") and density > 1:
@@ -218,11 +257,19 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "contrast: the picture itself, its occluders flattened and fogged as the light is faced",
             "scene",
             _GG3 + ", sec. 13.5",
+            methods=IN_VIEW,
         ),
     ] = "stencil"
     resolution: Annotated[
         Annotated[float, Meta(ge=0.125, le=1)] | None,
-        _meta("size of source and shafts; unset: 0.5, of a medium in quality final 1", "scene", "Vesper", "of the view", slider=(0.125, 1)),
+        _meta(
+            "size of source and shafts; unset: 0.5, of a medium in quality final 1",
+            "scene",
+            "Vesper",
+            "of the view",
+            slider=(0.125, 1),
+            methods=(*IN_VIEW, "march"),
+        ),
     ] = None
     region: Annotated[
         float,
@@ -232,6 +279,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "scene",
             _GG3 + ", sec. 13.6",
             "of the view",
+            methods=IN_VIEW,
             ge=1,
             le=2,
         ),
@@ -244,13 +292,19 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             _GG3 + ", sec. 13.6",
             "m",
             slider=(0, 20),
+            methods=IN_VIEW,
             ge=0,
             le=1e6,
         ),
     ] = 0.0
     clear: Annotated[
         Annotated[str, Meta(pattern="^#[0-9a-fA-F]{6}$")] | None,
-        _meta("colour of the source where nothing is drawn, sRGB as #101010; unset: the scene's background", "scene", "Vesper"),
+        _meta(
+            "colour of the source where nothing is drawn, sRGB as #101010; unset: the scene's background",
+            "scene",
+            "Vesper",
+            methods=IN_VIEW,
+        ),
     ] = None
     adapt_seconds: Annotated[
         float, _meta("time in which light adaptation follows the picture", "scene", _GG3 + ", sec. 13.8", "s", slider=(0, 5), ge=0, le=60)
@@ -282,7 +336,8 @@ class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "medium",
             _PBR + ", 11.1",
             "1/m",
-            slider=(0, 0.5),
+            slider=(0, 1),
+            log=True,
         ),
     ] = None
     albedo: Annotated[SHARES, _meta("the part of what is lost that is scattered, sigma_s / sigma_t", "medium", _PBR + ", 11.1")] = (
@@ -316,12 +371,21 @@ class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "medium",
             "Hx Volumetric Lighting",
             "m",
+            methods=IN_WORLD,
             slider=(1, 1000),
+            log=True,
         ),
     ] = None
     lamp_distance: Annotated[
         Annotated[float, Meta(gt=0, le=1e9)] | None,
-        _meta("lamps farther from the eye light no medium; unset: all do", "medium", "Hx Volumetric Lighting", "m", slider=(1, 1000)),
+        _meta(
+            "lamps farther from the eye light no medium; unset: all do",
+            "medium",
+            "Hx Volumetric Lighting",
+            "m",
+            slider=(1, 1000),
+            log=True,
+        ),
     ] = None
     lamp_fade: Annotated[
         float, _meta("the last part of that distance, over which lamps fade", "medium", "Hx Volumetric Lighting", ge=0, le=1)
@@ -338,13 +402,15 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
             "march",
             "Airlight",
+            methods=("march",),
             slider=(4, 256),
+            log=True,
         ),
     ] = None
-    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article")] = False
+    snap: Annotated[bool, _meta("look up shadows at the centres of texels", "march", "the shadow-map article", methods=("march",))] = False
     shadow_size: Annotated[
         Annotated[int, Meta(ge=16, le=16384)] | None,
-        _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(256, 4096)),
+        _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(512, 1024, 2048, 4096)),
     ] = None
     cascades: Annotated[int, _meta("shadow maps of a sun, one behind the other", "march", "Engel, ShaderX5", ge=1, le=4)] = 1
     cascade_split: Annotated[
@@ -360,6 +426,7 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them. exact takes nearest",
             "march",
             "Reeves et al. 1987; Fernando 2005",
+            methods=("march",),
         ),
     ] = "nearest"
     sun_size: Annotated[float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", ge=0, le=20)] = 0.27
@@ -392,3 +459,6 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "with method article: most light before a surface in shadow; 1: as before any", "article", "the shadow-map article", ge=0, le=1
         ),
     ] = 1.0
+
+
+OF_SCENES = (InScene, Medium, March)  # which a picture has no use for

@@ -1,4 +1,7 @@
-"""Presets: TOML files that give some parameters their values. The keys are the declared parameters and `description`."""
+"""Presets: TOML files that give some parameters their values. The keys are the declared parameters and `description`.
+
+There are two kinds, in folders of these names: presets, of any parameters, and media, of a medium's.
+"""
 
 import difflib
 import functools
@@ -6,15 +9,18 @@ import json
 import os
 import stat
 import tomllib
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
 from airlight import parameters
 from airlight.errors import AirlightError
+from airlight.parameters import is_triple
 
+PRESETS, MEDIA = "presets", "media"
 LARGEST = 1 << 20  # bytes; a preset has a few hundred
 
 
@@ -24,11 +30,12 @@ def structs(scenes: bool = True) -> tuple[type[msgspec.Struct], ...]:
     found = [
         v for v in vars(parameters).values() if isinstance(v, type) and issubclass(v, msgspec.Struct) and not v.__name__.startswith("_")
     ]
-    return tuple(s for s in found if s.__module__ == parameters.__name__ and (scenes or s is not parameters.InScene))
+    return tuple(s for s in found if s.__module__ == parameters.__name__ and (scenes or s not in parameters.OF_SCENES))
 
 
-def keys() -> list[str]:
-    return [field.name for struct in structs() for field in msgspec.structs.fields(struct)]
+def keys(kind: str = PRESETS) -> list[str]:
+    of_kind = structs() if kind == PRESETS else (parameters.Medium,)
+    return [field.name for struct in of_kind for field in msgspec.structs.fields(struct)]
 
 
 def build(values: dict[str, Any]) -> dict[type, Any]:
@@ -36,27 +43,33 @@ def build(values: dict[str, Any]) -> dict[type, Any]:
     return {s: s(**{f.name: values[f.name] for f in msgspec.structs.fields(s) if f.name in values}) for s in structs()}
 
 
-def _folder() -> Path:
-    return Path(str(resources.files("airlight"))) / "data" / "presets"
+def _folder(kind: str) -> Path:
+    return Path(str(resources.files("airlight"))) / "data" / kind
 
 
-def names() -> list[str]:
+@functools.cache
+def names(kind: str = PRESETS) -> tuple[str, ...]:
     """The presets that come with Airlight."""
-    return sorted(path.stem for path in _folder().glob("*.toml"))
+    return tuple(sorted(path.stem for path in _folder(kind).glob("*.toml")))
 
 
-def description(name: str) -> str:
-    return str(_read(_folder() / f"{name}.toml").get("description", ""))
+def description(name: str, kind: str = PRESETS) -> str:
+    return str(_read(_folder(kind) / f"{name}.toml", kind).get("description", ""))
 
 
-def load(preset: str | os.PathLike[str]) -> dict[str, Any]:
+def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
     """The values of a preset, checked: one that comes with Airlight by its name, or a .toml file."""
-    name = os.fsdecode(preset)
-    if name in names():
-        return _check(_folder() / f"{name}.toml")
+    name, known = os.fsdecode(preset), names(kind)
+    if name in known:
+        return _check(_folder(kind) / f"{name}.toml", kind)
     if not name.lower().endswith(".toml"):
-        raise AirlightError(f"there is no preset {name!r}{_nearest(name, names())}; use {', '.join(names())} or a .toml file")
-    return _check(Path(name))
+        what = _what(kind)
+        raise AirlightError(f"there is no {what} {name!r}{_nearest(name, known)}; use {', '.join(known)} or a .toml file")
+    return _check(Path(name), kind)
+
+
+def _what(kind: str) -> str:
+    return "preset" if kind == PRESETS else "medium"
 
 
 def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") -> None:
@@ -73,9 +86,20 @@ def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") 
         file.write(("\n".join(lines) + "\n").encode())
 
 
-def choices(kind: Any) -> list[str]:
-    """The values of a declared Literal, in order; none for a number."""
-    return [choice for choice in get_args(get_args(kind)[0]) if isinstance(choice, str)]
+def choices(annotation: Any) -> tuple[str, ...]:
+    """The values of the Literal within an annotation, in the order in which they are written (msgspec sorts them); else none."""
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return next((found for part in get_args(annotation) if (found := choices(part))), ())
+
+
+def text(value: Any, between: str = ",") -> str:
+    """A value as it is written on a command line: 0.5, exact, true; 0.1,0.2,0.3, or 0.1 where all three are equal."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return between.join(str(v) for v in (value[:1] if len(set(value)) == 1 else value))
+    return str(value)
 
 
 def group(kind: Any) -> str:
@@ -84,7 +108,7 @@ def group(kind: Any) -> str:
 
 
 def written(text: str) -> dict[str, Any]:
-    """The values of a text such as `samples=32,jitter=blue` or `vesper,samples=64`: parameters, and presets by their names."""
+    """The values of a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
     types = {field.name: field.type for struct in structs() for field in msgspec.structs.fields(struct)}
     values: dict[str, Any] = {}
     for part in text.split(","):
@@ -94,46 +118,52 @@ def written(text: str) -> dict[str, Any]:
         elif key not in types:
             raise AirlightError(f"unknown key {key!r}{_nearest(key, keys())}")
         else:
+            said: Any = value
+            if is_triple(types[key]):
+                said = value.split("/")
+                said = said * 3 if len(said) == 1 else said
             try:
-                values[key] = msgspec.convert(value, types[key], strict=False)
+                values[key] = msgspec.convert(said, types[key], strict=False)
             except msgspec.ValidationError as error:
                 known = choices(types[key])
                 rest = f"{_nearest(value, known)}; use {', '.join(known)}" if known else ""
+                rest += "; write three numbers as 0.1/0.2/0.3, or one" if is_triple(types[key]) else ""
                 raise AirlightError(f"{key} = {value!r}: {error}{rest}") from None
     return values
 
 
-def _check(path: Path) -> dict[str, Any]:
-    values = _read(path)
+def _check(path: Path, kind: str) -> dict[str, Any]:
+    values, known = _read(path, kind), keys(kind)
     about = values.pop("description", "")
     if not isinstance(about, str):
         raise AirlightError(f"{path}: description must be a text")
     for key in values:
-        if key not in keys():
-            raise AirlightError(f"{path}: unknown key {key!r}{_nearest(key, keys())}")
+        if key not in known:
+            other = "; it is none of a medium's" if key in keys() else _nearest(key, known)
+            raise AirlightError(f"{path}: unknown key {key!r}{other}")
     try:
-        build(values)
+        built = build(values)
     except AirlightError as error:
         raise AirlightError(f"{path}: {error}") from None
-    return values
+    return {name: getattr(part, name) for name in values for part in built.values() if name in part.__struct_fields__}
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path, kind: str) -> dict[str, Any]:
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode) or status.st_size > LARGEST:
-            raise AirlightError(f"{path}: is not a preset (a regular .toml file of at most {LARGEST} bytes)")
+            raise AirlightError(f"{path}: is not a {_what(kind)} (a regular .toml file of at most {LARGEST} bytes)")
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise AirlightError(f"{path}: cannot be read ({error.strerror}); give a preset's name or a .toml file") from None
+        raise AirlightError(f"{path}: cannot be read ({error.strerror}); give a {_what(kind)}'s name or a .toml file") from None
     except RecursionError:
-        raise AirlightError(f"{path}: is nested too deeply; a preset is a list of key = value lines") from None
+        raise AirlightError(f"{path}: is nested too deeply; a {_what(kind)} is a list of key = value lines") from None
     except UnicodeDecodeError:
         raise AirlightError(f"{path}: is not TOML: it is no UTF-8 text") from None
     except ValueError as error:  # not TOML, a NUL in the name, a number of too many digits
         raise AirlightError(f"{path}: is not TOML: {error}") from None
 
 
-def _nearest(word: str, known: list[str]) -> str:
+def _nearest(word: str, known: Sequence[str]) -> str:
     close = difflib.get_close_matches(word, known, n=1)
     return f"; did you mean {close[0]!r}?" if close else ""

@@ -9,8 +9,9 @@ from airlight.cli.options import Declared, declared
 
 def _row(p: Declared) -> str:
     unit = f" ({p.unit})" if p.unit else ""
-    default = "–" if p.default is None else f"`{p.default}`"
-    return f"| `{p.name}` | `{p.option}` | {p.range}{unit} | {default} | {p.description} | {p.source} |"
+    default = "–" if p.default is None else f"`{presets.text(p.default)}`"
+    option = f"`{p.option}`, `--no-{p.option[2:]}`" if p.kind is bool else f"`{p.option}`"
+    return f"| `{p.name}` | {option} | {p.range}{unit} | {default} | {p.description} | {p.source} |"
 
 
 def page() -> str:
@@ -18,10 +19,11 @@ def page() -> str:
     for group in dict.fromkeys(p.group for p in declared(scenes=True)):
         lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |"]
         lines += ["|---|---|---|---|---|---|", *(_row(p) for p in declared(scenes=True) if p.group == group)]
-    lines += ["", "## Presets", "", "| name | what it is | values |", "|---|---|---|"]
-    for name in presets.names():
-        values = ", ".join(f"{key} {value}" for key, value in presets.load(name).items())
-        lines.append(f"| `{name}` | {presets.description(name)} | {values} |")
+    for kind, about in ((presets.PRESETS, ()), (presets.MEDIA, ("Of `--medium`, in 1/m; the files say where the numbers come from.", ""))):
+        lines += ["", f"## {kind.capitalize()}", "", *about, "| name | what it is | values |", "|---|---|---|"]
+        for name in presets.names(kind):
+            values = "; ".join(f"{key} {presets.text(value)}" for key, value in presets.load(name, kind).items())
+            lines.append(f"| `{name}` | {presets.description(name, kind)} | {values} |")
     return "\n".join(lines) + "\n"
 
 

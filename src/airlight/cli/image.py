@@ -18,6 +18,7 @@ from airlight.cli.light import AngleType, LightText, LightType, found_at, place,
 from airlight.cli.options import F, gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
+from airlight.parameters import check_picture
 from airlight.supervisor import say
 
 if TYPE_CHECKING:
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
     from airlight.files import Picture
 
 
-def _list_presets(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing:
-        for name in presets.names():
-            click.echo(f"{name:10} {presets.description(name)}")
+        for name in presets.names(kind):
+            click.echo(f"{name:10} {presets.description(name, kind)}")
         ctx.exit()
 
 
@@ -65,10 +66,23 @@ def preset_options(command: F) -> F:
         "options and presets given here go before them.",
     )
     preset = _option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-    listing = _option(
-        "--list-presets", panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=_list_presets, help="Show the presets."
+    return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
+
+
+def medium_options(command: F) -> F:
+    """Decorator: the options that give a medium its values."""
+    medium = _option(
+        "--medium",
+        panel="Presets",
+        metavar="NAME|FILE.toml",
+        help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
     )
-    return recalling(preset(listing(command)))
+    return medium(_listing("--list-media", presets.MEDIA, "Show the media.")(command))
+
+
+def _listing(name: str, kind: str, help: str) -> Any:
+    show = functools.partial(_list, kind)
+    return _option(name, panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=show, help=help)
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
@@ -388,6 +402,7 @@ def asked(ctx: click.Context) -> dict[str, Any]:
     if o["mask_invert"] and o["mask"] is None:
         raise AirlightError("--mask-invert inverts the image of --mask; give both")
     values = gather(ctx, o["preset"])
+    check_picture(values.get("method", ""))
     if o["depth"] is not None:
         values.setdefault("occlusion", "depth")  # what else would it be given for?
     elif values.get("occlusion") == "depth":

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import warnings
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -13,15 +14,17 @@ import rich_click
 from airlight import presets
 from airlight.cli import batch
 from airlight.cli import image as pictures
-from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, preset_options
+from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_options, preset_options
 from airlight.cli.light import split_light
-from airlight.cli.options import NOT_IN_SCENES, gather, given, scene_options
+from airlight.cli.options import NOT_IN_SCENES, check_given, gather, given, scene_options
 from airlight.cli.settings import record
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 
 if TYPE_CHECKING:
+    from airlight.medium import Settled
     from airlight.pygfx import SceneLight
+    from airlight.scenes import Stage
     from airlight.scenes.offline import Frame, Shot
 
 CAMERA, TIME = "Camera", "Time"  # panels of the help
@@ -166,6 +169,7 @@ class Task:
 @_option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
 @_option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
+@medium_options
 @scene_options
 @_file(
     "--layer",
@@ -189,6 +193,7 @@ def render(
     layer: str | None,
     occlusion_buffer: str | None,
     preset: str | None,
+    medium: str | None,
     overwrite: bool,
     skip_existing: bool,
     resume: bool,
@@ -210,10 +215,11 @@ def render(
         raise AirlightError("--resume goes with numbered frames: a film is written in one run")
     if given(ctx, "turntable") and given(ctx, "turn"):
         raise AirlightError("--turn and --turntable exclude each other; give one")
-    values = {name: value for name, value in gather(ctx, preset).items() if name not in NOT_IN_SCENES}
+    values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
     built = presets.build(values)
     parameters = built[Parameters]
     in_world = parameters.method in IN_WORLD
+    check_given(ctx, parameters.method)
     if exclude and built[InScene].occluders != "prepass" and not in_world:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
@@ -231,10 +237,11 @@ def render(
 
     try:
         from airlight.gpu.device import shared_device
+        from airlight.medium import settle
         from airlight.scenes import offline, open_scene
     except ImportError as error:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
-    inputs = [path for path in (scene, preset, environment) if path is not None]
+    inputs = [path for path in (scene, preset, medium, environment) if path is not None]
     stage, all = None, _tasks(ctx, 0.0)
     if not all:  # as many as the animation has
         shared_device(device)
@@ -265,6 +272,8 @@ def render(
         exclude=exclude,
         linear=_is_linear(output),
     )
+    if parameters.method == "march":
+        _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
         settings = record(ctx, values, [], preset, None, stage.settings)
@@ -309,6 +318,19 @@ def _shot(ctx: click.Context, size: tuple[int, int, int], quality: str) -> "Shot
     lights = [read_scene_light(text, PLACE) for text in o["light"]] + [read_scene_light(text, SUN) for text in o["sun"]]
     smooth = quality == "draft" and not o["no_antialias"]
     return Shot(*size, smooth, o["camera"], eye, target, o["fov"], tuple(lights))
+
+
+def _doubt(stage: "Stage", shot: "Shot", air: "Settled") -> None:
+    """Warn of a medium that hides the scene or cannot be seen."""
+    import numpy as np
+
+    from airlight.medium import doubt
+
+    camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
+    eye = camera.world.position if shot.eye is None else shot.eye
+    said = doubt(air, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
+    if said is not None:
+        warnings.warn(said, AirlightWarning, stacklevel=2)
 
 
 def _tasks(ctx: click.Context, duration: float) -> list[Task]:

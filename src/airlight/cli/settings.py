@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from airlight import presets
 from airlight.cli.light import LightText
 from airlight.cli.options import declared
 from airlight.errors import AirlightError
@@ -35,7 +36,7 @@ def record(
     names, given = _OPTIONS[str(ctx.command.name)], ctx.params | (instead or {})
     defaults = {p.name: p.default for p in declared(scenes=True)} | (standing or {})
     options = {p.name: p.default for p in ctx.command.params if p.name in names}
-    said = {name: value for name, value in values.items() if value != defaults[name]}
+    said = {name: presets.text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
     said |= {name: given[name] for name in names if given[name] not in (None, False, options[name])}
     if ctx.command.name == "render":
         said |= {name: list(given[name]) for name in _LISTS["render"] if given[name]}

@@ -7,6 +7,7 @@ from typing import Any
 import click
 import rich_click
 
+from airlight.cli.image import medium_options
 from airlight.cli.light import LightText, LightType
 from airlight.cli.options import gather, parameter_options
 from airlight.errors import AirlightError
@@ -31,6 +32,7 @@ _option = functools.partial(click.option, cls=rich_click.RichOption)
     "Unset: it is found.",
 )
 @_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@medium_options
 @functools.partial(parameter_options, scenes=True)
 @_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @click.pass_context
@@ -44,11 +46,12 @@ def view(
     overwrite: bool,
     written: Sequence[LightText],
     preset: str | None,
+    medium: str | None,
     device: str | None,
     **_: Any,
 ) -> None:
     """Show a picture or a 3-D scene (table, flying, a .glb or .gltf file) live, with a panel of all parameters."""
-    values = gather(ctx, preset)
+    values = gather(ctx, preset, medium)
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
     from airlight.files import check_output, write_image

@@ -8,7 +8,7 @@ import msgspec
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import Composite, Parameters
+from airlight.parameters import IN_VIEW, Composite, Parameters, check_picture
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -47,16 +47,16 @@ def variant(text: str, base: dict[str, Any]) -> Variant:
         if "samples" in own and "decay" not in own:
             values["decay"] = math.exp(-presets.build(base)[Parameters].lam / own["samples"])
         built = presets.build(values)
+        check_picture(built[Parameters].method)
     except AirlightError as error:
         raise AirlightError(f"--variant {text!r}: {error}") from None
     return Variant(text, built[Parameters], built[Composite])
 
 
 def usual(base: dict[str, Any]) -> tuple[list[Variant], list[str]]:
-    """The default list, and every declared method that it lacks; and why some of them do not go with the base."""
+    """The default list, and every method of pictures that it lacks; and why some of them do not go with the base."""
     texts = list(DEFAULT)
-    methods = next(field.type for field in msgspec.structs.fields(Parameters) if field.name == "method")
-    texts += [f"method={m}" for m in presets.choices(methods) if not any(f"method={m}," in text for text in texts)]
+    texts += [f"method={m}" for m in IN_VIEW if not any(f"method={m}," in text for text in texts)]
     found, lacking = [], []
     for text in texts:
         try:

@@ -8,14 +8,15 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters
+from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters, check_picture
 
 NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light
 
 
 def check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
-    """Raise AirlightError for an occlusion that needs what the picture has not."""
+    """Raise AirlightError for a method that needs a scene, or an occlusion that needs what the picture has not."""
+    check_picture(p.method)
     if p.occlusion == "depth" and not has_depth:
         raise AirlightError("occlusion depth needs a depth map: give --depth FILE (or depth=)")
     if p.occlusion == "alpha" and not has_alpha:

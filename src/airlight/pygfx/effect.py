@@ -19,10 +19,13 @@ from airlight.lights import Light
 from airlight.medium import Settled, settle
 from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters, check_ray
 from airlight.projection import Projected, depth_terms, pixel_rays, project
+from airlight.pygfx.casters import Casters
 from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
+from airlight.scatter.article.article import Article
+from airlight.scatter.march import march
 from airlight.scatter.render import Moving
 
 MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", "balance", "merge"))
@@ -89,15 +92,9 @@ class _World:
     """What the pass holds for a method that lights a medium: the shadow maps' casters, and the march over one size of the picture."""
 
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
-        from airlight.pygfx.casters import Casters
-
-        if method == "article":
-            from airlight.scatter.article.article import Article as March
-        else:
-            from airlight.scatter.march.march import March
         self.asked = method, size
         self.casters = Casters(device, scene)
-        self.march = March(device, size)
+        self.march: Any = (Article if method == "article" else march.March)(device, size)
 
 
 class LightShafts(gfx.renderers.wgpu.EffectPass):
@@ -110,11 +107,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     resolution and the tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
-    unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame, which
-    light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the light
-    of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame, linear,
-    rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres, of
-    `air`. Raises AirlightError.
+    unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
+    which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
+    light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
+    linear, rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres,
+    of `air`. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -241,7 +238,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._binds.clear()
             world = self._world = _World(self.device, self.scene, p.method, size)
         casters = world.casters
-        casters.scene, casters.exclude = self.scene, self.exclude
+        casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
         radius = self.radius
         if radius is None:
             radius = casters.bounds()[1] if self.medium.sigma_t is None or self.medium.max_distance is None else 1.0

@@ -19,6 +19,7 @@ SUN_ANGLE = np.radians(1.1)  # half-angle of the disc
 FAR = 4000.0  # where disc and sky end
 SETTLED = 58.5  # seconds of flight before time 0: what the start was no longer matters
 CRAFT = 4.2  # size of the craft
+MIST = {"sigma_t": (0.0035, 0.0035, 0.0035), "albedo": (1.0, 1.0, 1.0), "anisotropy": 0.4, "max_distance": 140.0, "cascades": 2}
 TREES = (  # place, size, turn in degrees
     ((19.0, 4.8, 4.0), 0.9, 20),
     ((-5.0, 4.8, -16.0), 0.62, 250),
@@ -244,4 +245,4 @@ def flying(seed: int = 4) -> Stage:
     for camera in cameras.values():
         pose(0.0, camera)
     light = SceneLight(target=disc, look=(0.7, 0.7, 0.7))
-    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line)
+    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST)

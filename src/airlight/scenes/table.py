@@ -30,6 +30,7 @@ THINGS = (  # mesh, place, size, turn in degrees
     ("amphora_a", (-2.75, -0.1, -2.9), 1.5, 0),
 )
 WALL = -4.2  # z of the wall behind the table
+SMOKE = {"sigma_t": (0.06, 0.06, 0.06), "albedo": (1.0, 1.0, 1.0), "anisotropy": 0.8, "ambient": (0.006, 0.007, 0.01)}
 
 
 def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
@@ -202,4 +203,4 @@ def table() -> Stage:
     def pose(t: float, camera: gfx.PerspectiveCamera | None = None) -> None:
         """Nothing moves by itself."""
 
-    return Stage("table", scene, {"front": camera, "high": high}, [lamp], 0.0, pose, np.array([0.0, 2.2, 0.0]), 4.5, lamp)
+    return Stage("table", scene, {"front": camera, "high": high}, [lamp], 0.0, pose, np.array([0.0, 2.2, 0.0]), 4.5, lamp, settings=SMOKE)

@@ -10,6 +10,7 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
+from airlight.parameters import IN_WORLD, check_picture
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
@@ -59,6 +60,8 @@ class Viewer:
         self.state = ViewerState(source=path, is_image=True)
         if values:
             st.set_values(self.state, values)
+        if not isinstance(source, str) or is_image(source):
+            check_picture(self.state.parameters.method)
         self.open(source, lamps)
         context = canvas.get_wgpu_context()
         self.format: str = context.get_preferred_format(self.device.device.adapter)
@@ -85,6 +88,7 @@ class Viewer:
             self.picture, state.is_image = view, True
             state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength) for lamp in lamps] or [found_light(picture)]
             state.duration, state.path_drawn = 0.0, None
+            st.stand(state, {})
         else:
             stage = _open_scene(path)
             if self.scene is None:
@@ -96,7 +100,12 @@ class Viewer:
             self.picture, state.is_image = None, False
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
+        state.doubt = ""
         st.tell(state, "")
+        if state.is_image and state.parameters.method in IN_WORLD:
+            before = state.parameters.method
+            st.set_values(state, {name: v for name, v in st.values(state).items() if name != "method"})
+            st.tell(state, f"method {before} is for scenes: this picture is shown with {state.parameters.method}")
 
     def room(self) -> controls.Area:
         """Where there is place beside the panel, physical px."""

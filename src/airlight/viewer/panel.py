@@ -17,6 +17,7 @@ WIDTH = 344  # logical px
 LABEL = 104
 FIRST = ("shafts",)  # groups that stand at the top, open
 TITLES = {"scene": "Shafts in the scene"}
+OWN = "own"  # a medium that is none of those that come with Airlight
 ACCENT = (0.96, 0.70, 0.28)
 Rect = tuple[float, float, float, float]
 
@@ -119,9 +120,10 @@ class Panel:
         still = imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
         imgui.begin("Airlight", None, fixed | still | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_saved_settings)
         foot = 0.0
-        if self.state.message:
+        told = self.state.message or self.state.doubt
+        if told:
             wide = imgui.get_content_region_avail().x
-            foot = imgui.calc_text_size(self.state.message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
+            foot = imgui.calc_text_size(told, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
         for group in FIRST:
             self._group(group, opened=True)
@@ -133,11 +135,11 @@ class Panel:
         self._settings()
         self._times()
         imgui.end_child()
-        if self.state.message:
+        if told:
             imgui.separator()
             color = (1.0, 0.45, 0.38, 1.0) if self.state.is_error else (0.72, 0.76, 0.8, 1.0)
             imgui.push_style_color(imgui.Col_.text, color)
-            imgui.text_wrapped(self.state.message)
+            imgui.text_wrapped(told)
             imgui.pop_style_color()
             self._seen("message")
         imgui.end()
@@ -145,64 +147,115 @@ class Panel:
     def _group(self, group: str, opened: bool) -> None:
         if not self._header(TITLES.get(group, group.capitalize()), opened):
             return
+        if group == "medium":
+            self._medium()
         for d in st.shown(self.state):
             if d.group == group:
                 self._parameter(d)
         if self._button(f"reset {group}", f"Reset to defaults##{group}", -1):
             st.reset(self.state, group)
 
+    def _medium(self) -> None:
+        self._label("Medium", "stuff that comes with Airlight: how much light it takes, and where to it scatters it")
+        chosen = self._choose("medium", st.medium(self.state) or OWN, (OWN, *st.media()))
+        if chosen:
+            st.load_medium(self.state, "" if chosen == OWN else chosen)
+
     def _parameter(self, d: Declared) -> None:
         about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
         self._label(d.name.replace("_", " ").capitalize(), about)
         now = st.value(self.state, d.name)
         new: Any = None
-        if d.choices:
-            new = self._choose(d.name, now, self.state.allowed.get(d.name, d.choices))
+        if d.choices or (d.slider and len(d.slider) > 2):
+            new = self._listed(d, now)
+        elif d.kind is bool:
+            on = self._toggle(d.name, f"##{d.name}", now)
+            new = on if on != now else None
         elif d.default is None:
             new = self._optional(d, now)
-        elif d.slider and len(d.slider) > 2:
-            said = self._choose(d.name, f"{now:g}", tuple(f"{v:g}" for v in d.slider))
-            new = None if said is None else float(said)
         else:
             new = self._number(d, now)
         if new is not None:
             st.change(self.state, d.name, None if new == () else new)
 
+    def _listed(self, d: Declared, now: Any) -> Any:
+        """One of a few values; () for unset."""
+        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
+        names = tuple(read)
+        if d.default is None:
+            settled = self.state.settled.get(d.name)
+            unset = "auto" if settled is None else f"auto ({settled})"
+            read, names = {unset: (), **read}, (unset, *names)
+        name = unset if now is None else f"{now:g}" if d.slider else now
+        chosen = self._choose(d.name, name, names)
+        return None if chosen is None else read[chosen]
+
     def _number(self, d: Declared, now: Any) -> Any:
+        """A slider, or three side by side; what it was moved to, or None."""
         low, high = d.slider or (0, 1)
-        v: float
-        if d.kind is int:
-            changed, v = imgui.slider_int(f"##{d.name}", now, int(low), int(high))
+        flags = imgui.SliderFlags_.logarithmic if d.log else 0
+        digits = 2 if high - low > 1 else 3 if high - low > 0.2 else 4
+        form = "%.4g" if d.log else f"%.{digits}f"  # which also says how near to 0 ratios end
+        new: Any
+        v: Any
+        if d.triple:
+            changed, v = imgui.slider_float3(f"##{d.name}", list(now), low, high, form, flags)
+            new = tuple(self._bounded(d, float(f"{part:.5g}")) for part in v)
+        elif d.kind is int:
+            changed, v = imgui.slider_int(f"##{d.name}", now, int(low), int(high), "%d", flags)
+            new = self._bounded(d, v)
         else:
-            digits = 2 if high - low > 1 else 3 if high - low > 0.2 else 4
-            changed, v = imgui.slider_float(f"##{d.name}", now, low, high, f"%.{digits}f")
-            v = float(f"{v:.5g}")
+            changed, v = imgui.slider_float(f"##{d.name}", now, low, high, form, flags)
+            new = self._bounded(d, float(f"{v:.5g}"))
         self._seen(d.name)
-        if not changed or v == now:
-            return None
-        # by ctrl + click any number may be typed
+        return new if changed and new != now else None
+
+    def _bounded(self, d: Declared, v: Any) -> Any:
+        """By ctrl + click any number may be typed."""
         return d.kind(max(v if d.low is None else d.low, min(v if d.high is None else d.high, v)))
+
+    def _tick(self, name: str, text: str, on: bool) -> bool:
+        """Whether a tick was changed, and room for what comes beside it."""
+        changed, _ = imgui.checkbox(f"{text}##{name}", on)
+        self._seen(f"{name} {text}")
+        return bool(changed)
 
     def _optional(self, d: Declared, now: Any) -> Any:
         """A parameter that may be unset: () is that."""
         unset = now is None
-        _, auto = imgui.checkbox(f"auto##{d.name}", unset)
-        self._seen(f"{d.name} auto")
         guess: Any = "#101010" if d.kind is str else self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
-        if auto != unset:
-            return () if auto else (guess if d.kind is str else float(f"{guess:.4g}"))
-        imgui.same_line()
-        imgui.set_next_item_width(-1)
+        if self._tick(d.name, "auto", unset):
+            if not unset:
+                return ()
+            return guess if isinstance(guess, (str, tuple)) else d.kind(float(f"{guess:.4g}"))
+        shown = guess if unset else now
+        if not d.triple:  # whose sliders take the whole row below
+            imgui.same_line()
         imgui.begin_disabled(unset)
         try:
+            for word in d.words:
+                if self._tick(d.name, word, shown == word):
+                    return self._plain(d) if shown == word else word
+                imgui.same_line()
+            imgui.set_next_item_width(-1)
             if d.kind is not str:
-                return self._number(d, guess if unset else now)
-            rgb = [int((now or guess)[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+                imgui.begin_disabled(shown in d.words)
+                try:
+                    return self._number(d, self._plain(d) if shown in d.words else shown)
+                finally:
+                    imgui.end_disabled()
+            rgb = [int(shown[i : i + 2], 16) / 255 for i in (1, 3, 5)]
             changed, rgb = imgui.color_edit3(f"##{d.name}", rgb)
             self._seen(d.name)
             return "#" + "".join(f"{round(255 * v):02x}" for v in rgb) if changed else None
         finally:
             imgui.end_disabled()
+
+    @staticmethod
+    def _plain(d: Declared) -> Any:
+        """A number for what was a word."""
+        low, high = d.slider or (0, 1)
+        return d.kind(high / 4 if high / 4 > low else high)
 
     def _source(self) -> None:
         s = self.state

@@ -149,7 +149,7 @@ class PictureView:
         if passes is not None:
             state.passes = passes
         state.settled = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.rule.mix or 0.0}
-        state.settled["veil"] = self.rule.veil
+        state.settled["veil"], state.settled["jitter"] = self.rule.veil, p.offset
         return self.late
 
     def _composite(self, rule: Rule) -> Any:

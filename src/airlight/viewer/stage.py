@@ -11,7 +11,7 @@ from pygfx.utils.viewport import Viewport
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
-from airlight.viewer.state import Eye, Lamp, ViewerState
+from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium, stand
 
 STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
@@ -48,6 +48,7 @@ class SceneView:
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
         state.lamps_before = [replace(lamp) for lamp in state.lamps]
+        stand(state, stage.settings)
         state.path_drawn, state.settled = (False if stage.path is not None else None), {"mix": 1.0}
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
@@ -144,12 +145,14 @@ class SceneView:
         ahead = np.asarray(camera.world.forward, float)
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
         eye.target = _triple(np.asarray(eye.eye) + distance * ahead)
+        settle_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
+        state.settled["jitter"], state.settled["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
     def show(self, state: ViewerState) -> None:
         """Draw onto the canvas. Raises AirlightError for parameters that do not go together."""
         shafts = self.shafts
-        shafts.parameters, shafts.composite, shafts.in_scene = state.structs
+        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs
         shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
         self.renderer.render(self.stage.scene, self.camera)
         if state.timing:

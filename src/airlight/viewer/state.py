@@ -1,5 +1,6 @@
 """All that the viewer shows and the panel changes, and the functions that change it. Nothing here draws."""
 
+import functools
 import math
 import os
 import shlex
@@ -10,7 +11,8 @@ from airlight import presets
 from airlight.cli.light import LightText
 from airlight.cli.options import NOT_IN_SCENES, Declared, declared
 from airlight.errors import AirlightError
-from airlight.parameters import Composite, InScene, Parameters
+from airlight.medium import doubt, settle
+from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 
 DEBUG = ("occlusion", "source", "lines")
 SCENES = ("table", "flying")
@@ -49,6 +51,8 @@ class ViewerState:
     parameters: Parameters = field(default_factory=Parameters)
     composite: Composite = field(default_factory=Composite)
     in_scene: InScene = field(default_factory=InScene)
+    medium: Medium = field(default_factory=Medium)
+    march: March = field(default_factory=March)
     lamps: list[Lamp] = field(default_factory=list)
     lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
@@ -63,26 +67,27 @@ class ViewerState:
     path_drawn: bool | None = None  # of a scene in which something flies along one, else None
     timing: bool = False
     passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
-    settled: dict[str, float] = field(default_factory=dict)  # what unset parameters are for this picture
+    settled: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
+    standing: dict[str, Any] = field(default_factory=dict)  # defaults that a scene has of its own
     allowed: dict[str, tuple[str, ...]] = field(default_factory=dict)  # choices that this picture has, where not all
     preset: str = ""
     file: str = "settings.toml"
     command: str = ""
     message: str = ""
     is_error: bool = False
+    doubt: str = ""  # about the medium, told while there is no message
     path: str = ""  # as typed, to be opened
     asked: list[tuple[str, str]] = field(default_factory=list)  # what the app has to do: ("open", path), ("screenshot", ""), ("copy", text)
 
     @property
-    def structs(self) -> tuple[Parameters, Composite, InScene]:
-        return self.parameters, self.composite, self.in_scene
+    def structs(self) -> tuple[Parameters, Composite, InScene, Medium, March]:
+        return self.parameters, self.composite, self.in_scene, self.medium, self.march
 
 
 def shown(state: ViewerState) -> tuple[Declared, ...]:
-    """The parameters that have a meaning for what is shown."""
-    if state.is_image:
-        return declared()
-    return tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
+    """The parameters that have a meaning for what is shown, with the method that is set."""
+    found = declared() if state.is_image else tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
+    return tuple(d for d in found if not d.methods or state.parameters.method in d.methods)
 
 
 def value(state: ViewerState, name: str) -> Any:
@@ -90,15 +95,28 @@ def value(state: ViewerState, name: str) -> Any:
     return next(getattr(struct, name) for struct in state.structs if name in struct.__struct_fields__)
 
 
+def default(state: ViewerState, d: Declared) -> Any:
+    """The value of a parameter that the user leaves alone: the scene's own, else the declared one."""
+    return state.standing.get(d.name, d.default)
+
+
 def values(state: ViewerState) -> dict[str, Any]:
-    """The parameters that differ from the defaults."""
-    return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != d.default}
+    """The parameters that differ from these defaults."""
+    return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != default(state, d)}
+
+
+def stand(state: ViewerState, settings: dict[str, Any]) -> None:
+    """Show another scene, or a picture: `settings` are what it is meant for, and hold for what the user left alone."""
+    changed = values(state)
+    state.standing = settings
+    set_values(state, changed)
 
 
 def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together."""
-    built = presets.build(new)
+    built = presets.build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[InScene]
+    state.medium, state.march = built[Medium], built[March]
 
 
 def change(state: ViewerState, name: str, new: Any) -> None:
@@ -144,6 +162,40 @@ def load(state: ViewerState, preset: str) -> None:
         tell(state, f"{preset} loaded")
 
 
+@functools.cache
+def media() -> dict[str, dict[str, Any]]:
+    """What the media that come with Airlight say, by their names."""
+    return {name: presets.load(name, presets.MEDIA) for name in presets.names(presets.MEDIA)}
+
+
+def medium(state: ViewerState) -> str:
+    """The name of the one of these that is set, or ""."""
+    return next((name for name, said in media().items() if all(value(state, key) == v for key, v in said.items())), "")
+
+
+def load_medium(state: ViewerState, name: str) -> None:
+    """Set one of these, with the defaults of what only others of them say; "": the defaults alone."""
+    stuff = {key for said in media().values() for key in said}
+    set_values(state, {key: v for key, v in values(state).items() if key not in stuff} | media().get(name, {}))
+    tell(state, "")
+
+
+def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
+    """Say what is unset of a medium, and what is doubtful about it. distance: from the eye to the scene's centre, metres; radius: its."""
+    if state.parameters.method not in IN_WORLD or radius <= 0:
+        state.doubt = ""
+        return
+    air = settle(state.medium, state.march, state.parameters.quality, radius)
+    state.settled |= {
+        "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
+        "max_distance": air.max_distance,
+        "lamp_distance": air.max_distance,
+        "steps": air.steps or "exact",
+        "shadow_size": air.shadow_size,
+    }
+    state.doubt = (doubt(air, distance, radius) or "") if state.parameters.method == "march" else ""
+
+
 def save(state: ViewerState, path: str) -> None:
     """The parameters that differ from the defaults as a preset, a new file; a failure is told."""
     try:
@@ -179,7 +231,7 @@ def _number(v: float) -> str:
 
 def command_line(state: ViewerState) -> list[str]:
     """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != d.default}
+    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
     stem, kind = os.path.splitext(os.path.basename(state.source))
     ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
@@ -187,7 +239,8 @@ def command_line(state: ViewerState) -> list[str]:
     if not state.is_image:
         words += _view(state)
     for name, v in said.items():
-        words += ["--" + name.replace("_", "-"), str(v)]
+        option = name.replace("_", "-")
+        words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", presets.text(v)]
     return words
 
 
