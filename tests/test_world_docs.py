@@ -22,7 +22,7 @@ def test_the_program(caplog: Any) -> None:
     assert picture.shape == (360, 640, 4) and not caplog.records
     shafts.enabled = False
     without = np.asarray(names["canvas"].draw()).astype(int)
-    assert np.abs(picture - without)[..., :3].mean() > 5
+    assert (picture - without)[..., :3].mean() > 5  # the air is bright: a medium that only dims would darken
 
 
 @pytest.mark.parametrize("page", ["world.md"])
