@@ -290,6 +290,15 @@ def test_pcf_is_the_mean_of_four_comparisons(kind: str) -> None:
     assert np.sqrt(np.mean((found - truth) ** 2)) < 5e-3 * truth.mean()
 
 
+def test_snapped_to_texels_a_filter_is_one_of_them() -> None:
+    lamp, made = CASES["sun"]
+    pairs = [(lamp, Shadow(depths(heights_for("sun", 1)), 48, made()))]
+    plain, filtered, snapped = (
+        layer(pairs, air(steps=64, **values))[..., :3] for values in ({}, {"shadow_filter": "pcf"}, {"shadow_filter": "pcf", "snap": True})
+    )
+    assert np.allclose(snapped, plain, rtol=1e-4, atol=1e-6) and not np.allclose(filtered, plain, rtol=1e-2)
+
+
 def test_soft_edges_keep_the_light_and_smooth_them() -> None:
     lamp, made = CASES["sun"]
     pairs = [(lamp, Shadow(depths(np.kron(heights_for("sun", 1)[:, :12, :12], np.ones((4, 4), np.float32))), 48, made()))]

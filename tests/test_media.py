@@ -229,7 +229,7 @@ def test_a_medium_that_is_too_thin_or_too_dense_is_told(distance: float, color: 
         assert said is not None and "hides" in said
     elif most < EMPTY * (1 - 1e-9):
         assert said is not None and "thin" in said
-    elif EMPTY * (1 + 1e-9) < most and least < BLACK * (1 - 1e-9):
+    elif most > EMPTY * (1 + 1e-9) and least < BLACK * (1 - 1e-9):
         assert said is None
     if said is not None:
         assert "\n" not in said

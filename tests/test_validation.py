@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pygfx")
-from airlight import presets  # noqa: E402
-from airlight.parameters import March, Medium, Parameters  # noqa: E402
-from airlight.pygfx.lamps import lamps  # noqa: E402
-from airlight.reference import tracer  # noqa: E402
-from airlight.reference.triangles import world_triangles  # noqa: E402
-from airlight.scenes import VALIDATION, open_scene  # noqa: E402
-from airlight.scenes.offline import Shot, Studio  # noqa: E402
+from airlight import presets
+from airlight.parameters import March, Medium, Parameters
+from airlight.pygfx.lamps import lamps
+from airlight.reference import tracer
+from airlight.reference.triangles import world_triangles
+from airlight.scenes import VALIDATION, open_scene
+from airlight.scenes.offline import Shot, Studio
 
 EDGE = 0.05  # ratio of distances of neighbours between which there is an edge
 
 
 def compared(name: str, width: int, height: int, **values: object) -> tuple[float, float]:
-    """(rmse, bias) over the mean, one sample at pixel centres, without the pixels within 2 of an edge of depth and the worst 1 % of the rest
-    (the bias with them)."""
+    """(rmse, bias) over the mean, one sample at pixel centres, without the pixels within 2 of an edge of depth and the worst 1 % of the
+    rest (the bias with them)."""
     stage = open_scene(name)
     built = presets.build(stage.settings | {"method": "march", "quality": "final"} | values)
     studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], medium=built[Medium], march=built[March])

@@ -407,6 +407,15 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             log=True,
         ),
     ] = None
+    snap: Annotated[
+        bool,
+        _meta(
+            "look up shadows at the centres of texels, as nearest does: a filter then lies around one",
+            "march",
+            "the shadow-map article",
+            methods=("march",),
+        ),
+    ] = False
     shadow_size: Annotated[
         Annotated[int, Meta(ge=16, le=16384)] | None,
         _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(512, 1024, 2048, 4096)),

@@ -81,7 +81,7 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
 
         return flying() if seed is None else flying(seed)
     if not name.lower().endswith((".glb", ".gltf")):
-        raise AirlightError(f"{name}: is not a scene; give {', '.join((*NAMES, *VALIDATION))}, or a .glb or .gltf file")
+        raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 
     return load(name, environment)

@@ -81,6 +81,7 @@ class March:
             chosen = {"KIND": KINDS[lamp.kind], "PHASE": air.lobes(lamp)[0], "FIRST": i == 0, "BIASED": biased}
             if not air.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(air.march.shadow_filter)}
+                chosen["SNAP"] = air.march.snap
                 chosen["CASCADES"] = lamp.is_sun and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lamps:

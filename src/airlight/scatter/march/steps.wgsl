@@ -2,6 +2,7 @@
 //! include "scatter/march/lights.wgsl"
 override BIASED: bool = false;
 override FILTER: u32 = 0u;      // nearest, pcf, soft
+override SNAP: bool = false;    // look-ups at the centres of texels
 override CASCADES: bool = false; // of a sun, several
 override JITTER: u32 = 0u;      // fixed, midpoint, interleaved-gradient noise, blue noise
 
@@ -63,7 +64,7 @@ fn softened(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
 /// The share of the light that view i sees from a place of a ray.
 fn seen(i: u32, ray: Ray, t: f32, turn: f32) -> f32 {
     let at = light.view[i].matrix * vec4f(ray.origin + t * ray.direction, 1.0);
-    let place = at.xy / at.w;
+    let place = select(at.xy / at.w, floor(at.xy / at.w) + 0.5, SNAP);
     let depth = at.z / at.w;
     if (at.w <= 0.0) { return 1.0; }
     if (FILTER == 0u) { return open(i, place, depth); }
