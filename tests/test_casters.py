@@ -380,6 +380,16 @@ def test_an_empty_scene_has_empty_maps(device: Device) -> None:
         assert (maps == 0).all()
 
 
+def test_what_is_nowhere_does_not_cast_and_a_mesh_with_gaps_does(device: Device) -> None:
+    lost, gaps = box(), box()
+    lost.geometry.positions.data[:] = np.nan
+    gaps.geometry.positions.data[-1] = np.nan
+    casters = Casters(device, scene(lost, gaps))
+    assert [mesh for mesh, _ in casters._casters()[0]] == [gaps]
+    triangles = corners(gaps)
+    check(device, casters, triangles[np.isfinite(triangles).all(axis=(1, 2))], SUN)
+
+
 def test_a_leaf_casts_a_leaf(device: Device) -> None:
     texture = leaf_map()
     sheet = square(map=texture, alpha_test=0.5, alpha_mode="solid")

@@ -20,9 +20,9 @@ def corners(boxes: Matrix, matrices: Matrix) -> Matrix:
 
 
 def extent(points: Matrix) -> Matrix:
-    """(2, 3) the box of points (..., 3)."""
+    """(2, 3) the box of points (..., 3), but for NaNs, which leave holes in a mesh."""
     points = points.reshape(-1, 3)
-    return np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+    return np.stack([np.fmin.reduce(points), np.fmax.reduce(points)]).astype(np.float64)
 
 
 @dataclass
@@ -100,7 +100,7 @@ def _by_bones(points: np.ndarray, indices: np.ndarray, weights: np.ndarray) -> t
     low, high = np.full((int(indices.max()) + 1, 3), np.inf), np.full((int(indices.max()) + 1, 3), -np.inf)
     for i in range(indices.shape[1]):
         held = weights[:, i] > 0
-        np.minimum.at(low, indices[held, i], points[held])
-        np.maximum.at(high, indices[held, i], points[held])
+        np.fmin.at(low, indices[held, i], points[held])
+        np.fmax.at(high, indices[held, i], points[held])
     bones = np.flatnonzero(np.isfinite(low[:, 0]))
     return bones, np.stack([low[bones], high[bones]], axis=1)

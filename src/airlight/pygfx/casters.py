@@ -153,7 +153,8 @@ class Casters:
         hulls = self._bounds.hulls([thing for thing, _ in found])
         bodies = {id(light.target) for light in self.lights if light.emitter}
         bodies |= self._glowing(found, hulls, lights)
-        kept = [i for i, (thing, _) in enumerate(found) if id(thing) not in bodies]
+        placed = np.isfinite(hulls.sum(axis=(1, 2)))
+        kept = [i for i, (thing, _) in enumerate(found) if placed[i] and id(thing) not in bodies]
         return [found[i] for i in kept], hulls[kept]
 
     def _shown(self) -> Iterator[Any]:
