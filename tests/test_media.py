@@ -183,7 +183,8 @@ def test_the_command_line_goes_over_the_medium_and_that_over_the_preset(tmp_path
 
 def test_a_medium_s_file_holds_a_medium_alone(tmp_path: Any) -> None:
     path = tmp_path / "a.toml"
-    for text, says in (("samples = 3", "it is none of a medium's"), ("sigmat = 3", "did you mean 'sigma_t'"), ("albedo = [1, 2, 3]", "albedo")):
+    wrong = (("samples = 3", "it is none of a medium's"), ("sigmat = 3", "did you mean 'sigma_t'"), ("albedo = [1, 2, 3]", "albedo"))
+    for text, says in wrong:
         path.write_text(text)
         with pytest.raises(AirlightError, match=says):
             presets.load(path, presets.MEDIA)
