@@ -105,7 +105,7 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         ("--albedo 0,0,1.5", "--albedo"),
         ("--albedo nan", "albedo"),
         ("--steps 0", "or write exact"),
-        ("--steps exat", "did you mean 'exact'"),
+        ("--steps exacd", "did you mean 'exact'"),
         ("--steps 1.5", "or write exact"),
         ("--sigma-d 1", "--sigma-t"),
         ("--medium hase", "did you mean 'haze'"),
@@ -183,8 +183,8 @@ def test_the_command_line_goes_over_the_medium_and_that_over_the_preset(tmp_path
 
 def test_a_medium_s_file_holds_a_medium_alone(tmp_path: Any) -> None:
     path = tmp_path / "a.toml"
-    wrong = (("samples = 3", "it is none of a medium's"), ("sigmat = 3", "did you mean 'sigma_t'"), ("albedo = [1, 2, 3]", "albedo"))
-    for text, says in wrong:
+    bad = {"samples = 3": "it is none of a medium's", "sigmat = 3": "did you mean 'sigma_t'", "albedo = [1, 2, 3]": "albedo"}
+    for text, says in bad.items():
         path.write_text(text)
         with pytest.raises(AirlightError, match=says):
             presets.load(path, presets.MEDIA)
@@ -204,7 +204,7 @@ def test_presets_keep_a_medium(tmp_path_factory: pytest.TempPathFactory, values:
         ("sigma_t=1/2", "0.1/0.2/0.3, or one"),
         ("sigma_t=a", "0.1/0.2/0.3, or one"),
         ("sigma_t=1,2,3", "no preset '2'"),
-        ("steps=exat", "did you mean 'exact'"),
+        ("steps=exacd", "did you mean 'exact'"),
         ("steps=0", "steps"),
         ("snap=perhaps", "snap"),
         ("phase=raleigh", "did you mean 'rayleigh'"),
