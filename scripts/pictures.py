@@ -5,7 +5,7 @@ webp OUT FPS IN...       frames as an animated WebP
 border OUT               occluders that cross the border: region 1 and 1.2; needs the package's tests
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
-guide OUT                what the program in docs/scenes.md draws
+guide OUT PAGE           what the program in a page of docs/ draws
 turned DEGREES           prints a place to look at
 """
 
@@ -170,11 +170,11 @@ def streaks(out: str) -> None:
     write(out, grid(3, [encoded(bare + layer) for layer in layers] + [encoded(layer) for layer in layers]), 150_000)
 
 
-def guide(out: str) -> None:
-    """What the program in docs/scenes.md draws."""
-    program = re.findall(r"```python\n(.*?)```", Path("docs/scenes.md").read_text(encoding="utf-8"), re.DOTALL)[0]
+def guide(out: str, page: str) -> None:
+    """What the program in a page of docs/ draws."""
+    program = re.findall(r"```python\n(.*?)```", Path("docs", page).read_text(encoding="utf-8"), re.DOTALL)[0]
     names: dict = {}
-    exec(compile(program, "docs/scenes.md", "exec"), names)
+    exec(compile(program, page, "exec"), names)
     write(out, names["picture"][..., :3], 150_000)
 
 
