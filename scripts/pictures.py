@@ -110,8 +110,8 @@ def large(values: np.ndarray) -> np.ndarray:
 
 def behind(out: str) -> None:
     """The flying scene with a light behind the camera and below the horizon: divided by its negative w and not faded; and as it is."""
+    from airlight.projection import Projected, project
     from airlight.pygfx import SceneLight, effect
-    from airlight.pygfx.projection import Projected, project
     from airlight.scenes import open_scene
     from airlight.scenes.offline import Shot, Studio
 
@@ -137,8 +137,8 @@ def streaks(out: str) -> None:
 
     import airlight
     from airlight.parameters import Composite, InScene, Parameters
+    from airlight.projection import project
     from airlight.pygfx import SceneLight
-    from airlight.pygfx.projection import project
     from airlight.scenes import Stage
     from airlight.scenes.offline import Shot, Studio
 
