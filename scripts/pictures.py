@@ -5,7 +5,7 @@ webp OUT FPS IN...       frames as an animated WebP
 border OUT               occluders that cross the border: region 1 and 1.2; needs the package's tests
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
-guide OUT                what the program in docs/scenes.md draws
+guide OUT PAGE           what the program in a page of docs/ draws
 turned DEGREES           prints a place to look at
 """
 
@@ -110,8 +110,7 @@ def large(values: np.ndarray) -> np.ndarray:
 
 def behind(out: str) -> None:
     """The flying scene with a light behind the camera and below the horizon: divided by its negative w and not faded; and as it is."""
-    from airlight.pygfx.projection import Projected, project
-
+    from airlight.projection import Projected, project
     from airlight.pygfx import SceneLight, effect
     from airlight.scenes import open_scene
     from airlight.scenes.offline import Shot, Studio
@@ -135,10 +134,10 @@ def behind(out: str) -> None:
 def streaks(out: str) -> None:
     """Speckled towers before a sun: all of the picture summed; contrast; pre-pass. Above with their shafts, below the shafts alone."""
     import pygfx as gfx
-    from airlight.pygfx.projection import project
 
     import airlight
     from airlight.parameters import Composite, InScene, Parameters
+    from airlight.projection import project
     from airlight.pygfx import SceneLight
     from airlight.scenes import Stage
     from airlight.scenes.offline import Shot, Studio
@@ -171,11 +170,11 @@ def streaks(out: str) -> None:
     write(out, grid(3, [encoded(bare + layer) for layer in layers] + [encoded(layer) for layer in layers]), 150_000)
 
 
-def guide(out: str) -> None:
-    """What the program in docs/scenes.md draws."""
-    program = re.findall(r"```python\n(.*?)```", Path("docs/scenes.md").read_text(encoding="utf-8"), re.DOTALL)[0]
+def guide(out: str, page: str) -> None:
+    """What the program in a page of docs/ draws."""
+    program = re.findall(r"```python\n(.*?)```", Path("docs", page).read_text(encoding="utf-8"), re.DOTALL)[0]
     names: dict = {}
-    exec(compile(program, "docs/scenes.md", "exec"), names)
+    exec(compile(program, page, "exec"), names)
     write(out, names["picture"][..., :3], 150_000)
 
 

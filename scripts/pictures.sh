@@ -36,7 +36,15 @@ animation() { # README.md
     put webp $to/flying.webp 12 "$work"/flying.????.png
 }
 
-guide() { put guide $to/guide.jpg; } # docs/scenes.md
+guide() { put guide $to/guide.jpg scenes.md; }
+
+world() { # docs/world.md
+    put guide $to/world.jpg world.md
+    for share in code prose; do
+        render flying --method article --time 20.2 --width 640 --article-share $share --cascades 4 -o "$work/article.$share.png"
+    done
+    put jpeg $to/article.jpg 2 "$work"/article.*.png
+}
 
 vesper() { # docs/scenes.md
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"
@@ -72,7 +80,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs viewer scenes animation guide vesper depth border turning streaks adaptation)
+all=(photographs viewer scenes animation guide world vesper depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

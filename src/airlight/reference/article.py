@@ -67,5 +67,6 @@ def layer(
     part = np.minimum(total / np.maximum(distance, 1e-6), 1) if prose else total / DIVISOR
     light = (part * inscatter(directions, towards, distance, least)) ** 2
     shaded = (surfaces <= reach) & ~lit(origins + distance[..., None] * directions, matrices, maps, biases)
-    most = np.where(shaded, cap, 1.0)
-    return (2 * np.minimum(light[..., None] * np.asarray(intensity), most[..., None]) - 1) * GAIN
+    power = np.asarray(intensity, float)
+    shafts = np.minimum(power.max() * light, np.where(shaded, cap, 1.0))[..., None] * power / max(power.max(), 1e-20)
+    return (2 * shafts - 1) * GAIN

@@ -82,5 +82,7 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
     let out = part * inscatter(ray.direction, light.place, distance, max(light.spread, 1e-3));
     var cap = 1.0;
     if (ray.reach < most) { cap = mix(settings.cap, 1.0, lit(distance, begin, along)); }
-    textureStore(layer, p, vec4f((2.0 * min(light.intensity * out * out, vec3f(cap)) - 1.0) * GAIN, 0.0));
+    let brightest = max(light.intensity.r, max(light.intensity.g, light.intensity.b));
+    let shafts = min(brightest * out * out, cap) * light.intensity / max(brightest, 1e-20); // keeps the sun's hue
+    textureStore(layer, p, vec4f((2.0 * shafts - 1.0) * GAIN, 0.0));
 }
