@@ -6,7 +6,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from airlight.projection import smoothstep
+
 Triple = tuple[float, float, float]
+
+
+def triple(v: Any) -> Triple:
+    return float(v[0]), float(v[1]), float(v[2])
 
 
 @dataclass(frozen=True)
@@ -52,5 +58,4 @@ class Lamp:
         away = float(np.linalg.norm(np.asarray(self.position, float) - eye))
         if fade == 0:
             return float(away <= distance)
-        t = min(max((distance - away) / (fade * distance), 0.0), 1.0)
-        return t * t * (3.0 - 2.0 * t)
+        return smoothstep((distance - away) / (fade * distance))

@@ -33,10 +33,10 @@ class Settled:
     def exact(self) -> bool:
         return self.steps == 0
 
-    def lobes(self, lamp: Lamp | None = None) -> tuple[int, float, float, float]:
+    def lobes(self, lamp: Lamp) -> tuple[int, float, float, float]:
         """(number of the phase function, g, g of the second lobe, its share) for a lamp."""
         m = self.medium
-        own = m.anisotropy if lamp is None or lamp.anisotropy is None else lamp.anisotropy
+        own = m.anisotropy if lamp.anisotropy is None else lamp.anisotropy
         return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
 
 

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from airlight.errors import AirlightError
 
-THRESHOLD, SMOOTHNESS, VEIL = 0.85, 0.2, 0.35  # where none are given
+THRESHOLD, SMOOTHNESS, VEIL, RESOLUTION = 0.85, 0.2, 0.35, 0.5  # where none are given
 Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"]
 IN_WORLD = ("march", "article")  # methods that light a medium
 IN_VIEW: tuple[str, ...] = tuple(m for m in get_args(Method) if m not in IN_WORLD)  # which work on pictures, and in scenes on the view
@@ -317,7 +317,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
         """The resolution, settled for a method and its quality."""
         if self.resolution is not None:
             return self.resolution
-        return 1.0 if p.method in IN_WORLD and p.quality == "final" else 0.5
+        return 1.0 if p.method in IN_WORLD and p.quality == "final" else RESOLUTION
 
 
 RGB = tuple[Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)]]

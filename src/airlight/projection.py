@@ -23,7 +23,8 @@ class Projected:
     distance: float  # from the eye; inf where the light is given by a direction
 
 
-def _smoothstep(x: float) -> float:
+def smoothstep(x: float) -> float:
+    """0 up to 0, 1 from 1 on."""
     t = min(max(x, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
@@ -57,24 +58,31 @@ def project(point: Any, view: Any, projection: Any) -> Projected:
     scale = max(float(clip[3]), reach / GUARD)
     ndc = clip[:2] / scale if scale > 0 else np.zeros(2)
     if flat:
-        fade = _smoothstep(ahead / 0.1)
+        fade = smoothstep(ahead / 0.1)
         if at[3] == 0:
-            fade *= _smoothstep(float(np.hypot(direction[0], direction[1])) / 0.1)
+            fade *= smoothstep(float(np.hypot(direction[0], direction[1])) / 0.1)
     elif ahead <= 0:
         fade = 0.0
     else:
         inside = reach <= clip[3]
-        fade = 1.0 if inside else _smoothstep(ahead / _edge_cosine(ndc, projection))
+        fade = 1.0 if inside else smoothstep(ahead / _edge_cosine(ndc, projection))
     position = (float(0.5 + 0.5 * ndc[0]), float(0.5 - 0.5 * ndc[1]))
     return Projected(position, fade, (float(direction[0]), float(direction[1]), float(direction[2])), np.inf if at[3] == 0 else distance)
 
 
+def eye_rays(projection: Any) -> tuple[Matrix, float]:
+    """((4,), flat): the view ray of picture position (u, v) begins at flat (x, y, 0) and goes along ((1 - flat) (x, y), -1), where
+    (x, y) = (a u + c, b v + d) of the four (a, b, c, d); flat is 1 without perspective, else 0."""
+    p = np.asarray(projection, np.float64)
+    if p[3, 3] == 0:
+        return np.array([2 / p[0, 0], -2 / p[1, 1], (p[0, 2] - 1) / p[0, 0], (p[1, 2] + 1) / p[1, 1]]), 0.0
+    return np.array([2 / p[0, 0], -2 / p[1, 1], (-p[0, 3] - 1) / p[0, 0], (1 - p[1, 3]) / p[1, 1]]), 1.0
+
+
 def pixel_rays(projection: Any) -> Matrix:
     """(4,): (x, y) of the view ray of picture position (u, v) is (a u + c, b v + d), at -z = 1; all 0 without perspective."""
-    p = np.asarray(projection, np.float64)
-    if p[3, 3] != 0:
-        return np.zeros(4)
-    return np.array([2 / p[0, 0], -2 / p[1, 1], (p[0, 2] - 1) / p[0, 0], (p[1, 2] + 1) / p[1, 1]])
+    rays, flat = eye_rays(projection)
+    return np.zeros(4) if flat else rays
 
 
 def depth_terms(projection: Any) -> Matrix:

@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import os
-import warnings
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,7 @@ from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_optio
 from airlight.cli.light import split_light
 from airlight.cli.options import NOT_IN_SCENES, check_given, gather, given, scene_options
 from airlight.cli.settings import record
-from airlight.errors import AirlightError, AirlightWarning, MachineError
+from airlight.errors import AirlightError, MachineError
 from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 
 if TYPE_CHECKING:
@@ -216,13 +215,12 @@ def render(
     if given(ctx, "turntable") and given(ctx, "turn"):
         raise AirlightError("--turn and --turntable exclude each other; give one")
     values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
-    built = presets.build(values)
-    parameters = built[Parameters]
+    quality = presets.build(values)[Parameters].quality
     if ctx.params["eye"] is None and (given(ctx, "target") or given(ctx, "fov")):
         raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
     if ctx.params["eye"] is not None and ctx.params["camera"] is not None:
         raise AirlightError("--camera and --eye exclude each other; give one")
-    size = _size(ctx, parameters.quality)
+    size = _size(ctx, quality)
     if is_film:
         if skip_existing and os.path.lexists(output):
             click.echo(f"{output} exists: skipped", err=True)
@@ -325,13 +323,14 @@ def _doubt(stage: "Stage", shot: "Shot", air: "Settled") -> None:
     """Warn of a medium that hides the scene or cannot be seen."""
     import numpy as np
 
+    from airlight.files.decode import tell
     from airlight.medium import doubt
 
     camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
     eye = camera.world.position if shot.eye is None else shot.eye
     said = doubt(air, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
     if said is not None:
-        warnings.warn(said, AirlightWarning, stacklevel=2)
+        tell(said)
 
 
 def _tasks(ctx: click.Context, duration: float) -> list[Task]:
@@ -417,15 +416,14 @@ class _Work:
         once = {"time": task.time, "turn": task.turn * 360, "turntable": None, "frames": None, "fps": None, "crf": None}
         settings = record(self.ctx, self.values, [], self.ctx.params["preset"], once, self.studio.stage.settings)
         layer = frame.shafts() if frame.layer is not None else None
+        exr, layer_exr = (path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
+        air: dict[str, Any] = {"transmittance": frame.transmittance(), "z": frame.distance()} if exr or layer_exr else {}
         beside: dict[str, Any] = {}
-        if task.output.lower().endswith(".exr"):
-            beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, "z": frame.distance()}
-            beside["transmittance"] = frame.transmittance()
+        if exr:
+            beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **air}
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
         if task.layer is not None:
-            more: dict[str, Any] = {}
-            if frame.sigma_t is not None and task.layer.lower().endswith(".exr"):
-                more = {"bits": 32, "transmittance": frame.transmittance(), "z": frame.distance()}
+            more = {"bits": 32, **air} if frame.sigma_t is not None and layer_exr else {}
             files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
             files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)

@@ -3,7 +3,7 @@ targets and the holes of alpha tests are followed. Where the maps lie: `airlight
 """
 
 import weakref
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,12 @@ from airlight.medium import Settled
 from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.bounds import Bounds
+from airlight.pygfx.lamps import KINDS
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.prepass import _helps, _silhouette, solid, strength
+from airlight.pygfx.prepass import shown, silhouette, solid, strength
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
-LIGHTS = (gfx.DirectionalLight, gfx.PointLight, gfx.SpotLight)
 
 
 class Role:
@@ -91,7 +91,7 @@ class Casters:
         for mesh, role in found:
             made = self._made.setdefault(mesh, weakref.WeakKeyDictionary()).setdefault(mesh.material, {})
             if role not in made:
-                made[role] = private.Pipelines(_silhouette, private.TwoSided)
+                made[role] = private.Pipelines(silhouette, private.TwoSided)
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
         size = air.shadow_size
@@ -141,8 +141,8 @@ class Casters:
     def _casters(self) -> tuple[list[tuple[Any, Role]], Matrix]:
         """Each caster with its role, and their hulls, as they are now."""
         found, lights = [], []
-        for thing in self._shown():
-            if isinstance(thing, LIGHTS):
+        for thing in shown(self.scene, self.exclude):
+            if isinstance(thing, KINDS):
                 lights.append(thing)
             elif isinstance(thing, gfx.Mesh) and thing.material is not None and _bounded(thing.geometry):
                 own = role(thing, thing.material)
@@ -156,16 +156,6 @@ class Casters:
         placed = np.isfinite(hulls.sum(axis=(1, 2)))
         kept = [i for i, (thing, _) in enumerate(found) if placed[i] and id(thing) not in bodies]
         return [found[i] for i in kept], hulls[kept]
-
-    def _shown(self) -> Iterator[Any]:
-        """All that is visible and not excluded."""
-        excluded = {id(thing) for thing in self.exclude}
-        left = [self.scene]
-        while left:
-            thing = left.pop()
-            if thing.visible and id(thing) not in excluded and not _helps(thing):
-                yield thing
-                left += reversed(thing.children)
 
     def _glowing(self, found: list[tuple[Any, Role]], hulls: Matrix, lights: list[Any]) -> set[int]:
         """Ids of the meshes that glow and have a light in them which is below, or right above."""

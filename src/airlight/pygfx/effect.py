@@ -251,10 +251,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)
-        last = {"ADAPT": self.composite.adapt > 0, "FILMIC": self.in_scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
         passes = {
             "measure": device.pipeline(BALANCE, "measure", STEP=step, WORLD=True),
-            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, WORLD=True, **last),
+            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, WORLD=True, **self._last()),
         }
         binds = self._bound(color, depth, None)
         world.march.record(command_encoder, depth, timer)
@@ -353,6 +352,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def _flags(self) -> dict[str, Any]:
         return {"CONES": int(self._view["cones"]), "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
 
+    def _last(self) -> dict[str, Any]:
+        """The constants of the last pass, which puts everything on the picture."""
+        return {"ADAPT": self.composite.adapt > 0, "FILMIC": self.in_scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
+
     def _step(self, size: tuple[int, int]) -> int:
         """Every how many-th row and column is measured."""
         return max(1, int(math.sqrt(size[0] * size[1] / SAMPLED)))
@@ -365,8 +368,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         taps = 1 if ratio < 4 / 3 else 2 if ratio < 3 else 4
         merging = {"CONTRAST": contrast, "GATHER": scene.depth_aware > 0}
         device, flags, step = self.device, self._flags(), self._step(size)
-        last = {"ADAPT": self.composite.adapt > 0, "FILMIC": scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
-        both = [device.raster(MERGE, "cover", "merge", format, LIT=on, **merging, **last) for on in (False, True)]  # before one is wanted
+        last = {**merging, **self._last()}
+        both = [device.raster(MERGE, "cover", "merge", format, LIT=on, **last) for on in (False, True)]  # before one is wanted
         return {
             "mask": device.pipeline(MASK, "mask", TAPS=taps, CONTRAST=contrast, **flags),
             "look": device.pipeline(LOOK, "look", STEP=step, **flags),

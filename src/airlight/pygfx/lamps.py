@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.lamps import Lamp, Triple
+from airlight.lamps import Lamp, Triple, triple
 from airlight.pygfx.lights import BODY, SceneLight
 
 KINDS = (gfx.DirectionalLight, gfx.SpotLight, gfx.PointLight)
@@ -36,14 +36,10 @@ def lamps(lights: Sequence[SceneLight]) -> list[Lamp]:
     return [lamp for lamp in found if lamp.strength * max(lamp.intensity) > 0]
 
 
-def _triple(v: Any) -> Triple:
-    return float(v[0]), float(v[1]), float(v[2])
-
-
 def _unit(v: Any) -> Triple:
     """(0, 0, 1) of nothing."""
     length = float(np.linalg.norm(v))
-    return _triple(np.asarray(v, float) / length) if length > 0 else (0.0, 0.0, 1.0)
+    return triple(np.asarray(v, float) / length) if length > 0 else (0.0, 0.0, 1.0)
 
 
 def _shines(light: Any) -> bool:
@@ -58,19 +54,19 @@ def _upwards(thing: Any) -> Iterator[Any]:
 
 def _placed(light: SceneLight, near: float) -> Lamp:
     """A light that pygfx does not know."""
-    place, color = light.place(), _triple(light.color)
+    place, color = light.place(), triple(light.color)
     if place[3] == 0:
         return Lamp("sun", color, direction=_unit(place[:3]), strength=light.strength, anisotropy=light.anisotropy)
-    return Lamp("point", color, position=_triple(place[:3]), strength=light.strength, anisotropy=light.anisotropy, near=near)
+    return Lamp("point", color, position=triple(place[:3]), strength=light.strength, anisotropy=light.anisotropy, near=near)
 
 
 def _of(gfx_light: Any, light: SceneLight, near: float) -> Lamp:
     power = np.array(gfx_light.color.to_physical()[:3]) * gfx_light.intensity
-    intensity = _triple(np.maximum(power, 0) * light.color)
+    intensity = triple(np.maximum(power, 0) * light.color)
     at = np.asarray(gfx_light.world.position, float)
     if isinstance(gfx_light, gfx.PointLight):
         reach = float(gfx_light.distance)
-        return Lamp("point", intensity, _triple(at), range=reach, strength=light.strength, anisotropy=light.anisotropy, near=near)
+        return Lamp("point", intensity, triple(at), range=reach, strength=light.strength, anisotropy=light.anisotropy, near=near)
     if isinstance(gfx_light.parent, gfx.Camera):  # it then shines as the camera looks
         to = np.asarray(gfx_light.parent.world.matrix, float) @ (0.0, 0.0, -1.0, 1.0)
         aim = to[:3] - at
@@ -83,7 +79,7 @@ def _of(gfx_light: Any, light: SceneLight, near: float) -> Lamp:
     return Lamp(
         "spot",
         intensity,
-        _triple(at),
+        triple(at),
         direction,
         inner=outer * (1 - float(gfx_light.penumbra)),
         outer=outer,

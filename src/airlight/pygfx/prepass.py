@@ -16,7 +16,7 @@ from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.shader import load
 from airlight.gpu.timing import Timer, timing
-from airlight.parameters import InScene
+from airlight.parameters import RESOLUTION, InScene
 from airlight.projection import pixel_rays, project
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
@@ -35,7 +35,7 @@ class Silhouette(private.MeshShader):  # type: ignore[misc]
     def __init__(self, wobject: Any) -> None:
         super().__init__(wobject)
         self["receive_shadow"] = self["flat_shading"] = False
-        if wobject.material.color_mode in ("auto", "uniform") and not _pattern(wobject, wobject.material):
+        if wobject.material.color_mode in ("auto", "uniform") and not pattern(wobject, wobject.material):
             self["color_mode"], self["use_map"], self["use_vertex_color"] = "uniform", False, False
 
 
@@ -47,7 +47,7 @@ class Unlit(private.MeshShader):  # type: ignore[misc]
         self["receive_shadow"] = self["flat_shading"] = False
 
 
-def _silhouette(wobject: Any) -> Any:
+def silhouette(wobject: Any) -> Any:
     made: Any = private.shader_of(wobject)
     plain = getattr(made, "get_code", None) is private.MeshShader.get_code and issubclass(made, private.MeshShader)
     return Silhouette(wobject) if plain else made(wobject)
@@ -93,15 +93,15 @@ def blending(alpha: dict[str, Any]) -> tuple[str, str, str]:
 
 # In the order in which they are drawn: nothing within a role depends on order, but for lights that are seen through.
 SKY = Role("sky", _own)
-SOLID = Role("solid", _silhouette, occludes=True, writes=True)
+SOLID = Role("solid", silhouette, occludes=True, writes=True)
 LAMP = Role("lamp", _own, writes=True)
 SHAPE = Role("shape", Unlit, writes=True)  # a lamp whose material waits for other lights: its colour is taken for its light
 GLOW = Role("glow", _own)
-VEIL = Role("veil", _silhouette, occludes=True, writes=False)
+VEIL = Role("veil", silhouette, occludes=True, writes=False)
 ROLES = (SKY, SOLID, LAMP, SHAPE, GLOW, VEIL)
 
 
-def _pattern(wobject: Any, material: Any) -> bool:
+def pattern(wobject: Any, material: Any) -> bool:
     """Whether a map or vertex colours may have a say in a mesh's opacity, or its colour in what is seen through it."""
     config = material.alpha_config
     method = config["method"]
@@ -119,7 +119,7 @@ def solid(wobject: Any, material: Any) -> bool:
     """Whether nothing is seen through a mesh, but for holes that an alpha test cuts."""
     if material.alpha_method == "opaque":
         return True
-    if material.alpha_mode != "auto" or material.opacity < 1 or _pattern(wobject, material):
+    if material.alpha_mode != "auto" or material.opacity < 1 or pattern(wobject, material):
         return False
     color = getattr(material, "color", None)
     return color is None or color.a >= 1
@@ -149,6 +149,17 @@ def margin(inside: int, room: int, places: Sequence[float]) -> float:
 
 def _helps(wobject: Any) -> bool:
     return type(wobject).__module__.startswith("pygfx.helpers")
+
+
+def shown(scene: Any, exclude: Iterable[Any] = ()) -> Iterator[Any]:
+    """All objects that are visible, but pygfx's helpers and what is excluded, with what is below them."""
+    excluded = {id(thing) for thing in exclude}
+    left = [scene]
+    while left:
+        thing = left.pop()
+        if thing.visible and id(thing) not in excluded and not _helps(thing):
+            yield thing
+            left += reversed(thing.children)
 
 
 class Prepass:
@@ -187,7 +198,7 @@ class Prepass:
 
     def _fit(self, camera: Any) -> None:
         """Have textures of the size that the settings ask for, and the view where the lights want it."""
-        view = [max(1, round((self.in_scene.resolution or 0.5) * n)) for n in self.size]
+        view = [max(1, round((self.in_scene.resolution or RESOLUTION) * n)) for n in self.size]
         room = [2 * math.ceil((self.in_scene.region - 1) / 2 * n - 1e-6) for n in view]
         whole = view[0] + room[0], view[1] + room[1]
         if self.texture is None or self.texture.size[:2] != whole:

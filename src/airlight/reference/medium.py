@@ -17,7 +17,8 @@ def henyey_greenstein(cosine: Any, g: float) -> Array:
 
 
 def phase(cosine: Any, kind: int, g: float, back: float, share: float) -> Array:
-    """1/sr, of the cosine (1 where one looks into the light) and Settled.lobes; each integrates to 1 over the sphere."""
+    """1/sr, of the cosine (1 where one looks into the light) and Settled.lobes; each integrates to 1 over the sphere.
+    Henyey and Greenstein 1941, Cornette and Shanks 1992."""
     cosine = np.asarray(cosine, float)
     if kind == 2:
         return np.full_like(cosine, 1 / (4 * np.pi))

@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from airlight.lamps import Lamp
 from airlight.medium import Settled
-from airlight.projection import depth_terms
-from airlight.scatter.march.records import eye_rays
+from airlight.projection import depth_terms, eye_rays
+from airlight.reference import medium
 
 Array = npt.NDArray[Any]
 TILE = 16  # pixels, of a tile for which triangles are chosen
@@ -170,22 +170,8 @@ def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, 
 
 
 def phase(cosine: Array, air: Settled, lamp: Lamp) -> Array:
-    """1/sr; cosine 1: looking into the light. Henyey and Greenstein 1941, Cornette and Shanks 1992."""
-    kind, g = air.medium.phase, air.lobes(lamp)[1]
-
-    def lobe(g: float) -> Array:
-        return np.asarray((1 - g * g) / (4 * np.pi * (1 + g * g - 2 * g * cosine) ** 1.5))
-
-    if kind == "isotropic":
-        return lobe(0.0)
-    if kind == "rayleigh":
-        return 3 / (16 * np.pi) * (1 + cosine**2)
-    if kind == "cornette-shanks":
-        return 1.5 * (1 + cosine**2) / (2 + g * g) * lobe(g)
-    if kind == "two-lobe":
-        share = air.medium.back_share
-        return (1 - share) * lobe(g) + share * lobe(air.medium.back_anisotropy)
-    return lobe(g)
+    """1/sr; cosine 1: looking into the light."""
+    return medium.phase(cosine, *air.lobes(lamp))
 
 
 def _one_minus_exp(t: Array, sigma: Array) -> Array:

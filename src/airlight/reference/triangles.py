@@ -1,6 +1,6 @@
-"""The meshes of a scene as triangles in the world, for `tracer` and `mitsuba`."""
+"""The meshes of a scene as triangles in the world, for `tracer`."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.pygfx import SceneLight
-from airlight.pygfx.prepass import _helps, _pattern, solid
+from airlight.pygfx.prepass import pattern, shown, solid
 from airlight.scenes.gltf.meshes import vertices
 
 Array = npt.NDArray[np.float64]
@@ -23,8 +23,10 @@ def world_triangles(scene: Any, lights: Sequence[SceneLight] = ()) -> tuple[Arra
     """
     bodies = {id(light.target) for light in lights}
     seen, casting = [np.zeros((0, 3, 3))], [np.zeros((0, 3, 3))]
-    for mesh in _meshes(scene):
-        if mesh.material.alpha_test > 0 and _pattern(mesh, mesh.material):
+    for mesh in shown(scene):
+        if not isinstance(mesh, gfx.Mesh):
+            continue
+        if mesh.material.alpha_test > 0 and pattern(mesh, mesh.material):
             raise AirlightError(f"mesh {mesh.name or '?'}: its map cuts holes, which no triangle has; give its leaves as geometry")
         if not solid(mesh, mesh.material) or not mesh.material.depth_write:
             continue
@@ -33,16 +35,6 @@ def world_triangles(scene: Any, lights: Sequence[SceneLight] = ()) -> tuple[Arra
         if id(mesh) not in bodies and not any(isinstance(child, gfx.Light) for child in mesh.iter()):
             casting.append(found)
     return np.concatenate(seen), np.concatenate(casting)
-
-
-def _meshes(scene: Any) -> Iterator[Any]:
-    left = [scene]
-    while left:
-        thing = left.pop()
-        if thing.visible and not _helps(thing):
-            left += thing.children
-            if isinstance(thing, gfx.Mesh):
-                yield thing
 
 
 def of_mesh(mesh: Any) -> Array:

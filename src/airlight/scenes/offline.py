@@ -16,6 +16,7 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
+from airlight.lamps import Triple
 from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
@@ -23,7 +24,6 @@ from airlight.scenes import Stage
 
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 LEAST = 1e-6  # metres
-Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

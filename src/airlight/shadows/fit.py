@@ -10,8 +10,7 @@ import numpy as np
 
 from airlight.lamps import Lamp
 from airlight.medium import Settled
-from airlight.projection import Matrix
-from airlight.scatter.march.records import eye_rays
+from airlight.projection import Matrix, eye_rays
 from airlight.shadows import View
 
 MARGIN = 1  # texels from a map's border to what it has to hold

@@ -8,6 +8,7 @@ import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
+from airlight.lamps import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
@@ -15,11 +16,6 @@ from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium, stand
 
 STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
-Triple = tuple[float, float, float]
-
-
-def _triple(v: Any) -> Triple:
-    return float(v[0]), float(v[1]), float(v[2])
 
 
 class SceneView:
@@ -71,10 +67,10 @@ class SceneView:
                 continue
             self.moved = True  # then it has to be put back, too
             if light.target is None and light.position is not None:
-                light.position = _triple(lamp.place)
+                light.position = triple(lamp.place)
             elif light.target is None:
                 if any(lamp.place):
-                    light.direction = _triple(lamp.place)
+                    light.direction = triple(lamp.place)
             elif isinstance(light.target, gfx.DirectionalLight):
                 towards = light.place()[:3]
                 about = np.asarray(light.target.world.position) - towards
@@ -140,11 +136,11 @@ class SceneView:
         if self.stage.path is not None:
             self.stage.path.visible = bool(state.path_drawn)
         eye, camera = state.eye, self.camera
-        eye.eye = _triple(camera.world.position)
+        eye.eye = triple(camera.world.position)
         eye.fov = float(camera.fov)
         ahead = np.asarray(camera.world.forward, float)
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
-        eye.target = _triple(np.asarray(eye.eye) + distance * ahead)
+        eye.target = triple(np.asarray(eye.eye) + distance * ahead)
         settle_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
         state.settled["jitter"], state.settled["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving

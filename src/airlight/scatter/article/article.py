@@ -10,6 +10,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import compute
 from airlight.lamps import Lamp
 from airlight.medium import Settled
+from airlight.scatter.march.march import no_shadow
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
@@ -31,8 +32,7 @@ class Article:
         self.device, self.pixels = device, pixels
         self.layer = device.texture(*pixels, "rgba32float")
         self._buffers = [device.buffer(size=dtype.itemsize) for dtype in (FRAME, LIGHT, SETTINGS)]
-        unlit = {"size": (1, 1, 1), "format": "depth32float", "usage": device.wgpu.TextureUsage.TEXTURE_BINDING}
-        self._shadow = self._nothing = device.device.create_texture(**unlit)
+        self._shadow = no_shadow(device)
         self._binds: dict[Any, Any] = {}
 
     def aim(
@@ -58,7 +58,7 @@ class Article:
             self.device.queue.write_buffer(buffer, 0, record.tobytes())
         views = len(shadow.views) if shadow else 0
         self._pipeline = self.device.pipeline(ARTICLE, "article", VIEWS=views, JITTER=JITTERS[jitter])
-        self._shadow = shadow.texture if shadow else self._nothing
+        self._shadow = shadow.texture if shadow else no_shadow(self.device)
 
     def record(self, encoder: Any, depth: Any, timer: Any = None) -> None:
         """depth: texture, depth32float, of the picture's size."""

@@ -1,5 +1,17 @@
 // Where a light reaches a ray, and what of it a stretch scatters. Twins: reference/medium.py.
 //! include "scatter/march/ray.wgsl"
+override BIASED: bool = false;  // shadows begin farther behind what hides the light
+
+/// The bias in view i, in what it has for metres.
+fn bias_in(i: u32) -> f32 {
+    return select(0.0, light.bias / light.view[i].depth_scale, BIASED);
+}
+
+/// From which depth on a place is lit where the map holds this; a sun's map holds 0 where nothing casts.
+fn threshold(held: f32, bias: f32) -> f32 {
+    if (KIND == 0u) { return select(held - bias, -3e38, held == 0.0); }
+    return held / (1.0 + bias * held);
+}
 
 /// Radians, of the angle at a lamp that one quadrature of three points takes: the ramp at a cone's border is steep.
 fn narrow() -> f32 { return select(0.15, 0.02, KIND == 1u); }
@@ -68,9 +80,4 @@ fn lamp_stretch(ray: Ray, near: vec2f, a: f32, b: f32) -> vec3f {
         continuing { break if k >= parts; }
     }
     return select(vec3f(0.0), sum * each / 18.0, b > a);
-}
-
-/// Integral of e^(-sigma_t t) from 0 to t.
-fn until(t: f32) -> vec3f {
-    return t * mean_transmittance(frame.sigma_t * t);
 }

@@ -20,7 +20,7 @@ FILTERS = ("nearest", "pcf", "soft")
 GROUP = 8  # a workgroup is GROUP x GROUP
 
 
-def _nothing(device: Device) -> Any:
+def no_shadow(device: Device) -> Any:
     """The shadow map of lights that have none."""
     if "no shadow" not in device.kept:
         usage = device.wgpu.TextureUsage
@@ -67,7 +67,7 @@ class March:
         self.device.queue.write_buffer(self._frame, 0, frame_record(projection, air, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lamps), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize))
-        nothing = _nothing(self.device)
+        nothing = no_shadow(self.device)
         path, more = (WALK, tuple[Any, ...]()) if air.exact else (STEPS, (noise_texture(self.device),))
         if path != self._path:
             self._path, self._more = path, more
@@ -95,36 +95,33 @@ class March:
             self._layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
-    def _bound(self, i: int, depth: Any) -> Any:
-        """The bind group of the i-th light, made anew where something in it is another than before."""
+    def _bound(self, key: Any, path: str, parts: tuple[Any, ...], more: tuple[Any, ...] = ()) -> Any:
+        """A bind group of what all shaders of a march read, made anew where one of `parts` is another than before."""
+        had = self._binds.get(key)
+        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
+            maps = parts[3].create_view(dimension="2d-array")
+            had = self._binds[key] = parts, self.device.bind(path, *parts[:3], maps, *parts[4:], *more)
+        return had[1]
+
+    def _of_light(self, i: int, depth: Any) -> Any:
+        """The bind group of the i-th light."""
         last = len(self._shadows) - 1
         target, before = self._layers[(last - i) % 2], self._layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
         parts = (self._frame, self._lights[i], depth, self._shadows[i], before, target)
-        had = self._binds.get(i)
-        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
-            shown = list(parts)
-            shown[3] = parts[3].create_view(dimension="2d-array")
-            had = self._binds[i] = parts, self.device.bind(self._path, *shown, *self._more)
-        return had[1]
-
-    def _bound_upsampling(self, depth: Any) -> Any:
-        parts = (self._frame, self._lights[0], depth, _nothing(self.device), self._layers[0], self.layer)
-        had = self._binds.get("upsample")
-        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
-            bind = self.device.bind(UPSAMPLE, *parts[:3], parts[3].create_view(dimension="2d-array"), *parts[4:])
-            had = self._binds["upsample"] = parts, bind
-        return had[1]
+        return self._bound(i, self._path, parts, self._more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Record the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
-            compute(encoder, pipeline, self._bound(i, depth), counts, f"march {name}", timer)
+            compute(encoder, pipeline, self._of_light(i, depth), counts, f"march {name}", timer)
         if self.size != self.pixels:
             counts = (-(-self.pixels[0] // GROUP), -(-self.pixels[1] // GROUP))
-            compute(encoder, self.device.pipeline(UPSAMPLE, "upsample"), self._bound_upsampling(depth), counts, "upsample", timer)
+            parts = (self._frame, self._lights[0], depth, no_shadow(self.device), self._layers[0], self.layer)
+            pipeline = self.device.pipeline(UPSAMPLE, "upsample")
+            compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, parts), counts, "upsample", timer)
 
 
 def _spare(device: Device) -> Any:

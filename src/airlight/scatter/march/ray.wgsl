@@ -39,9 +39,9 @@ fn mean_transmittance(x: vec3f) -> vec3f {
     return select((1.0 - exp(-x)) / max(x, vec3f(1e-20)), series, x < vec3f(0.25));
 }
 
-/// Integral of e^(-sigma_t t) from a to b, metres.
-fn between(a: f32, b: f32) -> vec3f {
-    return exp(-frame.sigma_t * a) * (b - a) * mean_transmittance(frame.sigma_t * (b - a));
+/// Integral of e^(-sigma_t t) from 0 to t, metres.
+fn until(t: f32) -> vec3f {
+    return t * mean_transmittance(frame.sigma_t * t);
 }
 
 /// A sun's in-scattered radiance where it shines on a metre of the ray, without extinction.
@@ -61,6 +61,6 @@ fn lamplight(t: f32, d: f32, cosine: f32, aside: f32) -> vec3f {
 
 /// What the layer of a pixel begins with: ambient light, or what the lights before gave.
 fn begun(p: vec2u, ray: Ray) -> vec3f {
-    if (FIRST) { return frame.sigma_s * frame.ambient * between(0.0, ray.reach); }
+    if (FIRST) { return frame.sigma_s * frame.ambient * until(ray.reach); }
     return textureLoad(before, p, 0).rgb;
 }

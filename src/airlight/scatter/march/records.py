@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.lamps import Lamp
 from airlight.medium import Settled
-from airlight.projection import Matrix, depth_terms
+from airlight.projection import depth_terms, eye_rays
 from airlight.shadows import Shadow
 
 MOST_VIEWS = 6
@@ -47,15 +47,6 @@ LIGHT = np.dtype(
 )
 
 
-def eye_rays(projection: Any) -> tuple[Matrix, float]:
-    """((4,), flat): the view ray of picture position (u, v) begins at flat (x, y, 0) and goes along ((1 - flat) (x, y), -1), where
-    (x, y) = (a u + c, b v + d) of the four (a, b, c, d); flat is 1 without perspective, else 0."""
-    p = np.asarray(projection, np.float64)
-    if p[3, 3] == 0:
-        return np.array([2 / p[0, 0], -2 / p[1, 1], (p[0, 2] - 1) / p[0, 0], (p[1, 2] + 1) / p[1, 1]]), 0.0
-    return np.array([2 / p[0, 0], -2 / p[1, 1], (-p[0, 3] - 1) / p[0, 0], (1 - p[1, 3]) / p[1, 1]]), 1.0
-
-
 def frame_record(projection: Any, air: Settled, size: tuple[int, int], pixels: tuple[int, int]) -> np.ndarray:
     """size: of what is computed; pixels: of the picture and its depth."""
     out = np.zeros((), FRAME)
@@ -69,8 +60,8 @@ def frame_record(projection: Any, air: Settled, size: tuple[int, int], pixels: t
 def light_record(lamp: Lamp, shadow: Shadow | None, view: Any, air: Settled) -> np.ndarray:
     """view: (4, 4) world to view space. Without a shadow map there are no views, and everything is lit."""
     out, view = np.zeros((), LIGHT), np.asarray(view, np.float64)
-    eye = np.linalg.inv(view)[:3, 3]
-    factor = lamp.strength * lamp.seen_from(eye, air.medium.lamp_distance, air.medium.lamp_fade)
+    into = np.linalg.inv(view)
+    factor = lamp.strength * lamp.seen_from(into[:3, 3], air.medium.lamp_distance, air.medium.lamp_fade)
     out["intensity"] = np.array(lamp.intensity) * factor
     out["place"] = view[:3, :3] @ lamp.direction if lamp.is_sun else (view @ np.append(lamp.position, 1.0))[:3]
     out["axis"] = view[:3, :3] @ lamp.direction
@@ -82,7 +73,6 @@ def light_record(lamp: Lamp, shadow: Shadow | None, view: Any, air: Settled) -> 
     out["blend"] = air.march.cascade_blend
     if shadow is not None:
         out["views"], out["side"] = len(shadow.views), shadow.size
-        into = np.linalg.inv(view)
         for i, one in enumerate(shadow.views):
             at = out["view"][i]
             at["matrix"] = (one.matrix @ into).T  # WGSL keeps columns

@@ -1,23 +1,14 @@
 // The march in steps: each is lit or not as its sample is, and its own integral is closed.
 //! include "scatter/march/lights.wgsl"
-override BIASED: bool = false;
+//! include "scatter/jitter.wgsl"
 override FILTER: u32 = 0u;      // nearest, pcf, soft
 override SNAP: bool = false;    // look-ups at the centres of texels
 override CASCADES: bool = false; // of a sun, several
-override JITTER: u32 = 0u;      // fixed, midpoint, interleaved-gradient noise, blue noise
 
 const TAPS = 12.0;              // of a soft look-up, and of its search for what hides the light
 const WIDEST = 24.0;            // texels, of its radius
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
-
-/// Where in its step a pixel's samples lie, 0..1.
-fn offset(p: vec2u) -> f32 {
-    if (JITTER == 0u) { return 0.0; }
-    if (JITTER == 1u) { return 0.5; }
-    if (JITTER == 2u) { return fract(52.9829189 * fract(dot(vec2f(p) + 0.5, vec2f(0.06711056, 0.00583715)))); }
-    return textureLoad(noise, p % 256u, 0).r;
-}
 
 /// Whether view i's texel hides nothing from a depth; outside its map everything is lit.
 fn open(i: u32, texel: vec2f, depth: f32) -> f32 {
@@ -26,9 +17,7 @@ fn open(i: u32, texel: vec2f, depth: f32) -> f32 {
 }
 
 fn held_at(i: u32, texel: vec2f) -> f32 {
-    let held = textureLoad(shadow, vec2i(clamp(texel, vec2f(0.0), vec2f(light.side - 1.0))), i, 0);
-    let level = select(0.0, light.bias / light.view[i].depth_scale, BIASED);
-    return select(held / (1.0 + level * held), select(held - level, -3e38, held == 0.0), KIND == 0u);
+    return threshold(textureLoad(shadow, vec2i(clamp(texel, vec2f(0.0), vec2f(light.side - 1.0))), i, 0), bias_in(i));
 }
 
 /// Reeves et al. 1987 over 2 x 2 texels, by their nearness.

@@ -1,4 +1,4 @@
-// From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away. Twin: reference/medium.py.
+// From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away.
 //! include "scatter/march/ray.wgsl"
 
 const SHARP = 24.0;             // how fast a neighbour loses weight with the difference of the ways, of the shorter one

@@ -1,12 +1,16 @@
 // The exact texel walk: every texel of the shadow map that a ray crosses, in each at most one border between light and shadow.
 // Along a ray X, Y, Z and W of View.matrix are linear in t; along its line in the map so is the depth Z / W, for lamps too.
 //! include "scatter/march/lights.wgsl"
-override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
 struct Line {                   // a ray's part in a view
     a: vec4f,                   // of View.matrix, a metre of the ray
     b: vec4f,                   // at t = 0
     range: vec2f,               // of t
+}
+
+/// t of the place a share s of the way along the line in the map, between the ends of a range of t, whose W are w.
+fn way(s: f32, range: vec2f, w: vec2f) -> f32 {
+    return range.x + (range.y - range.x) * s * w.x / (s * w.x + (1.0 - s) * w.y);
 }
 
 /// The lit part of a range of t in view i, without what all of it has in common.
@@ -15,11 +19,12 @@ fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
     let span = line.range.y - t0;
     let first = line.b + t0 * line.a;
     let last = line.b + line.range.y * line.a;
+    let w = vec2f(first.w, last.w);
     let p0 = first.xy / first.w;
     let dp = last.xy / last.w - p0;
     let z0 = first.z / first.w;
     let dz = last.z / last.w - z0;
-    let level = select(0.0, light.bias / light.view[i].depth_scale, BIASED);
+    let bias = bias_in(i);
     let inverse = 1.0 / select(dp, vec2f(1e-20), abs(dp) < vec2f(1e-20));
     let up = vec2f(select(0.0, 1.0, dp.x > 0.0), select(0.0, 1.0, dp.y > 0.0));
     let step = vec2i(select(-1, 1, dp.x > 0.0), select(-1, 1, dp.y > 0.0));
@@ -41,8 +46,7 @@ fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
             s = end;
             let ahead = abs((vec2f(cell) + up - p0) * inverse);
             end = min(min(ahead.x, ahead.y), 1.0);
-            held = textureLoad(shadow, clamp(cell, vec2i(0), vec2i(most)), i, 0);
-            if (KIND == 0u) { held = select(held - level, -3e38, held == 0.0); } else { held /= 1.0 + level * held; }
+            held = threshold(textureLoad(shadow, clamp(cell, vec2i(0), vec2i(most)), i, 0), bias);
             lit0 = z0 + s * dz >= held;
             lit1 = z0 + end * dz >= held;
             cell += select(vec2i(0, step.y), vec2i(step.x, 0), ahead.x < ahead.y);
@@ -61,19 +65,16 @@ fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
             let begun = select(since, s, !lit && lit0);
             let over = select(border, s, lit && !lit0);
             let ends = (lit && !lit0) || (lit0 && !lit1);
-            let w = vec2f(first.w, last.w);
-            let from_t = t0 + span * begun * w.x / (begun * w.x + (1.0 - begun) * w.y);
-            let to_t = t0 + span * over * w.x / (over * w.x + (1.0 - over) * w.y);
-            sum += select(vec3f(0.0), lamp_stretch(ray, near, from_t, select(from_t, to_t, ends)), ends);
+            let start = way(begun, line.range, w);
+            sum += lamp_stretch(ray, near, start, select(start, way(over, line.range, w), ends));
             since = select(begun, border, !lit0 && lit1);
         }
         lit = lit1;
         continuing { break if end >= 1.0 || left <= 0; }
     }
     if (KIND == 0u) { return sum + select(vec3f(0.0), until(line.range.y), lit); }
-    let w = vec2f(first.w, last.w);
-    let from_t = t0 + span * since * w.x / (since * w.x + (1.0 - since) * w.y);
-    return sum + lamp_stretch(ray, near, from_t, select(from_t, line.range.y, lit));
+    let start = way(since, line.range, w);
+    return sum + lamp_stretch(ray, near, start, select(start, line.range.y, lit));
 }
 
 fn sun_part(i: u32, ray: Ray) -> vec3f {

@@ -1,6 +1,6 @@
 // The direct sum: Eq. 4 of GPU Gems 3, chapter 13, or its Listing 13-1.
 //! include "gpu/half.wgsl"
-override JITTER: u32 = 0u;    // 0 fixed, 1 midpoint, 2 interleaved gradient, 3 blue noise
+//! include "scatter/jitter.wgsl"
 override LISTING: bool = false;
 override BASE: bool = false;  // the pixel itself, unweighted
 override ADD: bool = false;   // add to what earlier lights gave
@@ -23,16 +23,6 @@ struct Rays {
 @group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var before: texture_2d<f32>;
 @group(0) @binding(5) var noise: texture_2d<f32>;
-
-fn offset(p: vec2u) -> f32 {
-    switch JITTER {
-        case 1u: { return 0.5; }
-        // Jimenez 2014, "Next generation post processing in Call of Duty: Advanced Warfare"
-        case 2u: { return fract(52.9829189 * fract(dot(vec2f(p) + 0.5, vec2f(0.06711056, 0.00583715)))); }
-        case 3u: { return textureLoad(noise, p % textureDimensions(noise), 0).r; }
-        default: { return 0.0; }
-    }
-}
 
 @compute @workgroup_size(64)
 fn direct(@builtin(global_invocation_id) id: vec3u) {
