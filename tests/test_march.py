@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from written import depth_texture
 
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
@@ -21,16 +22,6 @@ RGB = (0.1, 0.2, 0.05)
 SUN = np.array([0.3, 0.6, 0.74]) / np.linalg.norm([0.3, 0.6, 0.74])
 PLACE = np.array([1.0, 0.5, -6.0])
 SPOT = {"position": tuple(PLACE), "direction": (-0.6, 0.0, -0.8), "inner": 0.3, "outer": 0.5}
-FILL = """
-@group(0) @binding(0) var heights: texture_2d_array<f32>;
-override LAYER: i32 = 0;
-@vertex fn cover(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-    return vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
-}
-@fragment fn fill(@builtin(position) at: vec4f) -> @builtin(frag_depth) f32 {
-    return textureLoad(heights, vec2i(at.xy), LAYER, 0).r;
-}
-"""
 
 
 def projection(fov: float = 50.0) -> np.ndarray:
@@ -43,36 +34,7 @@ def projection(fov: float = 50.0) -> np.ndarray:
 
 def depths(values: Any) -> Any:
     """A depth texture array that holds (layers, H, W) values."""
-    device = open_device()
-    values = np.asarray(values, np.float32)
-    layers, height, width = values.shape
-    usage, gpu = device.wgpu.TextureUsage, device.device
-    flags = usage.TEXTURE_BINDING | usage.RENDER_ATTACHMENT
-    texture = gpu.create_texture(size=(width, height, layers), format="depth32float", usage=flags)
-    source = gpu.create_texture(size=(width, height, layers), format="r32float", usage=usage.TEXTURE_BINDING | usage.COPY_DST)
-    rows = {"bytes_per_row": 4 * width, "rows_per_image": height}
-    gpu.queue.write_texture({"texture": source}, values.tobytes(), rows, (width, height, layers))
-    module = gpu.create_shader_module(code=FILL)
-    for layer in range(layers):
-        pipeline = gpu.create_render_pipeline(
-            layout="auto",
-            vertex={"module": module, "entry_point": "cover"},
-            fragment={"module": module, "entry_point": "fill", "targets": [], "constants": {"LAYER": layer}},
-            primitive={"topology": "triangle-list"},
-            depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "always"},
-        )
-        resource = source.create_view(dimension="2d-array")
-        bind = gpu.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=[{"binding": 0, "resource": resource}])
-        encoder = gpu.create_command_encoder()
-        view = texture.create_view(dimension="2d", base_array_layer=layer, array_layer_count=1)
-        target = {"view": view, "depth_clear_value": 0, "depth_load_op": "clear", "depth_store_op": "store"}
-        run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target)
-        run.set_pipeline(pipeline)
-        run.set_bind_group(0, bind)
-        run.draw(3)
-        run.end()
-        gpu.queue.submit([encoder.finish()])
-    return texture
+    return depth_texture(open_device(), values)
 
 
 def air(radius: float = 10.0, **values: Any) -> Settled:

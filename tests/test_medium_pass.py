@@ -15,24 +15,21 @@ from airlight.parameters import Composite, InScene, Medium, Parameters
 from airlight.reference import scene as twin
 
 gfx = pytest.importorskip("pygfx")
-from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
+from pass_stage import PassStage  # noqa: E402
 
 from airlight.projection import pixel_rays  # noqa: E402
-from airlight.pygfx import LightShafts, SceneLight, effect, enable_timing, use_hdr  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
 MARCH, PLAIN = Parameters(method="march"), InScene(tone="none", resolution=1.0)
 
 
-class Stage:
+class Stage(PassStage):
     """One renderer for all tests."""
 
     def __init__(self) -> None:
-        enable_timing()
-        self.canvas = OffscreenRenderCanvas(size=SIZE, pixel_ratio=1)
-        self.renderer = gfx.WgpuRenderer(self.canvas, pixel_ratio=1, ppaa="none")
-        use_hdr(self.renderer)
+        super().__init__(SIZE)
 
     def reset(self) -> None:
         self.scene = gfx.Scene()
@@ -54,29 +51,14 @@ class Stage:
 
     def frame(self, shafts: LightShafts) -> SimpleNamespace:
         """A frame: color and depth as the pass was given them, out as it wrote, layer; light and way of that."""
-        errors: list[Exception] = []
-
-        def draw() -> None:
-            try:
-                self.renderer.render(self.scene, self.camera)
-            except Exception as error:
-                errors.append(error)
-
-        self.canvas.request_draw(draw)
-        self.canvas.draw()
-        if errors:
-            raise errors[0]
+        self.draw()
         textures = self.renderer._blender._textures
         found = {name: self.read(textures[key]) for name, key in (("color", "color"), ("out", "altcolor"), ("depth", "depth"))}
         layer = self.read(shafts.layer).astype(np.float64)
         return SimpleNamespace(**found, light=layer[..., :3], way=layer[..., 3])
 
     def read(self, texture: Any) -> np.ndarray:
-        width, height, _ = texture.size
-        kind, channels = {"rgba16float": (np.float16, 4), "rgba32float": (np.float32, 4), "depth32float": (np.float32, 1)}[texture.format]
-        layout = {"bytes_per_row": width * channels * np.dtype(kind).itemsize, "rows_per_image": height}
-        data = self.renderer.device.queue.read_texture({"texture": texture}, layout, (width, height, 1))
-        return np.frombuffer(data, kind).reshape(height, width, channels).squeeze()
+        return self.texels(texture).squeeze()
 
 
 @pytest.fixture(scope="module")

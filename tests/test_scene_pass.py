@@ -15,10 +15,10 @@ from airlight.reference import scene as twin
 from airlight.scatter.render import Renderer, plan, render_layer
 
 gfx = pytest.importorskip("pygfx")
-from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
+from pass_stage import PassStage  # noqa: E402
 
 from airlight.projection import depth_terms, pixel_rays, project  # noqa: E402
-from airlight.pygfx import LightShafts, SceneLight, add_light_shafts, enable_timing, use_hdr  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight, add_light_shafts  # noqa: E402
 from airlight.pygfx.private import is_hdr  # noqa: E402
 
 SIZE = (192, 108)
@@ -46,14 +46,11 @@ def blocks(seed: int = 3) -> tuple[Any, Any, Any]:
     return scene, camera, sun
 
 
-class Stage:
+class Stage(PassStage):
     """One renderer for all tests; what each frame's pass was given and made, as arrays."""
 
     def __init__(self) -> None:
-        enable_timing()
-        self.canvas = OffscreenRenderCanvas(size=SIZE, pixel_ratio=1)
-        self.renderer = gfx.WgpuRenderer(self.canvas, pixel_ratio=1, ppaa="none")
-        use_hdr(self.renderer)
+        super().__init__(SIZE)
         self.reset()
 
     def reset(self) -> None:
@@ -67,22 +64,6 @@ class Stage:
         self.renderer.effect_passes = [made]
         return made
 
-    def draw(self, render: Any = None) -> np.ndarray:
-        """A frame; raises what is raised in it. (H, W, 4) uint8."""
-        errors: list[Exception] = []
-
-        def draw() -> None:
-            try:
-                (render or (lambda: self.renderer.render(self.scene, self.camera)))()
-            except Exception as error:
-                errors.append(error)
-
-        self.canvas.request_draw(draw)
-        image = np.asarray(self.canvas.draw())
-        if errors:
-            raise errors[0]
-        return image
-
     def frame(self, shafts: LightShafts) -> dict[str, np.ndarray]:
         """A frame of a single pass: color and depth as it was given, out as it wrote; source, layer (H, W, 3)."""
         shafts.camera, shafts.scene = self.camera, self.scene
@@ -92,15 +73,8 @@ class Stage:
         return {**found, "source": self.read(shafts.source), "layer": self.read(shafts.layer)}
 
     def read(self, texture: Any) -> np.ndarray:
-        width, height, _ = texture.size
-        kind, channels = {"rgba16float": (np.float16, 4), "rgba8unorm-srgb": (np.uint8, 4), "depth32float": (np.float32, 1)}[texture.format]
-        bytes_per_row = width * channels * np.dtype(kind).itemsize
-        layout = {"bytes_per_row": bytes_per_row, "rows_per_image": height}
-        device = self.renderer.device
-        data = np.frombuffer(device.queue.read_texture({"texture": texture}, layout, (width, height, 1)), kind)
-        if kind is np.uint8:
-            return data.reshape(height, width, 4)
-        return data.reshape(height, width, channels)[..., : 3 if channels == 4 else 1].squeeze().astype(np.float64)
+        found = self.texels(texture)
+        return found if found.dtype == np.uint8 else found[..., :3].squeeze().astype(np.float64)
 
 
 @pytest.fixture(scope="module")

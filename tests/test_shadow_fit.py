@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from airlight.lamps import Lamp
 from airlight.medium import Settled, settle
 from airlight.parameters import March, Medium
-from airlight.projection import Matrix
+from airlight.projection import Matrix, eye_rays
 from airlight.shadows import View, fit
 
 SIZE = 64
@@ -56,7 +56,7 @@ def along(view: Matrix, projection: Matrix, ends: tuple[float, float], rng: np.r
     """(places in the world, their distances along the camera's axis) of what is seen between two of these."""
     u, v = rng.uniform(0, 1, (2, 300))
     ahead = rng.uniform(*ends, 300)
-    (a, b, c, d), flat = fit.eye_rays(projection)
+    (a, b, c, d), flat = eye_rays(projection)
     side = np.stack([a * u + c, b * v + d], axis=1) * (1.0 if flat else ahead[:, None])
     into = np.linalg.inv(view)
     return np.column_stack([side, -ahead]) @ into[:3, :3].T + into[:3, 3], ahead
@@ -105,7 +105,7 @@ def test_a_slices_ball_holds_it(seed: int, flat: bool, shift: float) -> None:
     places, _ = along(np.eye(4), projection, (start, end), rng)
     assert np.linalg.norm(places - centre, axis=1).max() <= radius * (1 + 1e-9)
     if not flat and shift == 0:  # no smaller one does, where the view's axis is its middle
-        (a, b, c, d), _ = fit.eye_rays(projection)
+        (a, b, c, d), _ = eye_rays(projection)
         rims = np.array([(x * k, y * k, -k) for k in (start, end) for x in (c, a + c) for y in (d, b + d)])
         assert np.isclose(np.linalg.norm(rims - centre, axis=1), radius, rtol=1e-6).sum() >= 4
 

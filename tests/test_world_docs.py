@@ -7,22 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from documented import DOCS, drawn
 
 from airlight.cli import cli
 
 pytest.importorskip("pygfx")
-DOCS = Path(__file__).parents[1] / "docs"
 
 
 def test_the_program(caplog: Any) -> None:
-    (program,) = re.findall(r"```python\n(.*?)```", DOCS.joinpath("world.md").read_text(encoding="utf-8"), re.S)
-    names: dict[str, Any] = {}
-    exec(compile(program, "docs/world.md", "exec"), names)
-    picture, shafts = names["picture"].astype(int), names["shafts"]
-    assert picture.shape == (360, 640, 4) and not caplog.records
-    shafts.enabled = False
-    without = np.asarray(names["canvas"].draw()).astype(int)
-    assert (picture - without)[..., :3].mean() > 5  # the air is bright: a medium that only dims would darken
+    assert drawn("world.md", caplog).mean() > 5  # the air is bright: a medium that only dims would darken
 
 
 @pytest.mark.parametrize("page", ["world.md"])
