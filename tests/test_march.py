@@ -232,6 +232,29 @@ def test_surfaces_end_rays_and_smaller_marches_stop_at_their_edges() -> None:
     assert np.abs(half / whole - 1)[..., :3].max() < 0.08
 
 
+@pytest.mark.parametrize("share", [0.5, 1 / 3, 0.7, 0.05])
+@pytest.mark.parametrize("pixels", [(37, 23), (40, 21)])
+def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pixels: tuple[int, int]) -> None:
+    """Over edges of depth, and over what is so thin that nothing marched is as far away."""
+    device, (lamp, made) = open_device(), CASES["sun"]
+    rng = np.random.default_rng(pixels[0])
+    held = np.kron(rng.choice([0.9, 0.97, 0.99, 1.0], (8, 8)), np.ones((6, 6)))[: pixels[1], : pixels[0]]
+    held[rng.random(held.shape) < 0.06] = 0.95
+    march, medium = March(device, pixels), air(steps=16)
+    march.aim(np.eye(4), projection(), [(lamp, Shadow(depths(heights_for("sun", 1)), 48, made()))], medium, jitter="blue", share=share)
+    seen = depths(held)
+    run_ms(device, lambda encoder: march.record(encoder, seen))
+    found, small = (
+        np.frombuffer(device.read(texture, 16), np.float32).reshape(size[1], size[0], 4)
+        for texture, size in ((march.layer, pixels), (march._layers[0], march.size))
+    )
+    assert small.shape[:2] == (max(1, round(share * pixels[1])), max(1, round(share * pixels[0]))) and np.ptp(small[..., 0]) > 0.01
+    rows, columns = (twin.taken_at(n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
+    assert np.array_equal(found[np.ix_(rows, columns)][..., 3], small[..., 3])
+    expected = twin.upsampled(small, found[..., 3].astype(float), medium.sigma_t)
+    np.testing.assert_allclose(found[..., :3], expected, rtol=1e-3, atol=1e-5)
+
+
 def test_bias_lets_light_behind_what_hides_it() -> None:
     lamp, made = CASES["spot"]
     held = np.full((1, 48, 48), 0.05 / 7, np.float32)  # a wall 7 m away

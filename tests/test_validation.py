@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("pygfx")
 from airlight import presets
-from airlight.parameters import March, Medium, Parameters
+from airlight.parameters import InScene, March, Medium, Parameters
 from airlight.pygfx.lamps import lamps
 from airlight.reference import tracer
 from airlight.reference.triangles import world_triangles
@@ -52,3 +52,24 @@ def test_every_scene_is_that_of_the_tracer(name: str) -> None:
     rmse, bias = compared(name, 480, 270)
     assert rmse < 0.006
     assert abs(bias) < 0.001
+
+
+def stepped(name: str, width: int, height: int, time: float = 0.0) -> float:
+    """The rmse over the mean of 64 steps at half the resolution, whole pictures, from the exact walk at all of it."""
+    stage, found = open_scene(name), []
+    for steps, resolution in (("exact", 1.0), (64, 0.5)):
+        built = presets.build(stage.settings | {"method": "march", "steps": steps})
+        more = {"medium": built[Medium], "march": built[March], "in_scene": InScene(resolution=resolution)}
+        studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], **more)
+        found.append(studio.frame(time, layer=True).layer[..., :3].astype(float))
+    return float(np.sqrt(np.mean((found[1] - found[0]) ** 2)) / found[0].mean())
+
+
+def test_steps_at_half_the_resolution_are_near_the_walk() -> None:
+    assert stepped("foliage-view", 320, 180) < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "time"), [("foliage-view", 0), ("foliage-beside", 0), ("foliage-behind", 0), ("flying", 20.2)])
+def test_steps_at_half_the_resolution_of_a_picture_are_near_the_walk(name: str, time: float) -> None:
+    assert stepped(name, 640, 360, time) < 0.03

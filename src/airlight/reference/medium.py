@@ -1,5 +1,6 @@
-"""Light that a medium scatters: float64 twins of scatter/march/scene.wgsl and ray.wgsl."""
+"""Light that a medium scatters: float64 twins of scatter/march/scene.wgsl, ray.wgsl and upsample.wgsl."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -45,3 +46,58 @@ def scattered(lamp: Lamp, air: Settled, direction: Array, points: Array, t: Arra
     if lamp.range:
         there = there * np.maximum(1 - (d / lamp.range) ** 4, 0)
     return np.asarray(air.sigma_s * strength * (there / d**2)[..., None] * np.exp(-air.sigma_t * (t + d)[..., None]))
+
+
+def taken_at(size: int, pixels: int) -> npt.NDArray[np.int64]:
+    """The pixels, of so many along a side, at whose centres a march of a smaller size is computed."""
+    return np.minimum((2 * np.arange(size) + 1) * pixels // (2 * size), pixels - 1)
+
+
+def until(t: Any, sigma_t: Any) -> Array:
+    """(..., 3) m: the integral of the transmittance over ways (...) in a medium of sigma_t (3,), 1/m."""
+    t, sigma_t = np.asarray(t, float)[..., None], np.asarray(sigma_t, float)
+    return np.asarray(np.where(sigma_t > 0, -np.expm1(-sigma_t * t) / np.where(sigma_t > 0, sigma_t, 1), t))
+
+
+def upsampled(marched: Array, ways: Array, sigma_t: Any) -> Array:
+    """(H, W, 3) radiance of rays that are ways (H, W) long, m, from a march (h, w, 4) at a smaller size: radiance and ways.
+
+    Neighbours count by their nearness and by the likeness of their ways (Kopf et al. 2007, Joint Bilateral Upsampling). Where none is
+    like it, the nearest on a spiral is taken whose way is.
+    """
+    marched = np.asarray(marched, float)
+    sizes = marched.shape[:2]
+    at = []
+    for size, pixels in zip(sizes, ways.shape, strict=True):
+        ratio, middle = pixels / size, size // 2
+        shift = taken_at(size, pixels)[middle] + 0.5 - (middle + 0.5) * ratio
+        at.append((np.arange(pixels) + 0.5 - shift) / ratio - 0.5)
+
+    def held(y: Any, x: Any, reach: Any) -> tuple[Array, Array]:
+        texel = marched[np.clip(y, 0, sizes[0] - 1), np.clip(x, 0, sizes[1] - 1)]
+        return texel, np.abs(texel[..., 3] - reach) / np.maximum(np.minimum(texel[..., 3], reach), 1e-6)
+
+    y, x = np.meshgrid(*at, indexing="ij")
+    sums, weights = np.zeros((*ways.shape, 3)), np.zeros((*ways.shape, 1))
+    likest, least = np.zeros((*ways.shape, 4)), np.full(ways.shape, np.inf)
+    for row, column in np.ndindex(4, 4):
+        i, j = np.floor(y).astype(int) - 1 + row, np.floor(x).astype(int) - 1 + column
+        texel, off = held(i, j, ways)
+        near = np.maximum(2 - np.abs(i - y), 0) * np.maximum(2 - np.abs(j - x), 0)
+        weight = (near * np.exp(-24 * off) + 1e-20)[..., None]
+        sums, weights = sums + weight * texel[..., :3], weights + weight
+        better = (off < least) & (near > 1e-3)
+        likest, least = np.where(better[..., None], texel, likest), np.where(better, off, least)
+    out = sums / weights
+    for p in zip(*np.nonzero(least > 0.2), strict=True):
+        best, off = likest[p], least[p]
+        for k in range(64):
+            angle, radius = 2.3999632 * k, np.sqrt(k + 4)
+            row, column = y[p] + 0.5 + radius * np.sin(angle), x[p] + 0.5 + radius * np.cos(angle)
+            texel, found = held(math.floor(row), math.floor(column), ways[p])
+            if found < off:
+                best, off = texel, found
+            if off <= 0.2:
+                break
+        out[p] = best[:3] * np.minimum(until(ways[p], sigma_t) / np.maximum(until(best[3], sigma_t), 1e-20), 1)
+    return np.asarray(out)

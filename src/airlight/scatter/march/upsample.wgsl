@@ -1,7 +1,34 @@
-// From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away.
+// From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away. Twin: reference/medium.py.
 //! include "scatter/march/ray.wgsl"
 
 const SHARP = 24.0;             // how fast a neighbour loses weight with the difference of the ways, of the shorter one
+const APART = 0.2;              // the same, from which a neighbour shows something else
+const FURTHER = 64.0;           // are looked at where all do
+
+struct Neighbour {
+    texel: vec4f,
+    off: f32,                   // difference of the ways, of the shorter one
+}
+
+fn neighbour(q: vec2i, reach: f32) -> Neighbour {
+    let texel = textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
+    return Neighbour(texel, abs(texel.a - reach) / max(min(texel.a, reach), 1e-6));
+}
+
+/// What a place of the smaller picture is given where none of its neighbours ends as far away as its ray, as in gaps between leaves: the
+/// nearest on a spiral that does (Vogel 1979), or the likest; less of it where its way is longer.
+fn from_afar(at: vec2f, reach: f32, near: Neighbour) -> vec3f {
+    var best = near;
+    var k = 0.0;
+    loop {
+        let angle = 2.3999632 * k;
+        let found = neighbour(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * vec2f(cos(angle), sin(angle)))), reach);
+        if (found.off < best.off) { best = found; }
+        k += 1.0;
+        continuing { break if best.off <= APART || k >= FURTHER; }
+    }
+    return best.texel.rgb * min(until(reach) / max(until(best.texel.a), vec3f(1e-20)), vec3f(1.0));
+}
 
 @compute @workgroup_size(8, 8)
 fn upsample(@builtin(global_invocation_id) id: vec3u) {
@@ -12,17 +39,17 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     let at = (vec2f(id.xy) + 0.5 - shift) / ratio - 0.5;
     let base = vec2i(floor(at)) - 1;
     var sum = vec4f(0.0);
-    var nearest = vec4f(0.0, 0.0, 0.0, 3e38);
+    var nearest = Neighbour(vec4f(0.0), 3e38);
     for (var k = 0; k < 16; k++) {
         let q = base + vec2i(k % 4, k / 4);
-        let found = textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
-        let off = abs(found.a - ray.reach) / max(min(found.a, ray.reach), 1e-6);
+        let found = neighbour(q, ray.reach);
         let d = max(2.0 - abs(vec2f(q) - at), vec2f(0.0));
         let near = d.x * d.y;
-        let weight = near * exp(-SHARP * off) + 1e-20;
-        sum += weight * vec4f(found.rgb, 1.0);
-        if (off < nearest.a && near > 0.0) { nearest = vec4f(found.rgb, off); }
+        let weight = near * exp(-SHARP * found.off) + 1e-20;
+        sum += weight * vec4f(found.texel.rgb, 1.0);
+        if (found.off < nearest.off && near > 1e-3) { nearest = found; }
     }
-    let color = select(sum.rgb / sum.a, nearest.rgb, nearest.a > 0.2);
+    var color = sum.rgb / sum.a;
+    if (nearest.off > APART) { color = from_afar(at, ray.reach, nearest); }
     textureStore(layer, id.xy, vec4f(color, ray.reach));
 }
