@@ -40,6 +40,27 @@ def test_a_spot_is_its_gfx_light_wherever_it_hangs() -> None:
     assert spot.position == pytest.approx((5, 0, 0)) and spot.direction == pytest.approx((-1, 0, 0), abs=1e-6)
 
 
+@pytest.mark.parametrize("kind", [gfx.DirectionalLight, gfx.SpotLight])
+@pytest.mark.parametrize("place", [(0, 0, 0), (3, 1, 0), (0, 0, -1), (0.5, 0, -4)])
+@pytest.mark.parametrize("hangs", [False, True])
+def test_shafts_and_medium_have_the_way_in_which_a_surface_is_lit(kind: Any, place: tuple[float, ...], hangs: bool) -> None:
+    light, camera = kind(intensity=2), gfx.PerspectiveCamera(50)
+    camera.local.position, camera.local.scale = (5, 2, 1), (2, 2, 2)
+    camera.look_at((0, 0, 0))
+    light.target.local.position = (0, 0, -1)
+    (camera if hangs else gfx.Scene()).add(light)
+    light.local.position = place
+    (lamp,) = lamps([SceneLight(light)])
+    towards = SceneLight(light).place()
+    light._gfx_update_uniform_buffer()
+    shines = light.uniform_buffer.data["direction"][:3]
+    if kind is gfx.SpotLight:
+        assert lamp.direction == pytest.approx(shines, abs=1e-6) and towards == pytest.approx([*light.world.position, 1])
+    else:
+        assert np.negative(lamp.direction) == pytest.approx(shines, abs=1e-6)
+        assert towards[:3] / np.linalg.norm(towards[:3]) == pytest.approx(-shines, abs=1e-6) and towards[3] == 0
+
+
 def test_a_body_has_the_lights_below_it_each_once() -> None:
     ball, group, glow = gfx.Mesh(gfx.sphere_geometry(0.2), gfx.MeshBasicMaterial()), gfx.Group(), gfx.PointLight(intensity=3, decay=2)
     ball.local.position, group.local.position = (0, 1, 0), (0.5, 0, 0)

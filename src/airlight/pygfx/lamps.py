@@ -8,7 +8,7 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.lamps import Lamp, Triple, triple
-from airlight.pygfx.lights import BODY, SceneLight
+from airlight.pygfx.lights import BODY, SceneLight, beam
 
 KINDS = (gfx.DirectionalLight, gfx.SpotLight, gfx.PointLight)
 
@@ -67,12 +67,7 @@ def _of(gfx_light: Any, light: SceneLight, near: float) -> Lamp:
     if isinstance(gfx_light, gfx.PointLight):
         reach = float(gfx_light.distance)
         return Lamp("point", intensity, triple(at), range=reach, strength=light.strength, anisotropy=light.anisotropy, near=near)
-    if isinstance(gfx_light.parent, gfx.Camera):  # it then shines as the camera looks
-        to = np.asarray(gfx_light.parent.world.matrix, float) @ (0.0, 0.0, -1.0, 1.0)
-        aim = to[:3] - at
-    else:
-        aim = np.asarray(gfx_light.target.world.position, float) - at
-    direction = _unit(aim) if np.any(aim) else (0.0, 0.0, -1.0)
+    direction = _unit(beam(gfx_light))
     if isinstance(gfx_light, gfx.DirectionalLight):
         return Lamp("sun", intensity, direction=_unit(np.negative(direction)), strength=light.strength, anisotropy=light.anisotropy)
     outer = min(float(gfx_light.angle), math.pi / 2)

@@ -74,10 +74,7 @@ class SceneLight:
         if target is None:
             return np.append(self.position, 1.0) if self.position is not None else np.append(np.asarray(self.direction, float), 0.0)
         if isinstance(target, gfx.DirectionalLight):
-            if isinstance(target.parent, gfx.Camera):  # it then shines as the camera looks
-                return np.append(-np.asarray(target.parent.world.forward, float), 0.0)
-            towards = np.asarray(target.world.position, float) - target.target.world.position
-            return np.append(towards if np.any(towards) else (0.0, 0.0, 1.0), 0.0)
+            return np.append(-beam(target), 0.0)
         return np.append(np.asarray(target.world.position, float), 1.0)
 
     def body(self) -> tuple[npt.NDArray[np.float64], float, bool] | None:
@@ -97,6 +94,15 @@ class SceneLight:
         matrix = np.asarray(target.world.matrix, np.float64)
         scale = float(np.linalg.norm(matrix[:3, :3], axis=0).max())
         return matrix[:3, :3] @ centre + matrix[:3, 3], radius * scale, bool(target.material.depth_write)
+
+
+def beam(light: Any) -> npt.NDArray[np.float64]:
+    """(3,) of any length: the way a gfx.DirectionalLight or gfx.SpotLight shines, as pygfx's surfaces have it: to its target, or to the
+    point that is 1 ahead of a camera it hangs on; along -Z where that is its own place."""
+    parent = light.parent
+    ahead = (parent.world.matrix @ (0.0, 0.0, -1.0, 1.0))[:3] if isinstance(parent, gfx.Camera) else light.target.world.position
+    way = np.asarray(ahead, float) - light.world.position
+    return way if np.any(way) else np.array((0.0, 0.0, -1.0))
 
 
 def _finite(value: Sequence[float], size: int) -> bool:
