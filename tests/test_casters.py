@@ -256,16 +256,16 @@ def test_who_casts(device: Device) -> None:
         assert np.count_nonzero(cast(device, Casters(device, scene(getattr(e, name))))[0]) == 0, name
     e.box.cast_shadow = False
     names = {id(getattr(e, name)): name for name in ("lamp", "box", "glass", "pane", "leaf", "frond", "bar", "ball", "many", "hidden")}
-    assert {names[id(mesh)] for mesh, _ in casters._casters()[0]} == {"lamp", "box", "leaf", "frond", "bar", "ball", "many"}
+    assert {names[id(mesh)] for mesh, _ in casters.gather()[0]} == {"lamp", "box", "leaf", "frond", "bar", "ball", "many"}
     casters.exclude, casters.lights = [e.leaf], [SceneLight(target=e.lamp)]
-    assert {names[id(mesh)] for mesh, _ in casters._casters()[0]} == {"box", "frond", "bar", "ball", "many"}
+    assert {names[id(mesh)] for mesh, _ in casters.gather()[0]} == {"box", "frond", "bar", "ball", "many"}
     e.box.add(e.ball)
     casters.exclude = [e.box]
-    assert {names[id(mesh)] for mesh, _ in casters._casters()[0]} == {"leaf", "frond", "bar", "many"}
+    assert {names[id(mesh)] for mesh, _ in casters.gather()[0]} == {"leaf", "frond", "bar", "many"}
     casters.lights = [SceneLight(target=e.lamp, emitter=False)]
-    assert id(e.lamp) in {id(mesh) for mesh, _ in casters._casters()[0]}
+    assert id(e.lamp) in {id(mesh) for mesh, _ in casters.gather()[0]}
     dome = gfx.Mesh(gfx.sphere_geometry(50), gfx.MeshBasicMaterial(color="#abc", alpha_mode="solid", depth_write=False))
-    assert Casters(device, scene(dome)).bounds()[1] == 0
+    assert fit.ball(Casters(device, scene(dome)).gather()[1])[1] == 0
 
 
 def test_the_bodies_of_lights_do_not_cast_but_what_is_around_them_does(device: Device) -> None:
@@ -273,7 +273,7 @@ def test_the_bodies_of_lights_do_not_cast_but_what_is_around_them_does(device: D
         return gfx.Mesh(gfx.sphere_geometry(0.2), gfx.MeshStandardMaterial(**SOLID, **material))
 
     def count(*things: Any) -> int:
-        return len(Casters(device, scene(*things))._casters()[0])
+        return len(Casters(device, scene(*things)).gather()[0])
 
     glowing = {"emissive": "#fff"}
     plain, lit, holder, above = gfx.Mesh(gfx.sphere_geometry(0.2), gfx.MeshBasicMaterial()), bulb(**glowing), gfx.Group(), gfx.PointLight()
@@ -330,7 +330,7 @@ def test_bounds_hold_every_vertex_and_are_tight(device: Device) -> None:
             slack = 1e-5 * (high - low).max()
             assert (points >= low - slack).all() and (points <= high + slack).all()
             assert mesh is ball or (np.ptp(points, axis=0) > 0.4 * (high - low)).all()
-        centre, radius = casters.bounds()
+        centre, radius = fit.ball(casters.gather()[1])
         everything = np.concatenate([vertices(mesh) for mesh in meshes])
         assert radius >= np.linalg.norm(everything - centre, axis=1).max() * (1 - 1e-6)
     cast(device, casters)
@@ -385,7 +385,7 @@ def test_what_is_nowhere_does_not_cast_and_a_mesh_with_gaps_does(device: Device)
     lost.geometry.positions.data[:] = np.nan
     gaps.geometry.positions.data[-1] = np.nan
     casters = Casters(device, scene(lost, gaps))
-    assert [mesh for mesh, _ in casters._casters()[0]] == [gaps]
+    assert [mesh for mesh, _ in casters.gather()[0]] == [gaps]
     triangles = corners(gaps)
     check(device, casters, triangles[np.isfinite(triangles).all(axis=(1, 2))], SUN)
 

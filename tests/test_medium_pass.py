@@ -82,7 +82,7 @@ class Known:
         self.asked = method, size
         texture = device.texture(*size, "rgba32float")
         device.write(texture, layer.astype(np.float32), size[0] * 16)
-        self.casters = SimpleNamespace(bounds=lambda: (np.zeros(3), 5.0), draw=lambda _, __, lamps, *___: [None] * len(lamps))
+        self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
         self.march = SimpleNamespace(layer=texture, aim=lambda *_, **__: None, record=lambda *_: None)
 
 
@@ -207,6 +207,19 @@ def test_lights_add_up(stage: Stage) -> None:
     found = [stage.frame(stage.shafts(lights, medium=THIN)).light for lights in (both[0], both[1], both)]
     assert all(one.max() > 0.01 for one in found)
     np.testing.assert_allclose(found[0] + found[1], found[2], rtol=1e-5, atol=1e-7)
+
+
+def test_what_is_unset_follows_the_casters_which_are_gathered_once(stage: Stage, monkeypatch: Any) -> None:
+    shafts, calls = stage.shafts(medium=Medium()), []
+    stage.frame(shafts)
+    gather = shafts._world.casters.gather
+    monkeypatch.setattr(shafts._world.casters, "gather", lambda: calls.append(1) or gather())
+    stage.frame(shafts)
+    assert len(calls) == 1
+    assert shafts.air.max_distance == pytest.approx(4 * np.sqrt(1 + 0.25 + 0.25)) and np.allclose(shafts.air.sigma_t, 0.25 / np.sqrt(1.5))
+    shafts.radius = 7.0
+    stage.frame(shafts)
+    assert len(calls) == 2 and shafts.air.max_distance == 28
 
 
 def test_methods_are_switched_live(stage: Stage) -> None:

@@ -45,6 +45,7 @@ class Role:
         return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater"}
 
 
+Gathered = tuple[list[tuple[Any, Role]], Matrix]  # casters with their roles, and (N, 8, 3), their hulls in the world
 CAST = Role("casters", "pygfx/cast.wgsl")
 HALF = Role("casters by halves", "pygfx/cast_half.wgsl")
 
@@ -78,14 +79,13 @@ class Casters:
         self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
-    def bounds(self) -> tuple[Matrix, float]:
-        """(centre, radius) of a ball around all casters, in the world; radius 0 where there are none."""
-        return fit.ball(self._casters()[1])
-
-    def draw(self, view: Any, projection: Any, lamps: Sequence[Lamp], air: Settled, timer: Timer | None = None) -> list[Shadow]:
+    def draw(
+        self, view: Any, projection: Any, lamps: Sequence[Lamp], air: Settled, timer: Timer | None = None, gathered: Gathered | None = None
+    ) -> list[Shadow]:
         """Draw and submit a shadow map for each lamp, for a camera with matrices view (world to view space) and projection (to clip
-        space). The textures stay while their size and number do. Raises AirlightError where the device makes none so large."""
-        found, hulls = self._casters()
+        space). gathered: what `gather` gave for this frame. The textures stay while their size and number do. Raises AirlightError where
+        the device makes none so large."""
+        found, hulls = gathered or self.gather()
         states = {role: private.unlit(role) for role in {role for _, role in found}}
         drawn: list[tuple[Any, Any]] = []
         for mesh, role in found:
@@ -138,8 +138,8 @@ class Casters:
         run.end()
         self.device.queue.submit([encoder.finish()])
 
-    def _casters(self) -> tuple[list[tuple[Any, Role]], Matrix]:
-        """Each caster with its role, and their hulls, as they are now."""
+    def gather(self) -> Gathered:
+        """The casters as they are now."""
         found, lights = [], []
         for thing in shown(self.scene, self.exclude):
             if isinstance(thing, KINDS):

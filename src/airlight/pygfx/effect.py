@@ -27,6 +27,7 @@ from airlight.pygfx.private import use_hdr
 from airlight.scatter.article.article import Article
 from airlight.scatter.march import march
 from airlight.scatter.render import Moving
+from airlight.shadows import fit
 
 MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", "balance", "merge"))
 MOST = 8  # lights, as in view.wgsl
@@ -239,13 +240,12 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             world = self._world = _World(self.device, self.scene, p.method, size)
         casters = world.casters
         casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
-        radius = self.radius
-        if radius is None:
-            radius = casters.bounds()[1] if self.medium.sigma_t is None or self.medium.max_distance is None else 1.0
+        gathered = casters.gather()
+        radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
         air = self._air = settle(self.medium, self.march, p.quality, radius or 1.0)
         view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
         shining = lamps(self.lights)
-        shadows = casters.draw(view, projection, shining, air, timer)
+        shadows = casters.draw(view, projection, shining, air, timer, gathered)
         pairs = list(zip(shining, shadows, strict=True))
         share = {} if p.method == "article" else {"share": self.in_scene.share(p)}  # which has the picture's resolution
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
