@@ -16,6 +16,7 @@ from airlight.errors import AirlightError
 from airlight.medium import BLACK, EMPTY, doubt, settle
 from airlight.parameters import IN_VIEW, IN_WORLD, OF_SCENES, InScene, March, Medium
 
+RENDER = ("render", "-o", "a.png", "--width", "32")
 NUMBERS = some.floats(0, 1e6)
 
 
@@ -111,6 +112,7 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         ("--medium hase", "did you mean 'haze'"),
         ("--medium vesper", "clear-air, haze, mist, smoke, underwater"),
         ("--medium no.toml", "no.toml"),
+        ("--medium haze --samples 20", "--samples means nothing with method march, which --medium haze asks for: leave one of the two out"),
         ("--medium haze --method radial", "--medium means nothing with method radial"),
         ("--medium haze --preset vesper", "--method march"),
         ("--sigma-t 1", "--sigma-t means nothing with method epipolar: leave it out, or use --method march"),
@@ -121,6 +123,14 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
 )
 def test_bad_values_are_refused_in_one_line(capsys: pytest.CaptureFixture[str], words: str, says: str) -> None:
     assert says in refused(capsys, "render", "table", "-o", "a.png", *words.split())
+
+
+def test_a_scene_or_preset_that_asks_for_a_method_is_said(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
+    assert "which the scene slats asks for: leave it out, or use --method epi" in refused(capsys, *RENDER, "slats", "--samples", "9")
+    assert "--sigma-t means nothing with method radial: leave" in refused(capsys, *RENDER, "slats", "--method", "radial", "--sigma-t", "1")
+    preset = tmp_path / "mine.toml"
+    preset.write_text('method = "radial"\n')
+    assert f"radial, which --preset {preset} asks for" in refused(capsys, *RENDER, "slats", "--preset", str(preset), "--sigma-t", "1")
 
 
 def test_pictures_have_no_medium(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
@@ -147,7 +157,8 @@ def test_our_media_load_and_say_their_sources(capsys: pytest.CaptureFixture[str]
     assert presets.names(presets.MEDIA) == ("clear-air", "haze", "mist", "smoke", "underwater")
     for name in presets.names(presets.MEDIA):
         said = presets.load(name, presets.MEDIA)
-        assert {"sigma_t", "albedo"} <= set(said) <= {"sigma_t", "albedo", "phase", "anisotropy"}
+        shaped = {"rayleigh": set(), "henyey-greenstein": {"anisotropy"}}[said["phase"]]
+        assert set(said) == {"sigma_t", "albedo", "phase"} | shaped  # whatever the defaults are
         assert re.search(r"\((.* (19|20)\d\d.*)\)", presets.description(name, presets.MEDIA)), name
         assert presets.build(said)[Medium] != Medium()
     for command in ("render", "view"):

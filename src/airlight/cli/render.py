@@ -254,7 +254,7 @@ def render(
     built = presets.build(stage.settings | values)
     parameters = built[Parameters]
     in_world = parameters.method in IN_WORLD
-    check_given(ctx, parameters.method)
+    check_given(ctx, parameters.method, _chooser(ctx, values, stage))
     if exclude and built[InScene].occluders != "prepass" and not in_world:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
@@ -286,6 +286,18 @@ def render(
     failed = batch.run(todo, work.read, work.render, work.write)
     click.echo(f"{len(todo) - len(failed)} of {len(todo)} pictures written", err=True)
     return 2 if failed else 0
+
+
+def _chooser(ctx: click.Context, values: dict[str, Any], stage: "Stage") -> str:
+    """What chose the method, in words; nothing where the user did, or nobody."""
+    preset, medium = ctx.params["preset"], ctx.params["medium"]
+    if given(ctx, "method"):
+        return ""
+    if medium is not None:
+        return f"--medium {medium}"
+    if "method" in values:
+        return f"--preset {preset}" if preset is not None and "method" in presets.load(preset) else "--settings-from"
+    return f"the scene {stage.name}" if "method" in stage.settings else ""
 
 
 def _is_linear(path: str) -> bool:
