@@ -380,14 +380,49 @@ def test_an_empty_scene_has_empty_maps(device: Device) -> None:
         assert (maps == 0).all()
 
 
-def test_what_is_nowhere_does_not_cast_and_a_mesh_with_gaps_does(device: Device) -> None:
-    lost, gaps = box(), box()
+@pytest.mark.parametrize("gap", [np.nan, np.inf])
+def test_what_is_nowhere_does_not_cast_and_a_mesh_with_gaps_does(device: Device, gap: float) -> None:
+    lost, gaps, none, empty, point = box(), box(), gfx.Mesh(gfx.Geometry(), gfx.MeshBasicMaterial()), box(), box()
+    kept = corners(gaps)[(np.asarray(gaps.geometry.indices.data) != gaps.geometry.positions.nitems - 1).all(axis=1)]
+    lost.geometry.positions.data[:] = gap
+    gaps.geometry.positions.data[-1] = gap
+    empty.geometry = gfx.Geometry(positions=gfx.Buffer(nbytes=36, nitems=3, format="3xf4"))  # which only the GPU may fill
+    point.local.scale, point.local.position = 0, (100, 0, 0)
+    casters = Casters(device, scene(lost, gaps, none, empty, point))
+    found, hulls = casters.gather()
+    assert [mesh for mesh, _ in found] == [gaps] and np.isfinite(hulls).all() and np.abs(hulls).max() < 2
+    check(device, casters, kept, SUN)
+    assert Casters(device, scene(lost, none, empty, point)).gather()[0] == []
+
+
+@pytest.mark.parametrize("gap", [np.nan, np.inf])
+def test_gaps_leave_the_bounds_of_what_moves(gap: float) -> None:
+    """Of bones, morph targets and instances: those of the vertices that are somewhere."""
+    bar, _ = skinned_bar()
+    ball, flat = morphed_ball(), box()
+    flat.local.scale = (0, 1, 1)
+    many = gfx.InstancedMesh(gfx.box_geometry(1, 1, 1), gfx.MeshBasicMaterial(), 3)
+    for i in range(3):
+        many.set_matrix_at(i, la.mat_from_translation((i, 0, 0)) if i else np.full((4, 4), np.nan))
+    whole, meshes = Bounds().hulls([bar, ball, flat]), [bar, ball, flat, many]
+    for mesh in (bar, ball, flat):
+        mesh.geometry.positions.data[:2] = gap
+    ball.geometry.morph_positions[0][-2:] = gap
+    found = Bounds().hulls(meshes)
+    assert np.isfinite(found).all()
+    for part, all_ in zip(found, whole, strict=False):
+        assert (part.min(axis=0) >= all_.min(axis=0) - 1e-6).all() and (part.max(axis=0) <= all_.max(axis=0) + 1e-6).all()
+    assert np.allclose(np.ptp(found[:3], axis=1), np.ptp(whole, axis=1), atol=0.3)
+    assert np.allclose([found[3].min(axis=0), found[3].max(axis=0)], [[0.5, -0.5, -0.5], [2.5, 0.5, 0.5]])
+
+
+def test_a_body_of_light_with_gaps_is_where_the_rest_is() -> None:
+    whole, ball, lost = (gfx.Mesh(gfx.sphere_geometry(0.5), gfx.MeshBasicMaterial()) for _ in range(3))
+    ball.geometry.positions.data[3] = np.nan
     lost.geometry.positions.data[:] = np.nan
-    gaps.geometry.positions.data[-1] = np.nan
-    casters = Casters(device, scene(lost, gaps))
-    assert [mesh for mesh, _ in casters.gather()[0]] == [gaps]
-    triangles = corners(gaps)
-    check(device, casters, triangles[np.isfinite(triangles).all(axis=(1, 2))], SUN)
+    centre, radius, _ = SceneLight(ball).body()
+    assert np.allclose(centre, SceneLight(whole).body()[0]) and radius == pytest.approx(SceneLight(whole).body()[1])
+    assert SceneLight(lost).body() is None
 
 
 def test_a_leaf_casts_a_leaf(device: Device) -> None:

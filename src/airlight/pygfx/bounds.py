@@ -85,13 +85,19 @@ class Bounds:
         shape: _Shape | None = self._shapes.get(geometry)
         if shape is None or shape.key != key:
             assert buffers[0] is not None
-            points = np.asarray(buffers[0].data)[:, :3]
-            morphs = np.stack([extent(np.asarray(target)) for target in targets]) if targets else np.zeros((0, 2, 3))
+            points = _with_gaps(buffers[0].data)
+            morphs = np.stack([extent(_with_gaps(target)) for target in targets]) if targets else np.zeros((0, 2, 3))
             bones, moved = np.zeros(0, int), np.zeros((0, 2, 3))
             if buffers[1] is not None and buffers[2] is not None:
                 bones, moved = _by_bones(points, np.asarray(buffers[1].data), np.asarray(buffers[2].data))
             shape = self._shapes[geometry] = _Shape(key, extent(points), morphs, bones, moved)
         return shape
+
+
+def _with_gaps(points: Any) -> np.ndarray:
+    """(N, 3) of points (N, 3) or more: what is nowhere is NaN."""
+    points = np.asarray(points)[:, :3]
+    return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
 
 
 def _by_bones(points: np.ndarray, indices: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, Matrix]:

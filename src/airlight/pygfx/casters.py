@@ -153,7 +153,7 @@ class Casters:
         hulls = self._bounds.hulls([thing for thing, _ in found])
         bodies = {id(light.target) for light in self.lights if light.emitter}
         bodies |= self._glowing(found, hulls, lights)
-        placed = np.isfinite(hulls.sum(axis=(1, 2)))
+        placed = np.isfinite(hulls.sum(axis=(1, 2))) & np.ptp(hulls, axis=1).any(axis=1)  # not nowhere, nor scaled to a point
         kept = [i for i, (thing, _) in enumerate(found) if placed[i] and id(thing) not in bodies]
         return [found[i] for i in kept], hulls[kept]
 

@@ -88,9 +88,12 @@ class SceneLight:
         key = positions, positions.rev
         if self._body is None or self._body[0] != key:
             points = np.asarray(positions.data, np.float64)[:, :3]
-            centre = (points.min(axis=0) + points.max(axis=0)) / 2
-            self._body = key, centre, float(np.linalg.norm(points - centre, axis=1).max())
+            points = points[np.isfinite(points).all(axis=1)]
+            centre = (points.min(axis=0) + points.max(axis=0)) / 2 if len(points) else np.full(3, np.nan)
+            self._body = key, centre, float(np.linalg.norm(points - centre, axis=1).max(initial=0))
         _, centre, radius = self._body
+        if not np.isfinite(centre).all():
+            return None
         matrix = np.asarray(target.world.matrix, np.float64)
         scale = float(np.linalg.norm(matrix[:3, :3], axis=0).max())
         return matrix[:3, :3] @ centre + matrix[:3, 3], radius * scale, bool(target.material.depth_write)
