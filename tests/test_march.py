@@ -45,19 +45,21 @@ def air(radius: float = 10.0, **values: Any) -> Settled:
     return settle(Medium(**medium), Marching(**marching), "final", radius)
 
 
-def layer(lamps: Any, air: Settled, view: Any = None, depth: Any = 1.0, jitter: str = "midpoint", share: float = 1.0) -> np.ndarray:
+def layer(
+    lamps: Any, air: Settled, view: Any = None, depth: Any = 1.0, jitter: str = "midpoint", share: float = 1.0, fov: float = 50.0
+) -> np.ndarray:
     """(H, W, 4) of the picture."""
     device = open_device()
     march = March(device, SIZE)
-    march.aim(np.eye(4) if view is None else view, projection(), lamps, air, jitter=jitter, share=share)
+    march.aim(np.eye(4) if view is None else view, projection(fov), lamps, air, jitter=jitter, share=share)
     seen = depths(np.broadcast_to(np.asarray(depth, float), (1, SIZE[1], SIZE[0])))
     run_ms(device, lambda encoder: march.record(encoder, seen))
     return np.frombuffer(device.read(march.layer, 16), np.float32).reshape(SIZE[1], SIZE[0], 4)
 
 
-def rays() -> np.ndarray:
+def rays(fov: float = 50.0) -> np.ndarray:
     """(H, W, 3) unit directions of the pixels' rays, from the origin."""
-    p = projection()
+    p = projection(fov)
     x, y = (np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1, 1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2
     out = np.stack([*np.broadcast_arrays(x / p[0, 0], (y / p[1, 1])[:, None], -1.0)], axis=-1)
     return out / np.linalg.norm(out, axis=-1, keepdims=True)
@@ -186,6 +188,18 @@ def test_empty_air_and_albedo_zero_give_no_light(steps: Any) -> None:
     lamps = [(lamp, None) for lamp, _ in CASES.values()]
     for values in ({"sigma_t": (0.0, 0.0, 0.0)}, {"albedo": (0.0, 0.0, 0.0)}):
         assert not layer(lamps, air(steps=steps, ambient=(1.0, 1.0, 1.0), **values))[..., :3].any()
+
+
+@pytest.mark.parametrize("phase", ["henyey-greenstein", "cornette-shanks"])
+@pytest.mark.parametrize("g", [0.99, -0.99, 0.9])
+def test_a_narrow_peak_has_every_digit(phase: str, g: float) -> None:
+    """Within a degree of the light, and of its opposite."""
+    towards = np.array([0.004, -0.003, -1.0]) * math.copysign(1, g)
+    lamp, medium = Lamp("sun", (3, 2, 1), direction=tuple(towards / np.linalg.norm(towards))), air(phase=phase, anisotropy=g)
+    found = layer([(lamp, None)], medium, fov=1.0)[..., :3]
+    there = twin.phase(rays(1.0) @ np.array(lamp.direction), *medium.lobes(lamp))
+    expected = medium.sigma_s * lamp.intensity * there[..., None] * twin.until(20.0, medium.sigma_t)
+    assert np.abs(found / expected - 1).max() < 1e-4
 
 
 def test_lights_add() -> None:

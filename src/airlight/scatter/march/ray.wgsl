@@ -46,7 +46,7 @@ fn until(t: f32) -> vec3f {
 
 /// A sun's in-scattered radiance where it shines on a metre of the ray, without extinction.
 fn sunlight(ray: Ray) -> vec3f {
-    return frame.sigma_s * light.intensity * phase(dot(ray.direction, light.place), light.lobes);
+    return frame.sigma_s * light.intensity * phase_between(ray.direction, light.place, light.lobes);
 }
 
 /// What a lamp scatters into the ray from a point at t, a metre of it: d metres from the lamp, `cosine` where one looks into its light,

@@ -44,19 +44,28 @@ const PI = 3.14159265358979;
 
 /// Phase function, 1/sr: cosine 1 where one looks into the light. lobes: g, g of the second lobe, its share.
 fn phase(cosine: f32, lobes: vec3f) -> f32 {
-    if (PHASE == 2u) { return 1.0 / (4.0 * PI); }
-    if (PHASE == 3u) { return 3.0 / (16.0 * PI) * (1.0 + cosine * cosine); }
-    let g = lobes.x;
-    if (PHASE == 4u) {
-        let under = max(1.0 + g * g - 2.0 * g * cosine, 1e-7);
-        return 3.0 / (8.0 * PI) * (1.0 - g * g) * (1.0 + cosine * cosine) / ((2.0 + g * g) * under * sqrt(under));
-    }
-    let first = henyey_greenstein(cosine, g);
-    if (PHASE == 0u) { return first; }
-    return mix(first, henyey_greenstein(cosine, lobes.y), lobes.z);
+    return phase_by(vec2f(1.0 - cosine, 1.0 + cosine), lobes);
 }
 
-fn henyey_greenstein(cosine: f32, g: f32) -> f32 {
-    let under = max(1.0 + g * g - 2.0 * g * cosine, 1e-7);
-    return (1.0 - g * g) / (4.0 * PI * under * sqrt(under));
+/// The same for unit vectors, with every digit where they lie close together, and a peak is narrow.
+fn phase_between(a: vec3f, b: vec3f, lobes: vec3f) -> f32 {
+    return phase_by(0.5 * vec2f(dot(a - b, a - b), dot(a + b, a + b)), lobes);
+}
+
+/// apart: 1 - cosine, 1 + cosine
+fn phase_by(apart: vec2f, lobes: vec3f) -> f32 {
+    if (PHASE == 2u) { return 1.0 / (4.0 * PI); }
+    let cosine = 0.5 * (apart.y - apart.x);
+    if (PHASE == 3u) { return 3.0 / (16.0 * PI) * (1.0 + cosine * cosine); }
+    let g = lobes.x;
+    let first = henyey_greenstein(apart, g);
+    if (PHASE == 4u) { return 1.5 * first * (1.0 + cosine * cosine) / (2.0 + g * g); }
+    if (PHASE == 0u) { return first; }
+    return mix(first, henyey_greenstein(apart, lobes.y), lobes.z);
+}
+
+fn henyey_greenstein(apart: vec2f, g: f32) -> f32 {
+    let off = 1.0 - abs(g);
+    let under = off * off + 2.0 * abs(g) * select(apart.x, apart.y, g < 0.0); // 1 + g^2 - 2 g cosine
+    return off * (1.0 + abs(g)) / (4.0 * PI * under * sqrt(under));
 }
