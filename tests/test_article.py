@@ -14,10 +14,12 @@ from airlight.lamps import Lamp
 from airlight.medium import settle
 from airlight.parameters import March, Medium, Parameters
 from airlight.reference import article as twin
+from airlight.reference import jitter as jittered
 from airlight.scatter.article.article import Article
 from airlight.shadows import Shadow, View
 
 PIXELS, SIDE, DEEP = (13, 9), 32, 60.0
+JITTERS = st.sampled_from(["fixed", "midpoint", "gradient", "blue"])
 SUN = np.array([0.3, 0.8, -0.4]) / np.linalg.norm([0.3, 0.8, -0.4])
 
 
@@ -87,7 +89,7 @@ def run(
 
 
 @settings(max_examples=12)
-@given(st.integers(0, 2**31), st.booleans(), st.integers(0, 4), st.sampled_from(["fixed", "midpoint"]), st.booleans(), st.booleans())
+@given(st.integers(0, 2**31), st.booleans(), st.integers(0, 4), JITTERS, st.booleans(), st.booleans())
 def test_the_gpu_is_its_twin(seed: int, flat: bool, count: int, jitter: str, prose: bool, plain: bool) -> None:
     rng = np.random.default_rng(seed)
     matrix, view = projection(flat=flat), camera(seed)
@@ -116,7 +118,7 @@ def test_the_gpu_is_its_twin(seed: int, flat: bool, count: int, jitter: str, pro
         maps,
         biases=[0.0005 if plain else 0.3 / DEEP] * count,
         max_distance=70.0,
-        offsets=0.5 if jitter == "midpoint" else 0.0,
+        offsets=jittered.offsets(*PIXELS, jitter),
         prose=march.article_share == "prose",
         absorption=march.article_absorption,
         cap=march.article_cap,

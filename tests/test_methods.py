@@ -14,8 +14,8 @@ from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image
 from airlight.gpu import device as gpu_device
 from airlight.lights import Light
-from airlight.noise import blue_noise
 from airlight.reference import radial as reference
+from airlight.reference.jitter import offsets
 from airlight.reference.scenes import foliage
 from airlight.scatter import render
 from airlight.scatter.epipolar.moments import mixture
@@ -126,13 +126,11 @@ def cases(draw: st.DrawFn) -> tuple[np.ndarray, tuple[float, float], dict[str, o
     return image, place, keywords
 
 
-@given(cases(), st.sampled_from(["fixed", "midpoint", "blue"]))
+@given(cases(), st.sampled_from(["fixed", "midpoint", "gradient", "blue"]))
 def test_radial_is_the_equation(case: tuple, jitter: str) -> None:
     image, place, keywords = case
     p = airlight.Parameters(method="radial", occlusion="none", jitter=jitter, **keywords)
-    tile = blue_noise()
-    offsets = tile[: image.shape[0], : image.shape[1]] if jitter == "blue" else None
-    truth = reference.layer(image, [Light(place)], p, offsets=offsets)
+    truth = reference.layer(image, [Light(place)], p, offsets=offsets(image.shape[1], image.shape[0], jitter))
     out = airlight.light_shafts(image, place, method="radial", occlusion="none", jitter=jitter, **keywords)
     assert np.abs(out - truth).max() <= 4e-3 * max(truth.max(), 1e-3)
 

@@ -1,7 +1,7 @@
 // The variant of the shadow-map article, as it was and not as light is; its lengths are its units. Twin: reference/article.py.
 //! include "scatter/march/ray.wgsl"
+//! include "scatter/jitter.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
-override JITTER: u32 = 0u;      // 0 fixed, 1 midpoint, 2 interleaved gradient, 3 blue noise
 
 const STEPS = 600.0;
 const STEP = 0.8;               // m
@@ -43,15 +43,6 @@ fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
     let bias = select(light.bias / light.view[k].depth_scale, settings.bias, settings.bias > 0.0);
     let texel = vec2u(clamp(at.xy, vec2f(0.0), vec2f(light.side - 1.0)));
     return select(0.0, 1.0, max(at.z, 0.0) + bias >= textureLoad(shadow, texel, k, 0) || !holds(at.xy));
-}
-
-fn offset(p: vec2u) -> f32 {
-    switch JITTER {
-        case 0u: { return 0.0; }
-        case 1u: { return 0.5; }
-        case 2u: { return fract(52.9829189 * fract(dot(vec2f(p), vec2f(0.06711056, 0.00583715)))); }
-        default: { return textureLoad(noise, p % textureDimensions(noise), 0).r; }
-    }
 }
 
 @compute @workgroup_size(8, 8)
