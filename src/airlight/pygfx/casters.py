@@ -11,7 +11,6 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
-from airlight.gpu.shader import load
 from airlight.gpu.timing import Timer, timing
 from airlight.lamps import Lamp
 from airlight.medium import Settled
@@ -26,17 +25,8 @@ from airlight.shadows import Shadow, fit
 FORMAT = "depth32float"
 
 
-class Role:
-    """How casters of one kind are drawn: all that pygfx's pipelines ask of a renderer's blender.
-
-    output: what becomes of fragments, a .wgsl file.
-    """
-
-    def __init__(self, name: str, output: str) -> None:
-        self.hash, self.output = f"airlight {name}", output
-
-    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
-        return {"alpha_method": alpha["method"], "fragment_output_code": load(self.output), "write_pick": False}
+class Role(private.Blender):
+    """How casters of one kind are drawn."""
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
         return []

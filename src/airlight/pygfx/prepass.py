@@ -14,7 +14,6 @@ import pygfx as gfx
 
 from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
-from airlight.gpu.shader import load
 from airlight.gpu.timing import Timer, timing
 from airlight.parameters import RESOLUTION, InScene
 from airlight.projection import pixel_rays, project
@@ -57,18 +56,16 @@ def _own(wobject: Any) -> Any:
     return private.shader_of(wobject)(wobject)
 
 
-class Role:
-    """How objects of one kind are put into the source: all that pygfx's pipelines ask of a renderer's blender.
+class Role(private.Blender):
+    """How objects of one kind are put into the source.
 
     shaders: of an object. occludes: it darkens what is there by its opacity, or else covers it by its colour. writes: to the depth
     buffer; None: as its material says.
     """
 
     def __init__(self, name: str, shaders: Any, *, occludes: bool = False, writes: bool | None = None) -> None:
-        self.hash, self.shaders, self.occludes, self.writes = f"airlight {name}", shaders, occludes, writes
-
-    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
-        return {"alpha_method": alpha["method"], "fragment_output_code": load("pygfx/drawn.wgsl"), "write_pick": False}
+        super().__init__(name, "pygfx/drawn.wgsl")
+        self.shaders, self.occludes, self.writes = shaders, occludes, writes
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
         source, target, operation = blending(alpha)

@@ -16,7 +16,10 @@ from pygfx.resources import Texture
 from pygfx.resources._base import resource_update_registry
 from pygfx.utils.trackable import PropTracker
 
+from airlight.gpu.shader import load
+
 __all__ = [
+    "Blender",
     "MeshShader",
     "Pipelines",
     "TwoSided",
@@ -70,7 +73,20 @@ def channels(resource: Any) -> int:
     return int(nchannels_from_format(resource.format))
 
 
-def unlit(blender: Any) -> Any:
+class Blender:
+    """What pygfx's pipelines ask of a renderer's blender, but for its targets: get_color_descriptors, get_depth_descriptor.
+
+    output: what becomes of fragments, a .wgsl file.
+    """
+
+    def __init__(self, name: str, output: str) -> None:
+        self.hash, self.output = f"airlight {name}", output
+
+    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
+        return {"alpha_method": alpha["method"], "fragment_output_code": load(self.output), "write_pick": False}
+
+
+def unlit(blender: Blender) -> Any:
     """The state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
     none: dict[str, Any] = {"point_lights": [], "directional_lights": [], "spot_lights": [], "ambient_color": [0, 0, 0]}
     return get_renderstate(none, blender)
