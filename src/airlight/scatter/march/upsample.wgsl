@@ -27,7 +27,8 @@ fn from_afar(at: vec2f, reach: f32, near: Neighbour) -> vec3f {
         k += 1.0;
         continuing { break if best.off <= APART || k >= FURTHER; }
     }
-    return best.texel.rgb * min(until(reach) / max(until(best.texel.a), vec3f(1e-20)), vec3f(1.0));
+    let lost = 1.0 - exp(-max(vec2f(reach, best.texel.a) * dot(frame.sigma_t, vec3f(1.0 / 3.0)), vec2f(1e-4)));
+    return best.texel.rgb * min(lost.x / lost.y, 1.0);
 }
 
 @compute @workgroup_size(8, 8)
