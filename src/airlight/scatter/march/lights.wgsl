@@ -23,10 +23,29 @@ fn cut(range: vec2f, b: f32, a: f32) -> vec2f {
     return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
 }
 
-/// Where a ray lies in a spot's cone within a range of t.
-fn in_cone(ray: Ray, range: vec2f) -> vec2f {
+struct Line {                   // a ray's part in a view
+    a: vec4f,                   // of View.matrix, a metre of the ray
+    b: vec4f,                   // at t = 0
+    range: vec2f,               // of t
+}
+
+/// The part of a range of t that lies in view i; margin: texels at the map's border that do not count.
+fn line_of(i: u32, ray: Ray, range: vec2f, margin: f32) -> Line {
+    let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
+    let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
+    let side = light.side - margin;
+    var within = cut(range, b.w, a.w);
+    within = cut(within, b.x - margin * b.w, a.x - margin * a.w);
+    within = cut(within, b.y - margin * b.w, a.y - margin * a.w);
+    within = cut(within, side * b.w - b.x, side * a.w - a.x);
+    within = cut(within, side * b.w - b.y, side * a.w - a.y);
+    return Line(a, b, within);
+}
+
+/// Where a ray lies in a cone around a spot's axis within a range of t; cosine: of its half angle.
+fn in_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
     let q = ray.origin - light.place;
-    let squared = light.cosine * light.cosine;
+    let squared = cosine * cosine;
     let along = dot(ray.direction, light.axis);
     let at = dot(q, light.axis);
     let a = along * along - squared;
@@ -57,11 +76,12 @@ fn angle_at(near: vec2f, t: f32) -> f32 {
 
 /// What a radian of that angle scatters: the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
 fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
-    let cosine = max(cos(angle), 1e-7);
-    let d = near.y / cosine;
-    let t = near.x + near.y * tan(angle);
+    let slope = tan(angle);
+    let longer = sqrt(1.0 + slope * slope); // than the nearest approach
+    let d = near.y * longer;
+    let t = near.x + near.y * slope;
     let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
-    return lamplight(t, d, -sin(angle), aside) * d * d / near.y;
+    return lamplight(t, d, -slope / longer, aside) / near.y;
 }
 
 /// In-scattered radiance of a lit stretch of a lamp's ray.

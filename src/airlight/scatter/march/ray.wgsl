@@ -49,13 +49,13 @@ fn sunlight(ray: Ray) -> vec3f {
     return frame.sigma_s * light.intensity * phase_between(ray.direction, light.place, light.lobes);
 }
 
-/// What a lamp scatters into the ray from a point at t, a metre of it: d metres from the lamp, `cosine` where one looks into its light,
-/// `aside` the cosine to a spot's axis.
+/// What a lamp scatters into the ray from a point at t, a metre of it, times d^2: d metres from the lamp, `cosine` where one looks into its
+/// light, `aside` the cosine to a spot's axis.
 fn lamplight(t: f32, d: f32, cosine: f32, aside: f32) -> vec3f {
     let cone = clamp(aside * light.cone_scale + light.cone_offset, 0.0, 1.0);
     let q = d / light.range;
     let window = select(1.0, max(1.0 - q * q * q * q, 0.0), light.range > 0.0);
-    let strength = phase(cosine, light.lobes) * cone * cone * window / max(d * d, 1e-20);
+    let strength = phase(cosine, light.lobes) * cone * cone * window;
     return frame.sigma_s * light.intensity * strength * exp(-frame.sigma_t * (t + d));
 }
 

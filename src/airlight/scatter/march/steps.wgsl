@@ -12,12 +12,13 @@ const WIDEST = 24.0;            // texels, of its radius
 
 /// Whether view i's texel hides nothing from a depth; outside its map everything is lit.
 fn open(i: u32, texel: vec2f, depth: f32) -> f32 {
-    if (any(texel < vec2f(0.0)) || any(texel >= vec2f(light.side))) { return 1.0; }
-    return f32(depth >= held_at(i, texel));
+    let within = clamp(texel, vec2f(0.0), vec2f(light.side - 1.0));
+    return f32(depth >= held_at(i, within) || any(within != texel));
 }
 
+/// From which depth on a place of the map is lit.
 fn held_at(i: u32, texel: vec2f) -> f32 {
-    return threshold(textureLoad(shadow, vec2i(clamp(texel, vec2f(0.0), vec2f(light.side - 1.0))), i, 0), bias_in(i));
+    return threshold(textureLoad(shadow, vec2i(texel), i, 0), bias_in(i));
 }
 
 /// Reeves et al. 1987 over 2 x 2 texels, by their nearness.
@@ -41,7 +42,7 @@ fn softened(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
     let widest = clamp(light.spread * (1.0 - depth) * metres / light.view[i].texel, 1.0, WIDEST);
     var hidden = vec2f(0.0);
     for (var k = 0.0; k < TAPS; k += 1.0) {
-        let held = held_at(i, place + widest * on_disc(k, turn));
+        let held = held_at(i, clamp(place + widest * on_disc(k, turn), vec2f(0.0), vec2f(light.side - 1.0)));
         hidden += select(vec2f(0.0), vec2f(held - depth, 1.0), held > depth);
     }
     let radius = clamp(light.spread * hidden.x / max(hidden.y, 1.0) * metres / light.view[i].texel, 0.0, WIDEST);
@@ -50,37 +51,74 @@ fn softened(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
     return sum / TAPS;
 }
 
-/// The share of the light that view i sees from a place of a ray.
-fn seen(i: u32, ray: Ray, t: f32, turn: f32) -> f32 {
-    let at = light.view[i].matrix * vec4f(ray.origin + t * ray.direction, 1.0);
-    let place = select(at.xy / at.w, floor(at.xy / at.w) + 0.5, SNAP);
-    let depth = at.z / at.w;
-    if (at.w <= 0.0) { return 1.0; }
-    if (FILTER == 0u) { return open(i, place, depth); }
-    if (FILTER == 1u || KIND != 0u) { return filtered(i, place, depth); }
-    return softened(i, place, depth, turn);
+/// The share of the light that view i sees from a place of its map.
+fn seen(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
+    if (FILTER == 0u) { return open(i, floor(place), depth); }
+    let at = select(place, floor(place) + 0.5, SNAP);
+    if (FILTER == 1u || KIND != 0u) { return filtered(i, at, depth); }
+    return softened(i, at, depth, turn);
 }
 
-/// The share of the light that reaches a ray at t: of a sun by the cascade there, of a point by the face towards it.
-fn lit(ray: Ray, t: f32, turn: f32) -> f32 {
-    if (light.views == 0u) { return 1.0; }
-    if (KIND == 1u) { return seen(0u, ray, t, turn); }
-    let ahead = -ray.direction.z * t;
-    let at = ray.origin + t * ray.direction;
-    var chosen = 0u;
-    var best = -3e38;
-    for (var i = 0u; i < light.views; i++) {
-        let m = light.view[i].matrix;
-        let key = select(dot(vec4f(m[0].w, m[1].w, m[2].w, m[3].w), vec4f(at, 1.0)), f32(i), KIND == 0u);
-        let here = key > best && (KIND == 2u || ahead >= light.view[i].near);
-        chosen = select(chosen, i, here);
-        best = select(best, key, here);
+/// The share of the light, `ahead` metres along the camera's axis, that the cascade after view i gives.
+fn passed(i: u32, ahead: f32) -> f32 {
+    let view = light.view[i];
+    return clamp(1.0 - (view.far - ahead) / max(light.blend * (view.far - view.near), 1e-20), 0.0, 1.0);
+}
+
+/// The first step of a ray, of n that are each so long, whose sample lies at `from` or beyond. o: where in its step.
+fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
+    return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
+}
+
+/// What view i of a sun lights of a ray, an integral of transmittance.
+fn sun_steps(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
+    let line = line_of(i, ray, vec2f(0.0, ray.reach), 0.0);
+    let ahead = -ray.direction.z * each; // metres of a step along the camera's axis
+    let before = max(i, 1u) - 1u;
+    var k = 0.0;
+    var end = n;
+    if (CASCADES) {
+        let view = light.view[i];
+        if (i > 0u) { k = first_step(view.near - light.blend * (view.near - light.view[before].near), ahead, o, n); }
+        end = first_step(view.far, ahead, o, n);
     }
-    let found = seen(chosen, ray, t, turn);
-    if (!CASCADES) { return found; }
-    let view = light.view[chosen];
-    let share = clamp(1.0 - (view.far - ahead) / max(light.blend * (view.far - view.near), 1e-20), 0.0, 1.0);
-    return mix(found, seen(min(chosen + 1u, light.views - 1u), ray, t, turn), share);
+    let fade = exp(-frame.sigma_t * each);
+    var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
+    var total = vec3f(0.0);
+    loop {
+        let at = line.b.xyz + (k + o) * each * line.a.xyz;
+        var share = seen(i, at.xy, at.z, o);
+        if (CASCADES) {
+            let away = (k + o) * ahead;
+            share *= select(1.0 - passed(i, away), passed(before, away), away < light.view[i].near);
+        }
+        total += select(vec3f(0.0), weight * share, k < end);
+        weight *= fade;
+        k += 1.0;
+        continuing { break if k >= end; }
+    }
+    return total;
+}
+
+/// What view i of a lamp lights of a range of t, cut in n steps of equal angles at the lamp, the first at `start`.
+fn lamp_steps(i: u32, ray: Ray, near: vec2f, range: vec2f, start: f32, each: f32, o: f32, n: f32) -> vec3f {
+    let line = line_of(i, ray, range, 1.0);
+    var k = 0.0;
+    var end = n;
+    if (KIND == 2u) {
+        k = first_step(angle_at(near, line.range.x) - start, each, o, n);
+        end = select(0.0, first_step(angle_at(near, line.range.y) - start, each, o, n), line.range.y > line.range.x);
+    }
+    var total = vec3f(0.0);
+    loop {
+        let angle = start + (k + o) * each;
+        let at = line.b + (near.x + near.y * tan(angle)) * line.a;
+        let share = select(seen(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+        total += select(vec3f(0.0), by_angle(ray, near, angle) * share, k < end);
+        k += 1.0;
+        continuing { break if k >= end; }
+    }
+    return total * each;
 }
 
 @compute @workgroup_size(8, 8)
@@ -91,33 +129,19 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let n = f32(frame.steps);
     let o = offset(id.xy);
     if (KIND == 0u) {
-        let each = ray.reach / n;
-        let fade = exp(-frame.sigma_t * each);
-        var weight = each * mean_transmittance(frame.sigma_t * each);
         var total = vec3f(0.0);
-        var k = 0.0;
-        loop {
-            total += weight * lit(ray, (k + o) * each, o);
-            weight *= fade;
-            k += 1.0;
-            continuing { break if k >= n; }
-        }
+        if (light.views == 0u) { total = until(ray.reach); }
+        for (var i = 0u; i < light.views; i++) { total += sun_steps(i, ray, ray.reach / n, o, n); }
         sum += sunlight(ray) * total;
     } else if (KIND < 3u) {
         let near = approach(ray);
         var range = vec2f(0.0, ray.reach);
-        if (KIND == 1u) { range = in_cone(ray, range); }
+        if (KIND == 1u) { range = in_cone(ray, range, light.cosine); }
+        range.y = max(range.x, range.y);
         let start = angle_at(near, range.x);
-        let each = max(angle_at(near, max(range.y, range.x)) - start, 0.0) / n;
-        var total = vec3f(0.0);
-        var k = 0.0;
-        loop {
-            let angle = start + (k + o) * each;
-            total += by_angle(ray, near, angle) * lit(ray, near.x + near.y * tan(angle), o);
-            k += 1.0;
-            continuing { break if k >= n; }
-        }
-        sum += total * each;
+        let each = (angle_at(near, range.y) - start) / n;
+        if (light.views == 0u) { sum += lamp_stretch(ray, near, range.x, range.y); }
+        for (var i = 0u; i < light.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
     }
     textureStore(layer, id.xy, vec4f(sum, ray.reach));
 }

@@ -2,12 +2,6 @@
 // Along a ray X, Y, Z and W of View.matrix are linear in t; along its line in the map so is the depth Z / W, for lamps too.
 //! include "scatter/march/lights.wgsl"
 
-struct Line {                   // a ray's part in a view
-    a: vec4f,                   // of View.matrix, a metre of the ray
-    b: vec4f,                   // at t = 0
-    range: vec2f,               // of t
-}
-
 /// t of the place a share s of the way along the line in the map, between the ends of a range of t, whose W are w.
 fn way(s: f32, range: vec2f, w: vec2f) -> f32 {
     return range.x + (range.y - range.x) * s * w.x / (s * w.x + (1.0 - s) * w.y);
@@ -103,19 +97,6 @@ fn lamp_part(i: u32, ray: Ray, near: vec2f, range: vec2f) -> vec3f {
     return found;
 }
 
-/// The part of a range of t that lies in view i; margin: texels at the map's border that do not count.
-fn line_of(i: u32, ray: Ray, range: vec2f, margin: f32) -> Line {
-    let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
-    let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
-    let side = light.side - margin;
-    var within = cut(range, b.w, a.w);
-    within = cut(within, b.x - margin * b.w, a.x - margin * a.w);
-    within = cut(within, b.y - margin * b.w, a.y - margin * a.w);
-    within = cut(within, side * b.w - b.x, side * a.w - a.x);
-    within = cut(within, side * b.w - b.y, side * a.w - a.y);
-    return Line(a, b, within);
-}
-
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
@@ -129,7 +110,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     } else if (KIND < 3u) {
         let near = approach(ray);
         var range = vec2f(0.0, ray.reach);
-        if (KIND == 1u) { range = in_cone(ray, range); }
+        if (KIND == 1u) { range = in_cone(ray, range, light.cosine); }
         if (light.views == 0u) { sum += lamp_stretch(ray, near, range.x, max(range.x, range.y)); }
         for (var i = 0u; i < light.views; i++) { sum += lamp_part(i, ray, near, range); }
     }
