@@ -62,7 +62,7 @@ def timing(timer: Timer | None, label: str, encoder: Any) -> dict[str, Any]:
     return {"timestamp_writes": timer.writes(label, encoder)} if timer else {}
 
 
-def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, int], label: str = "", timer: Timer | None = None) -> None:
+def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, ...], label: str = "", timer: Timer | None = None) -> None:
     """Record a compute pass of one dispatch. counts: workgroups; label: of its time, if there is a timer."""
     run = encoder.begin_compute_pass(**timing(timer, label, encoder))
     run.set_pipeline(pipeline)

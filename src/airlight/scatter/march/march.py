@@ -13,11 +13,18 @@ from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_rec
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-WALK, STEPS, UPSAMPLE = (f"scatter/march/{name}.wgsl" for name in ("walk", "steps", "upsample"))
+WALK, STEPS, UPSAMPLE, TILES = (f"scatter/march/{name}.wgsl" for name in ("walk", "steps", "upsample", "tiles"))
 KINDS = {"sun": 0, "spot": 1, "point": 2}
 DARKNESS = 3  # the kind of no light at all
 FILTERS = ("nearest", "pcf", "soft")
 GROUP = 8  # a workgroup is GROUP x GROUP
+TILE = 8  # texels along a tile of a shadow map, and tiles along a tile of tiles
+
+
+def tiles(size: int) -> int:
+    """How many tiles of both kinds a view of a shadow map of size x size has."""
+    fine, coarse = -(-size // TILE), -(-size // TILE**2)
+    return fine * fine + coarse * coarse
 
 
 def no_shadow(device: Device) -> Any:
@@ -43,7 +50,8 @@ class March:
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
-        self._path, self._more = WALK, tuple[Any, ...]()  # the shader, and what it binds beside what all do
+        self._tiles: list[Any] = []  # a buffer each light
+        self._path = WALK
         self._names: list[str] = []
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
@@ -68,11 +76,13 @@ class March:
         while len(self._lights) < max(len(lamps), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize))
         nothing = no_shadow(self.device)
-        path, more = (WALK, tuple[Any, ...]()) if air.exact else (STEPS, (noise_texture(self.device),))
+        path = WALK if air.exact else STEPS
         if path != self._path:
-            self._path, self._more = path, more
+            self._path = path
             self._binds.clear()
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lamps] or [nothing]
+        if air.exact:
+            self._fit_tiles()
         self._names = [lamp.kind for lamp, _ in lamps] or ["ambient"]
         self._pipelines = []
         for i, (lamp, shadow) in enumerate(lamps):
@@ -87,6 +97,14 @@ class March:
         if not lamps:
             self._pipelines.append(self.device.pipeline(path, "march", KIND=DARKNESS))
 
+    def _fit_tiles(self) -> None:
+        """Have a buffer for the tiles of each light's shadow map."""
+        del self._tiles[len(self._shadows) :]
+        for i, texture in enumerate(self._shadows):
+            size = 4 * tiles(texture.size[0]) * texture.size[2]
+            if i == len(self._tiles) or self._tiles[i].size != size:
+                self._tiles[i : i + 1] = [self.device.buffer(size=size)]
+
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Layers for what is computed, of a size: what is last written is the first of them."""
         if size != self.size or (lights > 1 and self._layers[0] is self._layers[1]):
@@ -95,12 +113,12 @@ class March:
             self._layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
-    def _bound(self, key: Any, path: str, parts: tuple[Any, ...], more: tuple[Any, ...] = ()) -> Any:
-        """A bind group of what all shaders of a march read, made anew where one of `parts` is another than before."""
+    def _bound(self, key: Any, path: str, *parts: Any) -> Any:
+        """A bind group, made anew where one of `parts` is another than before; of a shadow map it holds all layers."""
         had = self._binds.get(key)
         if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
-            maps = parts[3].create_view(dimension="2d-array")
-            had = self._binds[key] = parts, self.device.bind(path, *parts[:3], maps, *parts[4:], *more)
+            seen = [part.create_view(dimension="2d-array") if any(part is one for one in self._shadows) else part for part in parts]
+            had = self._binds[key] = parts, self.device.bind(path, *seen)
         return had[1]
 
     def _of_light(self, i: int, depth: Any) -> Any:
@@ -109,19 +127,32 @@ class March:
         target, before = self._layers[(last - i) % 2], self._layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        parts = (self._frame, self._lights[i], depth, self._shadows[i], before, target)
-        return self._bound(i, self._path, parts, self._more)
+        more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
+        return self._bound(i, self._path, self._frame, self._lights[i], depth, self._shadows[i], before, target, more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Record the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
+        if self._path == WALK:
+            self._tile(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             compute(encoder, pipeline, self._of_light(i, depth), counts, f"march {name}", timer)
         if self.size != self.pixels:
             counts = (-(-self.pixels[0] // GROUP), -(-self.pixels[1] // GROUP))
-            parts = (self._frame, self._lights[0], depth, no_shadow(self.device), self._layers[0], self.layer)
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
-            compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, parts), counts, "upsample", timer)
+            parts = (self._frame, self._lights[0], depth, self._shadows[0], self._layers[0], self.layer)
+            compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, *parts), counts, "upsample", timer)
+
+    def _tile(self, encoder: Any, timer: Timer | None) -> None:
+        """Record what the walk passes over whole, of each shadow map."""
+        for i, (texture, buffer) in enumerate(zip(self._shadows, self._tiles, strict=True)):
+            if texture is no_shadow(self.device):
+                continue
+            size, _, layers = texture.size
+            for entry, along in (("fine", TILE), ("coarse", TILE**2)):
+                pipeline = self.device.pipeline(TILES, entry)
+                count = -(-size // (along * GROUP))
+                compute(encoder, pipeline, self._bound(("tiles", i), TILES, texture, buffer), (count, count, layers), "shadow tiles", timer)
 
 
 def _spare(device: Device) -> Any:
