@@ -2,6 +2,8 @@
 //! include "scatter/march/ray.wgsl"
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
+const NARROW = vec3f(0.05, 0.15, 0.05); // radians at a lamp, that one quadrature takes: before, in and behind a cone's fully lit part
+
 /// The bias in view i, in what it has for metres.
 fn bias_in(i: u32) -> f32 {
     return select(0.0, light.bias / light.view[i].depth_scale, BIASED);
@@ -12,9 +14,6 @@ fn threshold(held: f32, bias: f32) -> f32 {
     if (KIND == 0u) { return select(held - bias, -3e38, held == 0.0); }
     return held / (1.0 + bias * held);
 }
-
-/// Radians, of the angle at a lamp that one quadrature of three points takes: the ramp at a cone's border is steep.
-fn narrow() -> f32 { return select(0.15, 0.02, KIND == 1u); }
 
 /// Where b + t a >= 0 within a range of t.
 fn cut(range: vec2f, b: f32, a: f32) -> vec2f {
@@ -84,20 +83,37 @@ fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
     return lamplight(t, d, -slope / longer, aside) / near.y;
 }
 
-/// In-scattered radiance of a lit stretch of a lamp's ray.
-fn lamp_stretch(ray: Ray, near: vec2f, a: f32, b: f32) -> vec3f {
-    let start = angle_at(near, a);
-    let whole = angle_at(near, b) - start;
-    let parts = max(1.0, ceil(whole / narrow()));
-    let each = whole / parts;
+/// In-scattered radiance of a lit stretch of a lamp's ray; full: where the ray lies in the part of a spot's cone that is fully lit, at
+/// whose border the integrand has a kink.
+fn lamp_stretch(ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
+    let inner = clamp(full, range.xx, range.yy);
+    let ends = vec4f(angle_at(near, range.x), angle_at(near, inner.x), angle_at(near, inner.y), angle_at(near, range.y));
+    let widths = max(ends.yzw - ends.xyz, vec3f(0.0));
+    let parts = ceil(widths / NARROW);
+    let first = vec3f(0.0, parts.x, parts.x + parts.y);
+    let each = widths / max(parts, vec3f(1.0));
+    let all = first.z + parts.z;
     var sum = vec3f(0.0);
     var k = 0.0;
     loop {
-        let middle = start + (k + 0.5) * each;
-        let off = 0.38729833 * each;
-        sum += 5.0 * (by_angle(ray, near, middle - off) + by_angle(ray, near, middle + off)) + 8.0 * by_angle(ray, near, middle);
+        if (k >= all) { break; }
+        let piece = select(
+            vec3f(ends.x, 0.0, each.x),
+            select(vec3f(ends.y, first.y, each.y), vec3f(ends.z, first.z, each.z), k >= first.z),
+            k >= first.y
+        );
+        let middle = piece.x + (k - piece.y + 0.5) * piece.z;
+        let off = 0.38729833 * piece.z;
+        let three = 5.0 * (by_angle(ray, near, middle - off) + by_angle(ray, near, middle + off)) + 8.0 * by_angle(ray, near, middle);
+        sum += piece.z / 18.0 * three;
         k += 1.0;
-        continuing { break if k >= parts; }
     }
-    return select(vec3f(0.0), sum * each / 18.0, b > a);
+    return sum;
+}
+
+/// Where a ray lies in the part of a spot's cone that is fully lit, within a range of t.
+fn in_full(ray: Ray, range: vec2f) -> vec2f {
+    if (KIND != 1u) { return range; }
+    let found = in_cone(ray, range, min((1.0 - light.cone_offset) / light.cone_scale, 1.0));
+    return select(range.yy, found, found.y > found.x);
 }

@@ -140,7 +140,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         range.y = max(range.x, range.y);
         let start = angle_at(near, range.x);
         let each = (angle_at(near, range.y) - start) / n;
-        if (light.views == 0u) { sum += lamp_stretch(ray, near, range.x, range.y); }
+        if (light.views == 0u) { sum += lamp_stretch(ray, near, in_full(ray, range), range); }
         for (var i = 0u; i < light.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
     }
     textureStore(layer, id.xy, vec4f(sum, ray.reach));

@@ -17,13 +17,13 @@ fn keep(start: f32, end: f32) {
 }
 
 /// What the stretches that wait scatter, of a sun without what all its ray has in common.
-fn gathered(ray: Ray, near: vec2f) -> vec3f {
+fn gathered(ray: Ray, near: vec2f, full: vec2f) -> vec3f {
     var sum = vec3f(0.0);
     var k = 0u;
     loop {
         if (k >= waiting) { break; }
         let range = stretches[k];
-        if (KIND == 0u) { sum += until(range.y) - until(range.x); } else { sum += lamp_stretch(ray, near, range.x, range.y); }
+        if (KIND == 0u) { sum += until(range.y) - until(range.x); } else { sum += lamp_stretch(ray, near, full, range); }
         k += 1u;
     }
     waiting = 0u;
@@ -37,7 +37,7 @@ fn way(s: f32, range: vec2f, w: vec2f) -> f32 {
 }
 
 /// What view i lights of a line; stretches of it may be left waiting.
-fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
+fn walk(i: u32, ray: Ray, near: vec2f, full: vec2f, line: Line) -> vec3f {
     let first = line.b + line.range.x * line.a;
     let last = line.b + line.range.y * line.a;
     let w = vec2f(first.w, last.w);
@@ -94,20 +94,20 @@ fn walk(i: u32, ray: Ray, near: vec2f, line: Line) -> vec3f {
             continuing { break if s >= 1.0 || waiting >= MANY; }
         }
         if (s >= 1.0 && lit) { keep(way(since, line.range, w), line.range.y); }
-        if (waiting >= MANY) { sum += gathered(ray, near); }
+        if (waiting >= MANY) { sum += gathered(ray, near, full); }
         continuing { break if s >= 1.0; }
     }
     return sum;
 }
 
 /// What view i lights of a range of t. Outside the map of a sun or a spot all is lit.
-fn part(i: u32, ray: Ray, near: vec2f, range: vec2f) -> vec3f {
+fn part(i: u32, ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
     var line = line_of(i, ray, range, select(0.0, 1.0, KIND == 2u));
     var whole = range;
     if (KIND == 2u) { whole = vec2f(line.range.x, max(line.range.x, line.range.y)); }
     if (KIND != 0u) { line.range = cut(line.range, line.b.w - 0.5 * light.view[i].depth_scale, line.a.w); } // nearer nothing casts
     var found = vec3f(0.0);
-    if (line.range.y > line.range.x) { found = walk(i, ray, near, line); } else { line.range = whole.yy; }
+    if (line.range.y > line.range.x) { found = walk(i, ray, near, full, line); } else { line.range = whole.yy; }
     keep(whole.x, line.range.x);
     keep(line.range.y, whole.y);
     return found;
@@ -124,6 +124,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (KIND != 0u) { near = approach(ray); }
         if (KIND == 1u) { range = in_cone(ray, range, light.cosine); }
         range.y = max(range.x, range.y);
+        let full = in_full(ray, range);
         var total = vec3f(0.0);
         waiting = 0u;
         if (light.views == 0u) { keep(range.x, range.y); }
@@ -134,9 +135,9 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
                 let view = light.view[i];
                 seen = min(vec2f(view.near, select(view.far, 3e38, view.far > 1e38)) / ahead, range.yy);
             }
-            total += part(i, ray, near, seen);
+            total += part(i, ray, near, full, seen);
         }
-        total += gathered(ray, near);
+        total += gathered(ray, near, full);
         if (KIND == 0u) { total *= sunlight(ray); }
         sum += total;
     }
