@@ -15,10 +15,10 @@ from airlight.cli import batch
 from airlight.cli import image as pictures
 from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_options, preset_options
 from airlight.cli.light import split_light
-from airlight.cli.options import NOT_IN_SCENES, check_given, gather, given, scene_options
+from airlight.cli.options import check_given, gather, given, scene_options
 from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
 
 if TYPE_CHECKING:
     from airlight.medium import Settled
