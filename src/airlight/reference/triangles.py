@@ -18,8 +18,9 @@ Array = npt.NDArray[np.float64]
 def world_triangles(scene: Any, lights: Sequence[SceneLight] = (), exclude: Iterable[Any] = ()) -> tuple[Array, Array]:
     """(N, 3, 3) what the eye sees and (M, 3, 3) what casts shadows, float64, as the scene is now.
 
-    All meshes that hide what is behind them, whatever their cast_shadow says; bodies of lights cast none, nor what is in `exclude` or below
-    it. pygfx's helpers, points and lines are left out, as is what one sees through. Raises AirlightError for leaves cut out by a map: the tracer knows triangles only.
+    All meshes that hide what is behind them, whatever their cast_shadow says; bodies of lights cast none, nor what is in `exclude` or
+    below it. pygfx's helpers, points and lines are left out, as is what one sees through. Raises AirlightError for leaves cut out by a
+    map: the tracer knows triangles only.
     """
     bodies = {id(light.target) for light in lights}
     casters = {id(thing) for thing in shown(scene, exclude)}

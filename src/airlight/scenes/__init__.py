@@ -31,6 +31,11 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
 }
 
 
+def is_scene(source: str) -> bool:
+    """Whether a source is a scene rather than a picture."""
+    return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))
+
+
 @dataclass
 class Stage:
     """A scene with all that is needed to film it.
@@ -80,7 +85,7 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)
-    if not name.lower().endswith((".glb", ".gltf")):
+    if not is_scene(name):
         raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 

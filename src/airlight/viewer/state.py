@@ -12,7 +12,7 @@ from airlight.cli.light import LightText
 from airlight.cli.options import Declared, declared
 from airlight.errors import AirlightError
 from airlight.medium import doubt, settle
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
 
 DEBUG = ("occlusion", "source", "lines")
 SCENES = ("table", "flying")
