@@ -45,7 +45,7 @@ def page(result: Comparison, title: str, amplify: float) -> str:
     in_scene = isinstance(result, SceneComparison)
     if isinstance(result, SceneComparison):
         for i, truth in enumerate(result.truths):
-            about = f"the truth: {html.escape(truth.about)}"
+            about = f"light {html.escape(truth.about)}"
             figures = [_figure(truth.shown, "the picture with the true light", about, id=f"before{i}")]
             parts.append(_pair("The truth", [*figures, _figure(truth.layer / result.white, "the true light alone", "its light alone")]))
     elif isinstance(result, PictureComparison):

@@ -46,7 +46,7 @@ class SceneRow(Row):
 
 @dataclass
 class Truth:
-    """What a scene's variants are measured against. about: a sentence that says what it is."""
+    """What a scene's variants are measured against. about: by what its light is computed."""
 
     about: str
     kept: int  # pixels at which the error is measured

@@ -31,7 +31,7 @@ from airlight.shadows import fit as maps
 
 Array = npt.NDArray[Any]
 MOST = 1e9  # triangles x lamps x pixels up to which the tracer is asked, some minutes
-FINEST, MEMORY = 8192, 2**30  # texels along a side of a shadow map of the truth, and bytes of all of them
+FINEST, MEMORY = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
 CASCADES = 4  # of it
 
 
@@ -59,7 +59,7 @@ class View:
         if method == "article" and [lamp.kind for lamp in self.lamps] != ["sun"]:
             return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
         if method in IN_VIEW and not self.in_view:
-            return "it draws no light that is not before the eye"
+            return "no light is before the eye, and it draws no other"
         return None
 
     def settled(self, v: Variant) -> Settled:
@@ -100,7 +100,7 @@ class View:
     # ------------------------------------------------------------ truths
 
     def truth(self, air: Settled, against: str | None) -> tuple[Array, Array, str]:
-        """(H, W, 3) light and (H, W) the way to which it is summed, metres; and a sentence that says whose. against: tracer, walk or
+        """(H, W, 3) light and (H, W) the way to which it is summed, metres; and by what. against: tracer, walk or
         mitsuba; None: the tracer where it can, else the walk."""
         if against == "walk":
             return self._walked(air, "as --against walk asks")
@@ -114,12 +114,12 @@ class View:
         what = seen, self.lamps, air, casting
         if against == "mitsuba":
             light, way, noise = path_tracer().layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-            about = f"Mitsuba's, over the scene's {count:,} triangles, once scattered; its noise is {100 * noise:.2g} % of the mean"
+            about = f"by Mitsuba over the scene's {count:,} triangles; its own noise is {100 * noise:.2g} % of the mean"
             return light, way, about
         if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
             return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")
         light, way = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-        return light, way, f"a float64 ray tracer's, over the scene's {count:,} triangles: the exact lit stretches of each pixel's ray"
+        return light, way, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
 
     def _walked(self, air: Settled, why: str) -> tuple[Array, Array, str]:
         cascades = CASCADES if any(lamp.is_sun for lamp in self.lamps) else 1
@@ -132,7 +132,7 @@ class View:
         studio = self._studio(Parameters(method="march"), in_scene=InScene(resolution=1.0), medium=air.medium, march=march)
         layer = studio.frame(*self.moment, layer=True).layer
         assert layer is not None
-        about = f"the exact walk's, with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
+        about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
         return layer[..., :3], layer[..., 3], about
 
 
@@ -162,23 +162,25 @@ def compare(
     """
     if against == "mitsuba":
         path_tracer()
-    lights = [view.light(v) for v in variants]
-    copy_ms, costs = _costs(view, variants, runs)
     found: dict[Medium, tuple[int, Array, Array, float]] = {}
     truths: list[Truth] = []
+    for v in variants:
+        if v.medium in found:
+            continue
+        true, way, about = view.truth(view.settled(v), against)
+        where = rule.clear(way)
+        if not where.any():
+            raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
+        mean = float(true[where].mean())
+        if not mean > 0:
+            raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
+        found[v.medium] = len(truths), true, where, mean
+        shown = fit(view.composited(true, way, v), box)
+        truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
+    lights = [view.light(v) for v in variants]
+    copy_ms, costs = _costs(view, variants, runs)
     rows = []
     for v, (light, picture), parts in zip(variants, lights, costs, strict=True):
-        if v.medium not in found:
-            true, way, about = view.truth(view.settled(v), against)
-            where = rule.clear(way)
-            if not where.any():
-                raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
-            mean = float(true[where].mean())
-            if not mean > 0:
-                raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
-            shown = view.composited(true, way, v)
-            found[v.medium] = len(truths), true, where, mean
-            truths.append(Truth(about, int(where.sum()), fit(shown, box), fit(true.astype(np.float32), box)))
         number, true, where, mean = found[v.medium]
         has_units = v.parameters.method == "march"
         factor = None if has_units else rule.factor(light, true, where)

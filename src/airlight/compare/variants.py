@@ -58,6 +58,8 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
     """
     try:
         own = presets.written(text)
+        named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
+        _check_keys(named, in_scene)
         values = base | own
         if "samples" in own and "decay" not in own:
             values["decay"] = math.exp(-presets.build(base)[Parameters].lam / own["samples"])
@@ -65,25 +67,28 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
         method = built[Parameters].method
         if not in_scene:
             check_picture(method)
-        named = {part.partition("=")[0].strip() for part in text.split(",")}  # a preset's own are left as they are
-        for struct in presets.structs():
-            for field in msgspec.structs.fields(struct):
-                if field.name in named:
-                    _check_key(field, struct, method, in_scene)
+        else:
+            _check_methods(named, method)
     except AirlightError as error:
         raise AirlightError(f"--variant {text!r}: {error}") from None
     return Variant(text, *(built[struct] for struct in (Parameters, Composite, InScene, Medium, March)))
 
 
-def _check_key(field: msgspec.structs.FieldInfo, struct: type, method: str, in_scene: bool) -> None:
-    """Raise AirlightError for a key that means nothing there."""
-    if in_scene and field.name in NOT_IN_SCENES:
-        raise AirlightError(f"{field.name} is for pictures, not for scenes: leave it out")
-    if not in_scene and struct in OF_SCENES:
-        raise AirlightError(f"{field.name} is for scenes, not for pictures: leave it out")
-    methods = presets.methods(field.type)
-    if in_scene and methods and method not in methods:
-        raise AirlightError(f"{field.name} means nothing with method {method}: leave it out, or add method={' or '.join(methods)}")
+def _check_keys(named: set[str], in_scene: bool) -> None:
+    """Raise AirlightError for a key that is for the other kind: pictures or scenes."""
+    other = NOT_IN_SCENES if in_scene else {name for struct in OF_SCENES for name in struct.__struct_fields__}
+    wrong = sorted(named & other)
+    if wrong:
+        kinds = ("pictures", "scenes") if in_scene else ("scenes", "pictures")
+        raise AirlightError(f"{wrong[0]} is for {kinds[0]}, not for {kinds[1]}: leave it out")
+
+
+def _check_methods(named: set[str], method: str) -> None:
+    """Raise AirlightError for a key that means nothing with the method."""
+    for field in (field for struct in presets.structs() for field in msgspec.structs.fields(struct)):
+        methods = presets.methods(field.type)
+        if field.name in named and methods and method not in methods:
+            raise AirlightError(f"{field.name} means nothing with method {method}: leave it out, or add method={' or '.join(methods)}")
 
 
 def usual(

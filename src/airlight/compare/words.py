@@ -30,7 +30,7 @@ def _default(p: Parameters, name: str) -> object:
 def cost(row: Row) -> str:
     """`41.2 copies (57.3 ms: shadow maps 12.3, march 45)`."""
     parts = row.parts if isinstance(row, SceneRow) else []
-    listed = ", ".join(f"{name} {ms:.3g}" for name, ms in parts)
+    listed = ", ".join(f"{name} {ms:.{0 if ms >= 100 else 1}f}" for name, ms in parts)
     return f"{row.copies:.1f} copies ({row.ms:.1f} ms{': ' if listed else ''}{listed})"
 
 
@@ -67,7 +67,7 @@ def table(result: Comparison) -> tuple[list[str], list[list[str]]]:
         more = [f"{row.copies:.1f}", f"{row.ms:.1f}"]
         if isinstance(row, SceneRow):
             bias = "" if row.bias is None else percent(row.bias)
-            more = [bias, fitted(row), *more, ", ".join(f"{name} {ms:.1f} ms" for name, ms in row.parts)]
+            more = [bias, fitted(row), *more, ", ".join(f"{name} {ms:.1f}" for name, ms in row.parts)]
         else:
             more.append(limit(row.parameters))
         rows.append([row.variant.name, *figures(row)[:3], *more])
@@ -103,7 +103,7 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
     said = []
     for i, truth in enumerate(result.truths):
         of = ", ".join(row.variant.name for row in result.rows if row.truth == i)
-        said.append(f"Truth{f' of {of}' if several else ''}: the light in the air, in-scattered radiance, is {truth.about}.")
+        said.append(f"Truth{f' of {of}' if several else ''}: the light in the air, in-scattered radiance, {truth.about}.")
     kept = ", ".join(f"{100 * truth.kept / pixels:.0f} %" for truth in result.truths)
     said.append(
         f"Error: rmse of the light in the air over its mean, at {kept} of the pixels: without those within {NEAR} of an edge of depth "
