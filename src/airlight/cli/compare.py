@@ -95,6 +95,8 @@ def compare(
     truth is the light that its medium scatters.
     """
     scene = is_scene(source)
+    if not scene:
+        _check_picture(source)
     for option in ctx.command.params:
         name = str(option.name)
         if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
@@ -113,6 +115,15 @@ def compare(
     else:
         codes = sheet(result, title, amplify)
         files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
+
+
+def _check_picture(source: str) -> None:
+    """Raise AirlightError for what is neither a file nor named like one."""
+    if not os.path.lexists(source) and not os.path.splitext(source)[1]:
+        known = (*NAMES, *VALIDATION)
+        close = difflib.get_close_matches(source, known, 1)
+        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, .glb and .gltf files"
+        raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
 
 
 def _is_page(output: str) -> bool:
@@ -170,10 +181,6 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
     from airlight.compare import measure
 
     _check_output(ctx, [source, o["mask"], o["depth"], o["preset"]])
-    if not os.path.lexists(source) and not os.path.splitext(source)[1]:
-        close = difflib.get_close_matches(source, (*NAMES, *VALIDATION), 1)
-        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join((*NAMES, *VALIDATION))}, .glb and .gltf files"
-        raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
     picture = files.read_image(source, o["on_damage"], o["input_layer"], o["colorspace"])
     emits, far = image.read_planes(o["mask"], o["depth"], o)
     o["written"] = o["written"] or (read_light("auto"),)

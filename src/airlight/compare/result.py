@@ -1,6 +1,6 @@
 """What a comparison found. Errors are over the mean of the truth; pictures are linear, scaled down to fit a box."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,7 @@ class SceneRow(Row):
     truth: int  # which of the truths
     bias: float | None = None
     factor: float | None = None
-    parts: list[tuple[str, float]] = field(default_factory=list)  # (name, ms) of the cost; none where the device has no timestamps
+    parts: list[tuple[str, float]] | None = None  # (name, ms) of the cost; None where the device has no timestamps
 
 
 @dataclass

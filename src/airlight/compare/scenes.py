@@ -201,7 +201,7 @@ def compare(
             number,
             wrong.bias if has_units else None,
             factor,
-            [] if WHOLE in parts else list(parts.items()),
+            None if WHOLE in parts else list(parts.items()),
         )
         rows.append(row)
         say(row)

@@ -29,7 +29,7 @@ def _default(p: Parameters, name: str) -> object:
 
 def cost(row: Row) -> str:
     """`41.2 copies (57.3 ms: shadow maps 12.3, march 45)`."""
-    parts = row.parts if isinstance(row, SceneRow) else []
+    parts = row.parts or [] if isinstance(row, SceneRow) else []
     listed = ", ".join(f"{name} {ms:.{0 if ms >= 100 else 1}f}" for name, ms in parts)
     return f"{row.copies:.1f} copies ({row.ms:.1f} ms{': ' if listed else ''}{listed})"
 
@@ -67,7 +67,7 @@ def table(result: Comparison) -> tuple[list[str], list[list[str]]]:
         more = [f"{row.copies:.1f}", f"{row.ms:.1f}"]
         if isinstance(row, SceneRow):
             bias = "" if row.bias is None else percent(row.bias)
-            more = [bias, fitted(row), *more, ", ".join(f"{name} {ms:.1f}" for name, ms in row.parts)]
+            more = [bias, fitted(row), *more, ", ".join(f"{name} {ms:.1f}" for name, ms in row.parts or [])]
         else:
             more.append(limit(row.parameters))
         rows.append([row.variant.name, *figures(row)[:3], *more])
@@ -119,7 +119,7 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
             "which is named; the picture has it as it is."
             + (" Of article it is the light before its composite, (2 light - 1) / 10." if article else "")
         )
-    if all(row.parts for row in result.rows):
+    if all(row.parts is not None for row in result.rows):
         what = "the passes that make the light: shadow maps, and the march with its upsampling; of methods on the picture source and shafts"
     else:
         what = "the whole pass, since the device has no timestamps"
