@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pygfx")
-from test_compare import Tags
+from tags import Tags
 
 from airlight.cli import cli, main
 from airlight.compare import page, rule, scenes, words
