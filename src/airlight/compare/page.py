@@ -55,7 +55,7 @@ def page(result: Comparison, title: str, amplify: float) -> str:
         over, light = (row.truth, "light") if isinstance(row, SceneRow) else (0, "shafts")
         figures = [_figure(row.shown, name, f"with {light}: <code>{text}</code>", under=f"before{over}")]
         if isinstance(row, SceneRow) and isinstance(result, SceneComparison):
-            times = f" {words.fitted(row)}" if row.factor is not None else ""
+            times = f" {words.fitted(row)}" if row.factor else ""
             figures.append(_figure(row.layer / result.white, f"light of {name}", f"its light alone{times}; {words.cost(row)}"))
         figures.append(_figure(amplify * row.difference, f"difference of {name}", f"difference × {amplify:g}: {words.errors(row)}"))
         parts.append(_pair(name, figures))

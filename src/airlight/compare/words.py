@@ -40,8 +40,8 @@ def figures(row: Row) -> tuple[str, str, str, str]:
 
 
 def fitted(row: SceneRow) -> str:
-    """By what its light was multiplied: × 0.0123; nothing for methods with units."""
-    return "" if row.factor is None else f"× {row.factor:.3g}"
+    """By what its light was multiplied: × 0.0123, or none where there is none; nothing for methods with units."""
+    return "" if row.factor is None else f"× {row.factor:.3g}" if row.factor else "none"
 
 
 def errors(row: Row) -> str:

@@ -7,11 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
+    import numpy as np
     import pygfx as gfx
 
     from airlight.pygfx import SceneLight
