@@ -184,20 +184,21 @@ def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     assert "276 triangles are too many" in about and np.array_equal(again, light)
 
 
-def test_mitsuba_is_asked_where_it_is_there(monkeypatch):
+@pytest.mark.parametrize("noise", [lambda light, where: 0.0013, lambda light, where: np.full_like(light, 0.0013 * light[where].mean())])
+def test_mitsuba_is_asked_where_it_is_there(monkeypatch, noise):
     asked = []
 
     def layer(view, projection, size, triangles, lamps, air, casters=None, *, spp=256):
         asked.append((size, triangles.shape, casters.shape, [lamp.kind for lamp in lamps]))
         light, way = tracer.layer(view, projection, size, triangles, lamps, air, casters)
-        return 1.02 * light, way, 0.0013
+        return 1.02 * light, way, noise(1.02 * light, rule.clear(way))
 
     monkeypatch.setitem(sys.modules, "mitsuba", types.ModuleType("mitsuba"))
     monkeypatch.setitem(sys.modules, "airlight.reference.mitsuba", types.SimpleNamespace(layer=layer))
     found = scenes.compare(view(), chosen(EXACT), against="mitsuba", runs=1)
     assert asked == [(SIZE, (276, 3, 3), (276, 3, 3), ["sun"])]
     assert found.rows[0].bias == pytest.approx((1 + result("window").rows[0].bias) / 1.02 - 1, abs=1e-4)
-    assert "noise is 0.13 %" in found.truths[0].about
+    assert "noise alone makes an error of 0.13 %" in found.truths[0].about
 
 
 def test_what_goes_with_a_scene():

@@ -85,12 +85,13 @@ def sheet(result: Comparison, title: str, amplify: float) -> Codes:
     """(h, w, 3) sRGB codes."""
     cells = [([codes_of(part, PANEL) for part in parts], lines) for parts, lines in _cells(result, amplify)]
     high, wide = cells[0][0][0].shape[:2]
-    room = max(2 * wide, 420)  # for the text
+    measure = _Paper(1, 1)
+    widest = max(measure._width(text, SIZE) for _, lines in cells for text, _ in lines)
+    room = max(2 * wide, 420, min(widest, 2 * PANEL))  # for the text
     cell = (room + GAP, high + GAP + max(len(lines) for _, lines in cells) * LINE)
     columns = 2 if len(cells) > 2 else 1
     rows = -(-len(cells) // columns)
     width = GAP + columns * cell[0]
-    measure = _Paper(1, 1)
     heading = measure.wrap(title, width - 2 * GAP, SIZE + 4)
     notes = [line for note in words.notes(result, amplify) for line in measure.wrap(note, width - 2 * GAP)]
     top = GAP + len(heading) * (LINE + 6)
