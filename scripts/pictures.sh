@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes all pictures of README.md and docs/ anew, or those named: scripts/pictures.sh scenes depth. Needs `make env vulkan`; some minutes
-# on two cores. AIRLIGHT and PYTHON choose another command and interpreter.
+# Makes all pictures of README.md and docs/ anew, or those named: scripts/pictures.sh scenes depth. Needs `make env vulkan`; half an
+# hour on two cores, most of it for `validation`. AIRLIGHT and PYTHON choose another command and interpreter.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 airlight=${AIRLIGHT:-.venv/bin/airlight}
@@ -46,6 +46,14 @@ world() { # docs/world.md
     put jpeg $to/article.jpg 2 "$work"/article.*.png
 }
 
+validation() { # a sheet for each of the scenes of docs/world.md
+    for name in slats foliage-view foliage-beside foliage-behind cage two-spots window headlamp dense mirrored; do
+        variants=(--variant method=march,quality=final --variant method=march,quality=final,steps=500)
+        variants+=(--variant method=march,quality=final,steps=64,resolution=0.5 --variant method=epipolar)
+        $airlight compare $name -o $to/validation-$name.jpg "${variants[@]}" -y
+    done
+}
+
 vesper() { # docs/scenes.md
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 --exposure 0.004 -o "$work/vesper.2.png"
@@ -80,7 +88,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs viewer scenes animation guide world vesper depth border turning streaks adaptation)
+all=(photographs viewer scenes animation guide world validation vesper depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

@@ -1,12 +1,12 @@
 """`airlight compare` and the debug views, against the reference and against what they are made of."""
 
 import base64
-import html.parser
 import re
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from tags import Tags
 
 import airlight
 from airlight.cli import main
@@ -132,23 +132,6 @@ def test_nothing_to_compare_is_one_line(tmp_path, capsys):
         err = capsys.readouterr().err
         assert says in err and err.count("\n") == 1
     assert not (tmp_path / "out.png").exists()
-
-
-class Tags(html.parser.HTMLParser):
-    """Every tag closed, and what is loaded."""
-
-    def __init__(self):
-        super().__init__()
-        self.open, self.loaded, self.rows = [], [], 0
-
-    def handle_starttag(self, tag, attributes):
-        self.loaded += [value for name, value in attributes if name in ("src", "href", "srcset", "data", "action")]
-        self.rows += tag == "tr"
-        if tag not in ("meta", "img", "link", "input"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
 
 
 def test_the_page_is_complete_in_itself(photo, tmp_path, capsys):

@@ -471,3 +471,5 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 
 OF_SCENES = (InScene, Medium, March)  # which a picture has no use for
+# What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"})

@@ -107,6 +107,11 @@ def group(kind: Any) -> str:
     return str(kind.__metadata__[0].extra["group"])
 
 
+def methods(kind: Any) -> tuple[str, ...]:
+    """The methods with which a field of this type means something; (): all."""
+    return tuple(kind.__metadata__[0].extra["methods"])
+
+
 def written(text: str) -> dict[str, Any]:
     """The values of a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
     types = {field.name: field.type for struct in structs() for field in msgspec.structs.fields(struct)}

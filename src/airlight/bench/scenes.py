@@ -19,48 +19,33 @@ FAR = 0.05  # degrees that the camera turns from frame to frame, so that the lig
 
 
 class _Frame:
-    """One frame of a stage as pygfx hands it to an effect pass, to be carried out again."""
+    """One frame of a stage, carried out again with its lights aimed anew."""
 
     def __init__(self, name: str, time: float) -> None:
         from airlight.scenes import open_scene
         from airlight.scenes.offline import Shot, Studio
+        from airlight.scenes.replay import Replay
 
-        self.studio = Studio(open_scene(name), Shot(*SIZE, samples=1))
-        shafts = self.studio.shafts
-        seen: dict[str, Any] = {}
-        inner = shafts.render
-
-        def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
-            seen.update(color_tex=color_tex, depth_tex=depth_tex, target_tex=target_tex)
-            inner(command_encoder, color_tex, depth_tex, target_tex)
-
-        shafts.render = render  # type: ignore[method-assign]
-        self.studio.frame(time)
-        shafts.render = inner  # type: ignore[method-assign]
-        self.shafts, self.seen = shafts, seen
-        self.device: Device = shafts.device
+        self.replay = Replay(Studio(open_scene(name), Shot(*SIZE, samples=1)))
+        self.replay.frame(time)
+        self.shafts = self.replay.shafts
+        self.device: Device = self.shafts.device
 
     def record(self, encoder: Any) -> None:
         """The pass with its light aimed anew, as in a frame whose camera has turned."""
         turn = np.radians(FAR)
         about = np.eye(4)
         about[[0, 0, 2, 2], [0, 2, 0, 2]] = np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)
-        camera = self.studio.camera
+        camera = self.replay.studio.camera
         camera.world.matrix = camera.world.matrix @ about
-        self.shafts.render(encoder, **self.seen)
+        self.replay.record(encoder)
 
     def per_pass(self, runs: int) -> dict[str, float]:
         """Median ms of each pass by its label; {} where the device has no timestamps."""
-        self.shafts.timing = True
         times: dict[str, list[float]] = {}
         for _ in range(runs):
-            run_ms(self.device, self.record)
-            spent: dict[str, float] = {}
-            for label, ms in self.shafts.profile():
-                spent[label] = spent.get(label, 0.0) + ms
-            for label, ms in spent.items():
+            for label, ms in self.replay.spent(self.record)[1].items():
                 times.setdefault(label, []).append(ms)
-        self.shafts.timing = False
         return {label: float(np.median(own)) for label, own in times.items()}
 
 

@@ -1,38 +1,82 @@
-"""`airlight compare`: methods or settings side by side."""
+"""`airlight compare`: methods or settings side by side, on a picture or in a scene."""
 
+import copy
+import difflib
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 import rich_click
 
 from airlight import presets
-from airlight.cli import image
-from airlight.cli.light import place
-from airlight.cli.options import declared
+from airlight.cli import image, render
+from airlight.cli.light import LightType, place, read_light
+from airlight.cli.options import declared, gather, given
 from airlight.errors import AirlightError
+from airlight.parameters import NOT_IN_SCENES
+from airlight.scenes import NAMES, VALIDATION, is_scene
 
 if TYPE_CHECKING:
-    from airlight.compare.measure import Row
+    from airlight.compare.result import Comparison, Row
+    from airlight.compare.variants import Variant
 
-_OWN = {"written", "angles", "origin", "preset", "list_presets", "mask", "mask_invert", "depth", "depth_near"}
-_OWN |= {"input_layer", "colorspace", "overwrite", "on_damage", "device"} | {p.name for p in declared()}
-_SHARED = [option for option in image.image.params if option.name in _OWN]  # they mean what they mean in `airlight image`
+WIDTH = 480  # of a scene
+_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"} | NOT_IN_SCENES
+_SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "exclude"}
+_SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
+_BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
 _option = image._option
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_SHARED)
-@click.argument("source", metavar="IN", type=click.Path())
+def _shared() -> list[click.Parameter]:
+    """Options that mean what they mean in `airlight image`, and in `airlight render`."""
+    found: dict[str | None, click.Parameter] = {}
+    for command, names in ((image.image, _PICTURES), (render.render, _SCENES | _BOTH)):
+        found |= {option.name: option for option in command.params if option.name in names}
+    found["width"] = copy.copy(found["width"])
+    found["width"].default = WIDTH
+    return list(found.values())
+
+
+class _Light(click.ParamType):
+    """A light of a picture, or of a scene, as that of `airlight image` or `airlight render`."""
+
+    name = "X,Y|auto|x,y,z"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        scene = ctx is not None and is_scene(ctx.params["source"])
+        return (render.SceneLightType(render.PLACE) if scene else LightType()).convert(value, param, ctx)
+
+
+@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
+@click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
 @_option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
+@_option(
+    "--light",
+    "written",
+    panel=image.LIGHT,
+    type=_Light(),
+    multiple=True,
+    help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3. "
+    'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+)
 @_option(
     "--variant",
     "texts",
     panel="Comparison",
     multiple=True,
     metavar="KEY=VALUE,...",
-    help="What to compare, repeatedly: parameters and presets that go before the others, as in method=radial,samples=32,jitter=blue "
-    "or vesper; samples without decay keep the length of the shafts. Without this option: a list of the methods.",
+    help="What to compare, repeatedly: parameters and presets that go before the others, as in method=radial,samples=32,jitter=blue, "
+    "vesper, or in a scene method=march,steps=64; samples without decay keep the length of the shafts. Without this option: a list of the "
+    "methods.",
+)
+@_option(
+    "--against",
+    panel="Comparison",
+    type=click.Choice(["tracer", "walk", "mitsuba"]),
+    help="In a scene, the truth: a ray tracer over its triangles; the exact walk with the finest shadow maps; Mitsuba. Unset: the tracer "
+    "where it can and is quick enough, else the walk.",
 )
 @_option("--runs", panel="Comparison", type=click.IntRange(1, 99), default=5, help="Timed runs of each, interleaved.")
 @_option("--amplify", panel="Comparison", type=click.FloatRange(0.001, 1e6), default=10.0, help="Factor of the difference over the mean.")
@@ -41,56 +85,136 @@ def compare(
     ctx: click.Context,
     source: str,
     output: str,
-    origin: str,
-    mask: str | None,
-    depth: str | None,
-    preset: str | None,
-    overwrite: bool,
-    on_damage: str,
-    device: str | None,
     texts: Sequence[str],
-    runs: int,
     amplify: float,
     **_: Any,
 ) -> None:
-    """Compare methods or settings on the picture IN: error against the converged sum, cost, difference."""
-    base = image.asked(ctx)
-    presets.build(base)
+    """Compare methods or settings: error against the truth, cost, difference.
+
+    On the picture IN, whose truth is the converged sum; or in SCENE (table, flying, a scene of validation, a .glb or .gltf file), whose
+    truth is the light that its medium scatters.
+    """
+    scene = is_scene(source)
+    if not scene:
+        _check_picture(source)
+    for option in ctx.command.params:
+        name = str(option.name)
+        if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
+            other = "a picture" if scene else "a scene (table, flying, a .glb or .gltf file)"
+            raise AirlightError(f"{option.opts[0]} goes with {other}, which {source} is not: leave it out")
+    result, title = (_in_scene if scene else _on_picture)(ctx, source, output, texts)
+
+    from airlight import files
+    from airlight.compare import page
+    from airlight.compare.sheet import sheet
+
+    overwrite = ctx.params["overwrite"]
+    if _is_page(output):
+        with files.replacing(output, overwrite) as file:
+            file.write(page.page(result, title, amplify).encode())
+    else:
+        codes = sheet(result, title, amplify)
+        files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
+
+
+def _check_picture(source: str) -> None:
+    """Raise AirlightError for what is neither a file nor named like one."""
+    if not os.path.lexists(source) and not os.path.splitext(source)[1]:
+        known = (*NAMES, *VALIDATION)
+        close = difflib.get_close_matches(source, known, 1)
+        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, .glb and .gltf files"
+        raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
+
+
+def _is_page(output: str) -> bool:
+    return output.lower().endswith((".html", ".htm"))
+
+
+def _check_output(ctx: click.Context, inputs: Sequence[str | None]) -> None:
+    from airlight import files
+
+    output = ctx.params["output"]
+    files.check_output(output, [p for p in inputs if p is not None], ctx.params["overwrite"], image=not _is_page(output))
+
+
+def _chosen(texts: Sequence[str], base: dict[str, Any], in_scene: bool = False, lacks: Any = lambda variant: None) -> "list[Variant]":
     from airlight.compare.variants import usual, variant
 
-    variants = [variant(text, base) for text in texts]
+    variants = [variant(text, base, in_scene) for text in texts]
     if not variants:
-        variants, lacking = usual(base)
+        variants, lacking = usual(base, in_scene, lacks)
         for reason in lacking:
             click.echo(f"left out: {reason}", err=True)
     if not variants:
         raise AirlightError("no method goes with these options; name what to compare with --variant")
+    return variants
 
-    from airlight import files
-    from airlight.compare import measure, page, words
-    from airlight.compare.sheet import sheet
 
-    is_page = output.lower().endswith((".html", ".htm"))
-    files.check_output(output, [p for p in (source, mask, depth, preset) if p is not None], overwrite, image=not is_page)
-    picture = files.read_image(source, on_damage, ctx.params["input_layer"], ctx.params["colorspace"])
-    emits, far = image.read_planes(mask, depth, ctx.params)
-    found = image.resolve_lights(image.asked_lights(ctx), picture, origin, picture.rec709(picture.linear(coarse=True)))
-    lights = [place(light, picture) for light in found]
+def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None]], Comparison]") -> "Comparison":
+    """What `measure` finds, each row told as it is complete."""
+    from rich.console import Console
+
+    from airlight.compare import words
+
     wide = max(len(v.name) for v in variants)
 
     def say(row: "Row") -> None:
         error, p99, worst, cost = words.figures(row)
         click.echo(f"{row.variant.name:{wide}}  error {error:>8}  99 % {p99:>8}  max {worst:>8}  {cost}")
 
-    from rich.console import Console
-
     with Console(stderr=True).status("measuring"):  # shows on a terminal only
-        result = measure.compare(picture, lights, variants, mask=emits, depth=far, device=device, runs=runs, say=say)
+        return measure(say)
+
+
+def _named(source: str, size: tuple[int, int], what: str) -> str:
     name = "".join(c if c.isprintable() else "?" for c in os.path.basename(source))
-    title = f"{name}, {result.size[0]} × {result.size[1]}: light shafts compared"
-    if is_page:
-        with files.replacing(output, overwrite) as file:
-            file.write(page.page(result, title, amplify).encode())
-    else:
-        codes = sheet(result, title, amplify)
-        files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
+    return f"{name}, {size[0]} × {size[1]}: {what}"
+
+
+def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
+    o = ctx.params
+    base = image.asked(ctx)
+    presets.build(base)
+    variants = _chosen(texts, base)
+
+    from airlight import files
+    from airlight.compare import measure
+
+    _check_output(ctx, [source, o["mask"], o["depth"], o["preset"]])
+    picture = files.read_image(source, o["on_damage"], o["input_layer"], o["colorspace"])
+    emits, far = image.read_planes(o["mask"], o["depth"], o)
+    o["written"] = o["written"] or (read_light("auto"),)
+    found = image.resolve_lights(image.asked_lights(ctx), picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
+    lights = [place(light, picture) for light in found]
+
+    def measured(say: Any) -> "Comparison":
+        return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say)
+
+    result = _measured(variants, measured)
+    return result, _named(source, result.size, "light shafts compared")
+
+
+def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
+    o = ctx.params
+    values = {name: value for name, value in gather(ctx, o["preset"], o["medium"]).items() if name not in NOT_IN_SCENES}
+    presets.build(values)
+    render.check_camera(ctx)
+    size = render.picture_size(ctx)
+    if size[0] * size[1] > render.LARGEST:
+        raise AirlightError(f"{size[0]}x{size[1]} is too large; make it smaller")
+    _check_output(ctx, [source, o["preset"], o["medium"], o["environment"]])
+    with render.needing_scenes():
+        from airlight.compare import scenes
+        from airlight.gpu.device import shared_device
+        from airlight.scenes import open_scene
+    if o["against"] == "mitsuba":
+        scenes.path_tracer()
+    shared_device(o["device"])
+    stage = open_scene(source, o["environment"], o["seed"])
+    base = stage.settings | values
+    for text in texts:  # before anything is drawn
+        _chosen([text], base, True)
+    view = scenes.View(stage, render.asked_shot(ctx, (*size, 1), False, o["written"]), o["time"], o["turn"] / 360, o["exclude"])
+    variants = _chosen(texts, base, True, view.lacks)
+    result = _measured(variants, lambda say: scenes.compare(view, variants, against=o["against"], runs=o["runs"], say=say))
+    return result, _named(source, result.size, "light in the air compared")

@@ -13,11 +13,9 @@ from msgspec import inspect
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import IN_WORLD, check_picture, is_triple
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, check_picture, is_triple
 
 F = TypeVar("F", bound=Callable[..., Any])
-# What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
-NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"})
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
 """`airlight render`: frames and films of 3-D scenes."""
 
+import contextlib
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +16,10 @@ from airlight.cli import batch
 from airlight.cli import image as pictures
 from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_options, preset_options
 from airlight.cli.light import split_light
-from airlight.cli.options import NOT_IN_SCENES, check_given, gather, given, scene_options
+from airlight.cli.options import check_given, gather, given, scene_options
 from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
 
 if TYPE_CHECKING:
     from airlight.medium import Settled
@@ -64,7 +65,7 @@ def triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-class _Light(click.ParamType):
+class SceneLightType(click.ParamType):
     """A light of a scene, kept as it was written."""
 
     def __init__(self, form: str) -> None:
@@ -153,7 +154,7 @@ class Task:
 @_option(
     "--light",
     panel=LIGHT,
-    type=_Light(PLACE),
+    type=SceneLightType(PLACE),
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2". It moves a lamp of the scene where one casts shafts.'
     " May be repeated.",
@@ -161,7 +162,7 @@ class Task:
 @_option(
     "--sun",
     panel=LIGHT,
-    type=_Light(SUN),
+    type=SceneLightType(SUN),
     multiple=True,
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light.",
 )
@@ -216,10 +217,7 @@ def render(
         raise AirlightError("--turn and --turntable exclude each other; give one")
     values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
     quality = presets.build(values)[Parameters].quality
-    if ctx.params["eye"] is None and (given(ctx, "target") or given(ctx, "fov")):
-        raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
-    if ctx.params["eye"] is not None and ctx.params["camera"] is not None:
-        raise AirlightError("--camera and --eye exclude each other; give one")
+    check_camera(ctx)
     size = _size(ctx, quality)
     if is_film:
         if skip_existing and os.path.lexists(output):
@@ -227,12 +225,10 @@ def render(
             return 0
         video.check_film(output, size[0], size[1], overwrite)
 
-    try:
+    with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.medium import settle
         from airlight.scenes import offline, open_scene
-    except ImportError as error:
-        raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
     inputs = [path for path in (scene, preset, medium, environment) if path is not None]
     stage, all = None, _tasks(ctx, 0.0)
     if not all:  # as many as the animation has
@@ -259,7 +255,7 @@ def render(
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
-    shot = _shot(ctx, size, parameters.quality)
+    shot = asked_shot(ctx, size, parameters.quality == "draft" and not ctx.params["no_antialias"], ctx.params["light"])
     studio = offline.Studio(
         stage,
         shot,
@@ -300,6 +296,23 @@ def _chooser(ctx: click.Context, values: dict[str, Any], stage: "Stage") -> str:
     return f"the scene {stage.name}" if "method" in stage.settings else ""
 
 
+@contextlib.contextmanager
+def needing_scenes() -> Iterator[None]:
+    """An import that fails within says what to install."""
+    try:
+        yield
+    except ImportError as error:
+        raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
+
+
+def check_camera(ctx: click.Context) -> None:
+    """Raise AirlightError for options of the camera that exclude each other."""
+    if ctx.params["eye"] is None and (given(ctx, "target") or given(ctx, "fov")):
+        raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
+    if ctx.params["eye"] is not None and ctx.params["camera"] is not None:
+        raise AirlightError("--camera and --eye exclude each other; give one")
+
+
 def _is_linear(path: str) -> bool:
     """Whether a file holds light, not what a display shows of it."""
     return path.lower().endswith((".exr", ".hdr"))
@@ -311,23 +324,29 @@ def _is_sequence(ctx: click.Context) -> bool:
     return numbered(ctx.params["output"]) is not None
 
 
+def picture_size(ctx: click.Context) -> tuple[int, int]:
+    """Width and height, pixels."""
+    width: int = ctx.params["width"]
+    return width, ctx.params["height"] or max(2, 2 * round(width * 9 / 32))
+
+
 def _size(ctx: click.Context, quality: str) -> tuple[int, int, int]:
     """Width, height, and samples along a side of a pixel."""
     o = ctx.params
-    width, height = o["width"], o["height"] or max(2, 2 * round(o["width"] * 9 / 32))
+    width, height = picture_size(ctx)
     samples = 1 if o["no_antialias"] else SAMPLES[quality]
     if width * height * samples**2 > LARGEST:
         raise AirlightError(f"{width}x{height} with {samples**2} samples a pixel is too large; make it smaller, or use --quality draft")
     return width, height, samples
 
 
-def _shot(ctx: click.Context, size: tuple[int, int, int], quality: str) -> "Shot":
+def asked_shot(ctx: click.Context, size: tuple[int, int, int], smooth: bool, places: Sequence[str]) -> "Shot":
+    """size: width, height, samples along a side of a pixel; places: of lights, as written."""
     from airlight.scenes.offline import Shot
 
     o = ctx.params
     eye, target = (None if o[name] is None else triple(o[name]) for name in ("eye", "target"))
-    lights = [read_scene_light(text, PLACE) for text in o["light"]] + [read_scene_light(text, SUN) for text in o["sun"]]
-    smooth = quality == "draft" and not o["no_antialias"]
+    lights = [read_scene_light(text, PLACE) for text in places] + [read_scene_light(text, SUN) for text in o["sun"]]
     return Shot(*size, smooth, o["camera"], eye, target, o["fov"], tuple(lights))
 
 

@@ -1,4 +1,4 @@
-"""Each variant's layer, its error against what it converges to, and its cost."""
+"""On a picture, each variant's layer, its error against what it converges to, and its cost."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from airlight.api import gpu_inputs
 from airlight.bench.measure import Passes, _times
+from airlight.compare.result import PictureComparison, PictureRow
 from airlight.compare.variants import Variant, limit, limit_key, source_key
 from airlight.composite.blend import blend, resolve
 from airlight.errors import AirlightError
@@ -25,34 +26,6 @@ Array = npt.NDArray[Any]
 POINTS = 4000  # random pixels at which the error is measured
 DISC = 0.02  # of the width: nearer to a light, where shafts are a small part of what is seen, nothing is measured
 FEW = 1e7  # taps of the reference up to which it is evaluated at all pixels, some 10 s
-
-
-@dataclass
-class Row:
-    """A variant's figures. Errors are over the mean of what it converges to; pictures are scaled down, see `compare`."""
-
-    variant: Variant
-    parameters: Parameters  # the threshold settled
-    rmse: float
-    p99: float
-    worst: float
-    reference_error: float
-    best_error: float  # rmse of what the difference is against
-    ms: float
-    copies: float
-    shown: Array  # (h, w, 3) the composited picture, linear
-    difference: Array  # (h, w) |layer - best|, mean of RGB, over the mean
-
-
-@dataclass
-class Comparison:
-    rows: list[Row]
-    adapter: str
-    copy_ms: float
-    size: tuple[int, int]
-    points: int
-    everywhere: bool  # the reference was evaluated at all pixels, and differences are against it
-    before: Array  # (h, w, 3) the picture, linear
 
 
 @dataclass
@@ -105,9 +78,9 @@ def compare(
     device: str | None = None,
     runs: int = 5,
     box: int = 960,
-    say: Callable[[Row], None] = lambda row: None,
-) -> Comparison:
-    """Measure the variants on a picture; say gets each Row when it is complete. Pictures fit into box x box pixels.
+    say: Callable[[PictureRow], None] = lambda row: None,
+) -> PictureComparison:
+    """Measure the variants on a picture; say gets each row when it is complete. Pictures fit into box x box pixels.
 
     Error: outside a disc of 2 % of the width around each light, at random pixels or, where that takes not too long, at all. Cost: the
     wall time of the scattering passes (without the source's, which is the same for all) over that of a one-tap copy, medians of
@@ -183,6 +156,8 @@ def compare(
         off = np.abs(own - target.best).mean(axis=2) / np.float32(target.mean)
         shown = blend(rgb, own, resolve(v.composite, not integers))[0]
         wrong = errors(own.reshape(-1, 3)[at], target.truth)
-        rows.append(Row(v, p, *wrong, target.error, target.best_error, ms, ms / copy_ms, fit(shown, box), fit(off, box)))
+        figures = (*wrong, ms, ms / copy_ms, fit(shown, box), fit(off, box))
+        rows.append(PictureRow(v, *figures, p, target.error, target.best_error))
         say(rows[-1])
-    return Comparison(rows, f"{gpu.name} ({gpu.info.get('backend_type')})", copy_ms, (width, height), len(at), everywhere, fit(rgb, box))
+    adapter = f"{gpu.name} ({gpu.info.get('backend_type')})"
+    return PictureComparison(rows, adapter, copy_ms, (width, height), len(at), everywhere, fit(rgb, box))

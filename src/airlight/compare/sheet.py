@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.compare import words
-from airlight.compare.measure import Comparison, fit
+from airlight.compare.measure import fit
+from airlight.compare.result import Comparison, SceneComparison
 from airlight.errors import MachineError
 from airlight.files.colour import encode_codes
 
@@ -67,30 +68,40 @@ class _Paper:
         return np.asarray(sheet.get_pixels(self.oiio.UINT8))
 
 
+def _cells(result: Comparison, amplify: float) -> list[tuple[list[npt.NDArray[Any]], list[tuple[str, tuple[float, float, float]]]]]:
+    """The pictures of each cell, linear, and its lines of text with their colours."""
+    cells: list[Any] = []
+    if isinstance(result, SceneComparison):
+        for truth in result.truths:
+            cells.append(([truth.shown, truth.layer / result.white], [("truth, and its light alone", INK)]))
+    more = words.beside(result)
+    for i, row in enumerate(result.rows):
+        lines = [(row.variant.name, INK), (words.errors(row), INK), (words.cost(row), INK), *((text, FAINT) for text in more[i : i + 1])]
+        cells.append(([row.shown, amplify * row.difference], lines))
+    return cells
+
+
 def sheet(result: Comparison, title: str, amplify: float) -> Codes:
     """(h, w, 3) sRGB codes."""
-    pairs = [[codes_of(part, PANEL) for part in (row.shown, amplify * row.difference)] for row in result.rows]
-    high, wide = pairs[0][0].shape[:2]
-    differ = len({words.limit(row.parameters) for row in result.rows}) > 1
-    room = max(2 * wide, 420)  # for the text
-    cell = (room + GAP, high + GAP + (4 if differ else 3) * LINE)
-    columns = 2 if len(pairs) > 2 else 1
-    rows = -(-len(pairs) // columns)
-    width = GAP + columns * cell[0]
+    cells = [([codes_of(part, PANEL) for part in parts], lines) for parts, lines in _cells(result, amplify)]
+    high, wide = cells[0][0][0].shape[:2]
     measure = _Paper(1, 1)
+    widest = max(measure._width(text, SIZE) for _, lines in cells for text, _ in lines)
+    room = max(2 * wide, 420, min(widest, 2 * PANEL))  # for the text
+    cell = (room + GAP, high + GAP + max(len(lines) for _, lines in cells) * LINE)
+    columns = 2 if len(cells) > 2 else 1
+    rows = -(-len(cells) // columns)
+    width = GAP + columns * cell[0]
     heading = measure.wrap(title, width - 2 * GAP, SIZE + 4)
     notes = [line for note in words.notes(result, amplify) for line in measure.wrap(note, width - 2 * GAP)]
     top = GAP + len(heading) * (LINE + 6)
     paper = _Paper(width, top + GAP + rows * cell[1] + GAP + len(notes) * LINE + GAP)
     for i, line in enumerate(heading):
         paper.write(GAP, GAP + i * (LINE + 6), line, width, size=SIZE + 4)
-    for i, (row, pair) in enumerate(zip(result.rows, pairs, strict=True)):
+    for i, (pictures, lines) in enumerate(cells):
         x, y = GAP + i % columns * cell[0], top + GAP + i // columns * cell[1]
-        for k, picture in enumerate(pair):
+        for k, picture in enumerate(pictures):
             paper.put(x + k * wide, y, picture)
-        error, p99, worst, cost = words.figures(row)
-        lines = [(row.variant.name, INK), (f"error {error}, 99 % {p99}, max {worst}", INK), (cost, INK)]
-        lines += [(f"limit: {words.limit(row.parameters)}", FAINT)] if differ else []
         for k, (text, color) in enumerate(lines):
             paper.write(x, y + high + 4 + k * LINE, text, room, color)
     for i, line in enumerate(notes):

@@ -1,6 +1,7 @@
 """What is compared: the user's own parameters, each time with a few changed."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +9,7 @@ import msgspec
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import IN_VIEW, Composite, Parameters, check_picture
+from airlight.parameters import IN_VIEW, NOT_IN_SCENES, OF_SCENES, Composite, InScene, March, Medium, Parameters, check_picture
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -20,6 +21,17 @@ DEFAULT = (
     "method=radial,samples=64,scale=0.5",
     "method=radial,samples=64,jitter=blue",
 )
+IN_SCENES = (
+    "method=march,quality=final,steps=exact",
+    "method=march,quality=final,steps=2000",
+    "method=march,quality=final,steps=500",
+    "method=march,quality=final,steps=64",
+    "method=march,quality=final,steps=64,resolution=0.5",
+    "method=article",
+    "method=epipolar,occluders=stencil",
+    "method=epipolar,occluders=prepass",
+    "method=radial",
+)
 
 
 @dataclass(frozen=True)
@@ -27,6 +39,9 @@ class Variant:
     text: str  # as written
     parameters: Parameters
     composite: Composite
+    in_scene: InScene
+    medium: Medium
+    march: March
 
     @property
     def name(self) -> str:
@@ -36,33 +51,66 @@ class Variant:
         return ", ".join(short.get(part[0], f"{part[0].replace('_', ' ')} {{}}").format(part[1]) if part[1:] else part[0] for part in parts)
 
 
-def variant(text: str, base: dict[str, Any]) -> Variant:
+def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
     """The base's values with those of a text, see `presets.written`, over them. Raises AirlightError.
 
     samples without decay keep lambda: the sum is finer or coarser, the shafts are as long.
     """
     try:
         own = presets.written(text)
+        named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
+        _check_keys(named, in_scene)
         values = base | own
         if "samples" in own and "decay" not in own:
             values["decay"] = math.exp(-presets.build(base)[Parameters].lam / own["samples"])
         built = presets.build(values)
-        check_picture(built[Parameters].method)
+        method = built[Parameters].method
+        if not in_scene:
+            check_picture(method)
+        else:
+            _check_methods(named, method)
     except AirlightError as error:
         raise AirlightError(f"--variant {text!r}: {error}") from None
-    return Variant(text, built[Parameters], built[Composite])
+    return Variant(text, *(built[struct] for struct in (Parameters, Composite, InScene, Medium, March)))
 
 
-def usual(base: dict[str, Any]) -> tuple[list[Variant], list[str]]:
-    """The default list, and every method of pictures that it lacks; and why some of them do not go with the base."""
-    texts = list(DEFAULT)
-    texts += [f"method={m}" for m in IN_VIEW if not any(f"method={m}," in text for text in texts)]
+def _check_keys(named: set[str], in_scene: bool) -> None:
+    """Raise AirlightError for a key that is for the other kind: pictures or scenes."""
+    other = NOT_IN_SCENES if in_scene else {name for struct in OF_SCENES for name in struct.__struct_fields__}
+    wrong = sorted(named & other)
+    if wrong:
+        kinds = ("pictures", "scenes") if in_scene else ("scenes", "pictures")
+        raise AirlightError(f"{wrong[0]} is for {kinds[0]}, not for {kinds[1]}: leave it out")
+
+
+def _check_methods(named: set[str], method: str) -> None:
+    """Raise AirlightError for a key that means nothing with the method."""
+    for field in (field for struct in presets.structs() for field in msgspec.structs.fields(struct)):
+        methods = presets.methods(field.type)
+        if field.name in named and methods and method not in methods:
+            raise AirlightError(f"{field.name} means nothing with method {method}: leave it out, or add method={' or '.join(methods)}")
+
+
+def usual(
+    base: dict[str, Any], in_scene: bool = False, lacks: Callable[[Variant], str | None] = lambda variant: None
+) -> tuple[list[Variant], list[str]]:
+    """The default list, of pictures with every method of theirs that it lacks; and why some do not go with the base. lacks: why a
+    variant does not go with a scene, else None."""
+    texts = list(IN_SCENES if in_scene else DEFAULT)
+    if not in_scene:
+        texts += [f"method={m}" for m in IN_VIEW if not any(f"method={m}," in text for text in texts)]
     found, lacking = [], []
     for text in texts:
         try:
-            found.append(variant(text, base))
+            one = variant(text, base, in_scene)
         except AirlightError as error:
             lacking.append(str(error))
+            continue
+        why = lacks(one)
+        if why is None:
+            found.append(one)
+        else:
+            lacking.append(f"{one.name}: {why}")
     return found, lacking
 
 

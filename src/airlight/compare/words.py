@@ -1,16 +1,19 @@
 """What the sheet and the page say alike."""
 
 import math
+from typing import Any
 
 import msgspec
 
-from airlight.compare.measure import DISC, Comparison, Row
-from airlight.parameters import Parameters
+from airlight.compare.measure import DISC
+from airlight.compare.result import Comparison, PictureComparison, Row, SceneComparison, SceneRow
+from airlight.compare.rule import EDGE, NEAR, WORST
+from airlight.parameters import IN_VIEW, Parameters
 
 
 def percent(share: float) -> str:
-    """Two significant digits: 0.17 %, 15 %."""
-    digits = -1 - math.floor(math.log10(share)) if share > 0 else 0
+    """Two significant digits: 0.17 %, 15 %, -0.03 %."""
+    digits = -1 - math.floor(math.log10(abs(share))) if share else 0
     return f"{100 * share:.{min(max(digits, 0), 4)}f} %"
 
 
@@ -24,13 +27,59 @@ def _default(p: Parameters, name: str) -> object:
     return next(field.default for field in msgspec.structs.fields(p) if field.name == name)
 
 
+def cost(row: Row) -> str:
+    """`41.2 copies (57.3 ms: shadow maps 12.3, march 45)`."""
+    parts = row.parts or [] if isinstance(row, SceneRow) else []
+    listed = ", ".join(f"{name} {ms:.{0 if ms >= 100 else 1}f}" for name, ms in parts)
+    return f"{row.copies:.1f} copies ({row.ms:.1f} ms{': ' if listed else ''}{listed})"
+
+
 def figures(row: Row) -> tuple[str, str, str, str]:
     """Error, 99th percentile, maximum, cost."""
-    return percent(row.rmse), percent(row.p99), percent(row.worst), f"{row.copies:.1f} copies ({row.ms:.1f} ms)"
+    return percent(row.rmse), percent(row.p99), percent(row.worst), cost(row)
+
+
+def fitted(row: SceneRow) -> str:
+    """By what its light was multiplied: × 0.0123, or none where there is none; nothing for methods with units."""
+    return "" if row.factor is None else f"× {row.factor:.3g}" if row.factor else "none"
+
+
+def errors(row: Row) -> str:
+    error, p99, worst, _ = figures(row)
+    bias = f", bias {percent(row.bias)}" if isinstance(row, SceneRow) and row.bias is not None else ""
+    factor = f", light {fitted(row)}" if isinstance(row, SceneRow) and row.factor is not None else ""
+    return f"error {error}, 99 % {p99}, max {worst}{bias}{factor}"
+
+
+def beside(result: Comparison) -> list[str]:
+    """A further line for each row, where they differ: what it converges to."""
+    if isinstance(result, PictureComparison):
+        texts = [f"limit: {limit(row.parameters)}" for row in result.rows]
+        return texts if len(set(texts)) > 1 else []
+    return []
+
+
+def table(result: Comparison) -> tuple[list[str], list[list[str]]]:
+    """The heads of the columns, and the rows; the first column and the last are text."""
+    heads, rows = ["variant", "error (rmse)", "99 %", "max"], []
+    heads += ["copies", "ms", "converges to"] if isinstance(result, PictureComparison) else ["bias", "light", "copies", "ms", "of which"]
+    for row in result.rows:
+        more = [f"{row.copies:.1f}", f"{row.ms:.1f}"]
+        if isinstance(row, SceneRow):
+            bias = "" if row.bias is None else percent(row.bias)
+            more = [bias, fitted(row), *more, ", ".join(f"{name} {ms:.1f}" for name, ms in row.parts or [])]
+        else:
+            more.append(limit(row.parameters))
+        rows.append([row.variant.name, *figures(row)[:3], *more])
+    return heads, rows
 
 
 def notes(result: Comparison, amplify: float) -> list[str]:
     """How the figures were got, a sentence each."""
+    return _of_scene(result, amplify) if isinstance(result, SceneComparison) else _of_picture(result, amplify)
+
+
+def _of_picture(result: Any, amplify: float) -> list[str]:
     where, best = f"all {result.points:,} pixels", "the reference"
     if not result.everywhere:
         off = max(row.best_error for row in result.rows)
@@ -45,3 +94,36 @@ def notes(result: Comparison, amplify: float) -> list[str]:
         f"{result.adapter}.",
         f"Difference: {amplify:g} × |shafts - best| over the mean, so that white is {percent(1 / amplify)} of it; best is {best}.",
     ]
+
+
+def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
+    width, height = result.size
+    pixels = width * height
+    several = len(result.truths) > 1
+    said = []
+    for i, truth in enumerate(result.truths):
+        of = ", ".join(row.variant.name for row in result.rows if row.truth == i)
+        said.append(f"Truth{f' of {of}' if several else ''}: the light in the air, in-scattered radiance, {truth.about}.")
+    kept = ", ".join(f"{100 * truth.kept / pixels:.0f} %" for truth in result.truths)
+    said.append(
+        f"Error: rmse of the light in the air over its mean, at {kept} of the pixels: without those within {NEAR} of an edge of depth "
+        f"(neighbours whose distances differ by over {100 * EDGE:g} %), and without the worst {100 * WORST:g} % of the rest. "
+        "99 %: of the values are off by less; max: by no more; bias: the mean of what they are off by, with its sign; these with the worst."
+    )
+    if any(row.factor is not None for row in result.rows):
+        article = any(row.variant.parameters.method == "article" for row in result.rows)
+        view = any(row.variant.parameters.method in IN_VIEW for row in result.rows)
+        whose = " and ".join(["methods that work on the picture"] * view + ["article"] * article)
+        said.append(
+            f"The light of {whose} has no units: it is compared times the one factor that fits best, by least squares at those pixels, "
+            "which is named; the picture has it as it is."
+            + (" Of article it is the light before its composite, (2 light - 1) / 10." if article else "")
+        )
+    if all(row.parts is not None for row in result.rows):
+        what = "the passes that make the light: shadow maps, and the march with its upsampling; of methods on the picture source and shafts"
+    else:
+        what = "the whole pass, since the device has no timestamps"
+    said.append(f"Cost: {what}; over a one-tap copy of {width} × {height} ({result.copy_ms:.2f} ms); medians of runs on {result.adapter}.")
+    said.append(f"Difference: {amplify:g} × |light - truth| over the mean of the truth, so that white is {percent(1 / amplify)} of it.")
+    said.append(f"The light alone is shown with {result.white:.3g} as white.")
+    return said

@@ -1,6 +1,6 @@
 """The meshes of a scene as triangles in the world, for `tracer`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,15 @@ from airlight.scenes.gltf.meshes import vertices
 Array = npt.NDArray[np.float64]
 
 
-def world_triangles(scene: Any, lights: Sequence[SceneLight] = ()) -> tuple[Array, Array]:
+def world_triangles(scene: Any, lights: Sequence[SceneLight] = (), exclude: Iterable[Any] = ()) -> tuple[Array, Array]:
     """(N, 3, 3) what the eye sees and (M, 3, 3) what casts shadows, float64, as the scene is now.
 
-    All meshes that hide what is behind them, whatever their cast_shadow says; bodies of lights cast none. pygfx's helpers, points and
-    lines are left out, as is what one sees through. Raises AirlightError for leaves cut out by a map: the tracer knows triangles only.
+    All meshes that hide what is behind them, whatever their cast_shadow says; bodies of lights cast none, nor what is in `exclude` or
+    below it. pygfx's helpers, points and lines are left out, as is what one sees through. Raises AirlightError for leaves cut out by a
+    map: the tracer knows triangles only.
     """
     bodies = {id(light.target) for light in lights}
+    casters = {id(thing) for thing in shown(scene, exclude)}
     seen, casting = [np.zeros((0, 3, 3))], [np.zeros((0, 3, 3))]
     for mesh in shown(scene):
         if not isinstance(mesh, gfx.Mesh):
@@ -32,7 +34,7 @@ def world_triangles(scene: Any, lights: Sequence[SceneLight] = ()) -> tuple[Arra
             continue
         found = of_mesh(mesh)
         seen.append(found)
-        if id(mesh) not in bodies and not any(isinstance(child, gfx.Light) for child in mesh.iter()):
+        if id(mesh) in casters and id(mesh) not in bodies and not any(isinstance(child, gfx.Light) for child in mesh.iter()):
             casting.append(found)
     return np.concatenate(seen), np.concatenate(casting)
 

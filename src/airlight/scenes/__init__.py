@@ -7,11 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from airlight.errors import AirlightError
 
 if TYPE_CHECKING:
+    import numpy as np
     import pygfx as gfx
 
     from airlight.pygfx import SceneLight
@@ -29,6 +28,11 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "dense": ("dense", "front"),
     "mirrored": ("mirrored", "front"),
 }
+
+
+def is_scene(source: str) -> bool:
+    """Whether a source is a scene rather than a picture."""
+    return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))
 
 
 @dataclass
@@ -80,7 +84,7 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)
-    if not name.lower().endswith((".glb", ".gltf")):
+    if not is_scene(name):
         raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 

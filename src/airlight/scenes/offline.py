@@ -200,17 +200,17 @@ class Studio:
             reach=reach,
         )
         if depth or (layer and reach > 0):
-            found.depth = self._read(shafts.depths, np.float32)[..., 0]
+            found.depth = self.read(shafts.depths, np.float32)[..., 0]
         if layer:
-            found.layer, found.region = self._read(shafts.layer, np.float32 if medium else np.float16), shafts._region
+            found.layer, found.region = self.read(shafts.layer, np.float32 if medium else np.float16), shafts._region
             found.sigma_t = shafts.air.sigma_t if medium and shafts.air is not None else None
         if source and not medium:
-            found.source = self._read(shafts.source, np.float16)
+            found.source = self.read(shafts.source, np.float16)
             if not shafts.lit:
                 found.source = np.zeros_like(found.source)
         return found
 
-    def _read(self, texture: Any, kind: type) -> np.ndarray:
+    def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size
         size = {"rgba16float": 8, "rgba32float": 16}.get(texture.format, 4)  # bytes; of the depth 4
         data = self.renderer.device.queue.read_texture(

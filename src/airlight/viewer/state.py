@@ -9,10 +9,10 @@ from typing import Any
 
 from airlight import presets
 from airlight.cli.light import LightText
-from airlight.cli.options import NOT_IN_SCENES, Declared, declared
+from airlight.cli.options import Declared, declared
 from airlight.errors import AirlightError
 from airlight.medium import doubt, settle
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
 
 DEBUG = ("occlusion", "source", "lines")
 SCENES = ("table", "flying")

@@ -1,0 +1,247 @@
+"""In a scene, each variant's light, its error against the truth, and its cost."""
+
+import dataclasses
+import importlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+from airlight.bench.measure import Passes
+from airlight.compare import rule
+from airlight.compare.measure import fit
+from airlight.compare.result import SceneComparison, SceneRow, Truth
+from airlight.compare.variants import Variant
+from airlight.composite.adapt import adapt, measured
+from airlight.errors import AirlightError
+from airlight.files.colour import LUMINANCE
+from airlight.gpu.timing import run_ms
+from airlight.medium import Settled, settle
+from airlight.parameters import IN_VIEW, InScene, March, Medium, Parameters
+from airlight.pygfx.lamps import lamps
+from airlight.reference import scene as reference
+from airlight.reference import tracer
+from airlight.reference.triangles import world_triangles
+from airlight.scenes import Stage
+from airlight.scenes.offline import Shot, Studio
+from airlight.scenes.replay import Replay
+from airlight.shadows import fit as maps
+
+Array = npt.NDArray[Any]
+MOST = 1e9  # triangles x lamps x pixels up to which the tracer is asked, some minutes
+FINEST, MEMORY = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
+CASCADES = 4  # of it
+
+
+class View:
+    """A stage from where it is compared, at one time. Raises AirlightError, MachineError."""
+
+    def __init__(self, stage: Stage, shot: Shot, time: float = 0.0, turn: float = 0.0, exclude: Sequence[str] = ()) -> None:
+        self.stage, self.shot, self.moment, self.exclude = stage, shot, (time, turn), exclude
+        self._replays: dict[Any, Replay] = {}
+        first = Replay(self._studio(Parameters()))
+        first.frame(*self.moment)
+        self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
+        self.hidden = first.shafts.exclude
+        self.lamps = lamps(self.lights)
+        self.in_view = first.studio.shafts.lit
+        picture = first.studio.read(first.given["color_tex"].texture, np.float16)
+        self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
+
+    def _studio(self, parameters: Parameters, **more: Any) -> Studio:
+        return Studio(self.stage, self.shot, parameters, exclude=self.exclude, **more)
+
+    def lacks(self, v: Variant) -> str | None:
+        """Why a variant does not go with the view; else None."""
+        method = v.parameters.method
+        if method == "article" and [lamp.kind for lamp in self.lamps] != ["sun"]:
+            return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
+        if method in IN_VIEW and not self.in_view:
+            return "no light is before the eye, and it draws no other"
+        return None
+
+    def settled(self, v: Variant) -> Settled:
+        return settle(v.medium, v.march, v.parameters.quality, self.stage.radius)
+
+    def replay(self, v: Variant) -> Replay:
+        """With the variant's settings. One for all whose textures are alike, so that none is made anew from one to the next."""
+        method, share = v.parameters.method, v.in_scene.share(v.parameters)
+        kind = ("view", v.in_scene.occluders) if method in IN_VIEW else (method, self.settled(v).shadow_size, v.march.cascades)
+        if (kind, share) not in self._replays:
+            self._replays[kind, share] = Replay(self._studio(v.parameters))
+        found = self._replays[kind, share]
+        shafts = found.shafts
+        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = (
+            v.parameters,
+            v.composite,
+            v.in_scene,
+            v.medium,
+            v.march,
+        )
+        return found
+
+    def light(self, v: Variant) -> tuple[Array, Array]:
+        """(H, W, 3) the light alone, of article before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
+        frame = self.replay(v).frame(*self.moment, layer=True)
+        layer = frame.shafts()
+        return (5 * layer + 0.5 if v.parameters.method == "article" else layer), frame.pixels()
+
+    def composited(self, light: Array, way: Array, v: Variant) -> Array:
+        """(H, W, 3) the surfaces seen through the variant's medium with this light, as a display shows it."""
+        sigma_t = self.settled(v).sigma_t if v.medium.extinction else np.zeros(3)
+        color = reference.through(self.surfaces, light, way, sigma_t, 1.0 if v.composite.mix is None else v.composite.mix)
+        color = color.astype(np.float32)
+        if v.composite.adapt > 0:
+            adapt(color, measured(color @ np.asarray(LUMINANCE)), v.composite.adapt)
+        return np.asarray(reference.filmic(color) if v.in_scene.tone == "filmic" else color.clip(0, 1), np.float32)
+
+    # ------------------------------------------------------------ truths
+
+    def truth(self, air: Settled, against: str | None) -> tuple[Array, Array, str]:
+        """(H, W, 3) light and (H, W) the way to which it is summed, metres; and by what. against: tracer, walk or
+        mitsuba; None: the tracer where it can, else the walk."""
+        if against == "walk":
+            return self._walked(air, "as --against walk asks")
+        try:
+            seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
+        except AirlightError as error:
+            if against is not None:
+                raise AirlightError(f"--against {against}: {error}; or use --against walk") from None
+            return self._walked(air, f"since the ray tracer knows triangles only ({str(error).partition(';')[0]})")
+        count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
+        what = seen, self.lamps, air, casting
+        if against == "mitsuba":
+            light, way, noise = path_tracer().layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+            where = rule.clear(way)
+            if np.ndim(noise):  # of each value
+                noise = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
+            about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * noise:.2g} %"
+            return light, way, about
+        if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
+            return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")
+        light, way = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+        return light, way, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
+
+    def _walked(self, air: Settled, why: str) -> tuple[Array, Array, str]:
+        cascades = CASCADES if any(lamp.is_sun for lamp in self.lamps) else 1
+        march = March(steps="exact", cascades=cascades)
+        layers = sum(maps.layers(lamp, dataclasses.replace(air, march=march)) for lamp in self.lamps)
+        side = min(FINEST, self.device.max_side)
+        while side > 1024 and 4 * side * side * layers > MEMORY:
+            side //= 2
+        march = msgspec.structs.replace(march, shadow_size=side)
+        studio = self._studio(Parameters(method="march"), in_scene=InScene(resolution=1.0), medium=air.medium, march=march)
+        layer = studio.frame(*self.moment, layer=True).layer
+        assert layer is not None
+        about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
+        return layer[..., :3], layer[..., 3], about
+
+
+def path_tracer() -> Any:
+    """The module that asks Mitsuba. Raises AirlightError where that is not installed."""
+    try:
+        importlib.import_module("mitsuba")
+        return importlib.import_module("airlight.reference.mitsuba")
+    except ImportError:
+        raise AirlightError("--against mitsuba needs Mitsuba: pip install mitsuba") from None
+
+
+def compare(
+    view: View,
+    variants: Sequence[Variant],
+    *,
+    against: str | None = None,
+    runs: int = 5,
+    box: int = 960,
+    say: Callable[[SceneRow], None] = lambda row: None,
+) -> SceneComparison:
+    """Measure the variants; say gets each row when it is complete. Pictures fit into box x box pixels.
+
+    Error: by `rule`, of the light against the truth of the variant's own medium; of methods that work on the picture, and of article,
+    after the one factor that fits best. Cost: the passes of shadow maps, source and shafts over the wall time of a one-tap copy, medians of
+    interleaved runs; the pass as a whole where the device has no timestamps. Raises AirlightError, MachineError.
+    """
+    if against == "mitsuba":
+        path_tracer()
+    found: dict[Medium, tuple[int, Array, Array, float]] = {}
+    truths: list[Truth] = []
+    for v in variants:
+        if v.medium in found:
+            continue
+        true, way, about = view.truth(view.settled(v), against)
+        where = rule.clear(way)
+        if not where.any():
+            raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
+        mean = float(true[where].mean())
+        if not mean > 0:
+            raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
+        found[v.medium] = len(truths), true, where, mean
+        shown = fit(view.composited(true, way, v), box)
+        truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
+    lights = [view.light(v) for v in variants]
+    copy_ms, costs = _costs(view, variants, runs)
+    rows = []
+    for v, (light, picture), parts in zip(variants, lights, costs, strict=True):
+        number, true, where, mean = found[v.medium]
+        has_units = v.parameters.method == "march"
+        factor = None if has_units else rule.factor(light, true, where)
+        light = light if factor is None else factor * light
+        wrong = rule.errors(light, true, where)
+        ms = sum(parts.values())
+        off = (np.abs(light - true).mean(axis=2) / mean).astype(np.float32)
+        row = SceneRow(
+            v,
+            wrong.rmse,
+            wrong.p99,
+            wrong.worst,
+            ms,
+            ms / copy_ms,
+            fit(picture, box),
+            fit(off, box),
+            fit(light.astype(np.float32), box),
+            number,
+            wrong.bias if has_units else None,
+            factor,
+            None if WHOLE in parts else list(parts.items()),
+        )
+        rows.append(row)
+        say(row)
+    device = view.device
+    adapter = f"{device.name} ({device.info.get('backend_type')})"
+    return SceneComparison(rows, adapter, copy_ms, (view.shot.width, view.shot.height), truths)
+
+
+WHOLE = "whole"  # the part of a cost that has no parts
+
+
+def part_of(label: str) -> str | None:
+    """To which part of the light's cost a pass belongs; None: to none, it puts the light on the picture."""
+    if label in ("merge", "adapt"):
+        return None
+    if label in ("mask", "look", "prepass"):
+        return "source"
+    if label.startswith(("march", "upsample")):
+        return "march"
+    return {"shadows": "shadow maps", "article": "article"}.get(label, "shafts")
+
+
+def _costs(view: View, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:
+    """(ms of a copy, the ms of each variant's parts), medians of runs."""
+    size = view.shot.width, view.shot.height
+    copy = Passes(view.device, *(view.device.texture(*size, "rgba16float") for _ in range(2))).copy()
+    copies: list[float] = []
+    times: list[dict[str, list[float]]] = [{} for _ in variants]
+    for _ in range(runs):
+        copies.append(run_ms(view.device, copy))
+        for v, own in zip(variants, times, strict=True):
+            whole, passes = view.replay(v).spent()
+            parts: dict[str, float] = {} if passes else {WHOLE: whole}
+            for label, ms in passes.items():
+                name = part_of(label)
+                if name is not None:
+                    parts[name] = parts.get(name, 0.0) + ms
+            for name, ms in parts.items():
+                own.setdefault(name, []).append(ms)
+    return float(np.median(copies)), [{name: float(np.median(ms)) for name, ms in own.items()} for own in times]

@@ -1,0 +1,47 @@
+"""One frame of a stage as pygfx hands it to the effect pass, to be carried out and timed again."""
+
+from collections.abc import Callable
+from typing import Any
+
+from airlight.gpu.timing import run_ms
+from airlight.scenes.offline import Frame, Studio
+
+
+class Replay:
+    """A studio whose last frame can be repeated: only the effect pass, over the picture and depth that it was given.
+
+    The settings of `studio.shafts` may be changed in between.
+    """
+
+    def __init__(self, studio: Studio) -> None:
+        self.studio, self.shafts = studio, studio.shafts
+        self.given: dict[str, Any] = {}
+
+    def frame(self, *arguments: Any, **keywords: Any) -> Frame:
+        """As Studio.frame; what the pass is given there is kept."""
+        inner = self.shafts.render
+
+        def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
+            self.given.update(color_tex=color_tex, depth_tex=depth_tex, target_tex=target_tex)
+            inner(command_encoder, color_tex, depth_tex, target_tex)
+
+        self.shafts.render = render  # type: ignore[method-assign]
+        try:
+            return self.studio.frame(*arguments, **keywords)
+        finally:
+            del self.shafts.render  # the class's own again
+
+    def record(self, encoder: Any) -> None:
+        self.shafts.render(encoder, **self.given)
+
+    def spent(self, record: Callable[[Any], None] | None = None) -> tuple[float, dict[str, float]]:
+        """(ms of wall time, ms of each pass by its label) of one run of `record`, None: its own; {} where the device has no timestamps."""
+        self.shafts.timing = True
+        try:
+            whole = run_ms(self.shafts.device, record or self.record)
+            passes: dict[str, float] = {}
+            for label, ms in self.shafts.profile():
+                passes[label] = passes.get(label, 0.0) + ms
+        finally:
+            self.shafts.timing = False
+        return whole, passes
