@@ -152,7 +152,7 @@ class March:
             for entry, along in (("fine", TILE), ("coarse", TILE**2)):
                 pipeline = self.device.pipeline(TILES, entry)
                 count = -(-size // (along * GROUP))
-                compute(encoder, pipeline, self._bound(("tiles", i), TILES, texture, buffer), (count, count, layers), "shadow tiles", timer)
+                compute(encoder, pipeline, self._bound(("tiles", i), TILES, texture, buffer), (count, count, layers), "march tiles", timer)
 
 
 def _spare(device: Device) -> Any:
