@@ -1,5 +1,5 @@
-"""Measures the scenes of validation and puts the figures into docs/world.md, between its comments validation and end. Half an hour; needs
-requirements-validate.lock: python scripts/validation_table.py"""
+"""Measures the scenes of validation and puts the figures into docs/world.md, between its comments validation and end. Twenty minutes;
+needs requirements-validate.lock: python scripts/validation_table.py [SCENE ...], the others' rows stay."""
 
 import sys
 from pathlib import Path
@@ -40,14 +40,15 @@ def row(name: str) -> str:
 
 def main() -> None:
     page = ROOT / "docs" / "world.md"
-    head, mark, rest = page.read_text().partition("<!-- validation -->\n")
-    if not mark:
-        sys.exit("docs/world.md has no <!-- validation --> comment")
-    rows = []
-    for name in WHAT:
-        rows.append(row(name))
-        print(rows[-1], flush=True)
-    page.write_text(head + mark + HEAD + "\n".join(rows) + "\n<!-- end -->" + rest.partition("<!-- end -->")[2])
+    for name in sys.argv[1:] or WHAT:
+        new = row(name)
+        print(new, flush=True)
+        head, mark, rest = page.read_text().partition("<!-- validation -->\n")
+        old, end, after = rest.partition("<!-- end -->")
+        if not mark or not end:
+            sys.exit("docs/world.md has no comments <!-- validation --> and <!-- end -->")
+        rows = {line.split("`")[1]: line for line in old.splitlines() if line.startswith("| `")} | {name: new}
+        page.write_text(head + mark + HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows) + end + after)
 
 
 main()

@@ -29,7 +29,8 @@ Array = npt.NDArray[Any]
 SHEET = 1e-5  # of max_distance, half the thickness of a row's medium: far above the rounding of a ray in float32
 SAMPLER = {True: "stratified", False: "orthogonal"}  # suns: one distance; lamps: that, and by chance the light's own way, together
 RAMP = 2048  # texels across a spot's cone
-WIDEST = 80.0  # degrees, half angle of a spot that a texture covers well
+WIDEST = 1.4  # radians, half angle of a spot that a texture covers well
+PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh")
 
 
 def layer(
@@ -49,18 +50,13 @@ def layer(
 
     spp: rays of a pixel, lamp and sigma_t; Mitsuba's samplers take some more. The camera has perspective, and what is nearer than its
     near plane is seen. Raises AirlightError for what Mitsuba has not: the Cornette-Shanks phase function, ambient light, a range of lamps,
-    spots wider than 80 degrees, and triangles that only the eye, or only the light, meets.
+    spots wider than 1.4 radians, and triangles that only the eye, or only the light, meets.
     """
-    mi = _mitsuba()
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
-    if casters is not None and not np.array_equal(triangles, np.asarray(casters, float).reshape(-1, 3, 3)):
-        raise AirlightError("Mitsuba has no triangles that cast no shadow: leave out bodies of lamps")
-    if np.any(air.ambient):
-        raise AirlightError("Mitsuba has no ambient light in a medium: set ambient to 0")
     (a, b, c, d), flat = eye_rays(projection)
-    if flat:
-        raise AirlightError("the rays of a row have to meet in the eye: take a camera with perspective")
+    _refuse(triangles, casters, lamps, air, bool(flat))
+    mi = _mitsuba()
     into = np.linalg.inv(np.asarray(view, float))
     eye = into[:3, 3]
     x, y = np.meshgrid(a * (np.arange(width) + 0.5) / width + c, b * (np.arange(height) + 0.5) / height + d)
@@ -75,6 +71,22 @@ def layer(
             grey = _grey(mi, eye, rays, mesh, lamp, air, float(sigma), (spp + 1) // 2, seed)
             halves += np.where(air.sigma_t == sigma, albedo * factor, 0) * grey[..., None]
     return halves.mean(axis=0), _way(mi, eye, rays, mesh, air.max_distance), (halves[0] - halves[1]) / 2
+
+
+def _refuse(triangles: Array, casters: Array | None, lamps: Sequence[Lamp], air: Settled, flat: bool) -> None:
+    if casters is not None and not np.array_equal(triangles, np.asarray(casters, float).reshape(-1, 3, 3)):
+        raise AirlightError("Mitsuba has no triangles that cast no shadow: leave out bodies of lamps")
+    if np.any(air.ambient):
+        raise AirlightError("Mitsuba has no ambient light in a medium: set ambient to 0")
+    if air.medium.phase not in PHASES:
+        raise AirlightError(f"Mitsuba has no phase function {air.medium.phase}: take {', '.join(PHASES)}")
+    if flat:
+        raise AirlightError("the rays of a row have to meet in the eye: take a camera with perspective")
+    for lamp in lamps:
+        if not lamp.is_sun and lamp.range:
+            raise AirlightError("Mitsuba's lamps have no range: set it to 0")
+        if lamp.kind == "spot" and lamp.outer > WIDEST:
+            raise AirlightError(f"a spot of {lamp.outer:.2f} radians is too wide for a texture: at most {WIDEST}")
 
 
 def _mitsuba() -> Any:
@@ -94,14 +106,13 @@ def _grey(mi: Any, eye: Array, rays: Array, mesh: Any, lamp: Lamp, air: Settled,
     ball = {"type": "sphere", "center": eye.tolist(), "radius": air.max_distance, "bsdf": {"type": "null"}, "interior": medium}
     if not lamp.is_sun:
         ball["exterior"] = mi.load_dict(_medium(lamp, air, sigma, 0.0))
-    parts = {"ball": mi.load_dict(ball), "lamp": mi.load_dict(_emitter(mi, lamp)), "mesh": mesh}
+    parts = {"type": "scene", "ball": mi.load_dict(ball), "lamp": mi.load_dict(_emitter(mi, lamp))} | ({"mesh": mesh} if mesh else {})
     integrator = mi.load_dict({"type": "volpath", "max_depth": 2})
-    scene = mi.load_dict({"type": "scene", **{k: v for k, v in parts.items() if v is not None}})
+    scene = mi.load_dict(parts)
     found = np.zeros((2, height, width))
     for row in range(height):
         if lamp.is_sun:
-            sheet = _sheet(mi, eye, rays[row], SHEET * air.max_distance, air.max_distance, medium)
-            scene = mi.load_dict({"type": "scene", **{k: v for k, v in parts.items() if v is not None}, **sheet})
+            scene = mi.load_dict(parts | _sheet(mi, eye, rays[row], SHEET * air.max_distance, air.max_distance, medium))
         sensor = _sensor(mi, eye, rays[row], medium, SAMPLER[lamp.is_sun])
         for half in range(2):
             number = (2 * seed + half) * height + row
@@ -121,22 +132,16 @@ def _phase(lamp: Lamp, air: Settled) -> dict[str, Any]:
     first = {"type": "hg", "g": g}
     if name == "henyey-greenstein":
         return first
-    if name == "two-lobe":
-        return {"type": "blendphase", "first": first, "second": {"type": "hg", "g": back}, "weight": share}
-    raise AirlightError(f"Mitsuba has no phase function {name}: take henyey-greenstein, two-lobe, isotropic or rayleigh")
+    return {"type": "blendphase", "first": first, "second": {"type": "hg", "g": back}, "weight": share}
 
 
 def _emitter(mi: Any, lamp: Lamp) -> dict[str, Any]:
     place = np.asarray(lamp.position, float)
     if lamp.is_sun:
         return {"type": "directional", "direction": [-k for k in lamp.direction], "irradiance": 1.0}
-    if lamp.range:
-        raise AirlightError("Mitsuba's lamps have no range: set it to 0")
     if lamp.kind == "point":
         return {"type": "point", "position": place.tolist(), "intensity": 1.0}
     degrees = float(np.degrees(lamp.outer))
-    if degrees > WIDEST:
-        raise AirlightError(f"a spot of {degrees:.0f} degrees is too wide for a texture: at most {WIDEST:.0f}")
     scale, offset = lamp.cone()
     side = (2 * (np.arange(RAMP) + 0.5) / RAMP - 1) * np.tan(lamp.outer)
     cosine = 1 / np.sqrt(1 + side**2 + side[:, None] ** 2)
