@@ -78,7 +78,7 @@ class _Case:
 
 
 def world(_: Device, say: Any, runs: int = 3) -> list[dict[str, Any]]:
-    """For each of CASES and WAYS: copies of the light alone, and of shadow maps and set-up apart; the rmse of the light over its mean against
+    """For each of CASES and WAYS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean against
     the exact walk, of the whole picture; how many times as fast as 2,000 steps. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
         say("medium: pygfx is not installed (pip install 'airlight[scenes]'), so it is left out")
