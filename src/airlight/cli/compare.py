@@ -52,6 +52,7 @@ class _Light(click.ParamType):
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
 @click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
 @_option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
+@image._flag("--html", None, "Files", "Write a page, whatever the output's name ends with.")
 @_option(
     "--light",
     "written",
@@ -109,7 +110,7 @@ def compare(
     from airlight.compare.sheet import sheet
 
     overwrite = ctx.params["overwrite"]
-    if _is_page(output):
+    if _is_page(ctx):
         with files.replacing(output, overwrite) as file:
             file.write(page.page(result, title, amplify).encode())
     else:
@@ -126,15 +127,15 @@ def _check_picture(source: str) -> None:
         raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
 
 
-def _is_page(output: str) -> bool:
-    return output.lower().endswith((".html", ".htm"))
+def _is_page(ctx: click.Context) -> bool:
+    return ctx.params["html"] or ctx.params["output"].lower().endswith((".html", ".htm"))
 
 
 def _check_output(ctx: click.Context, inputs: Sequence[str | None]) -> None:
     from airlight import files
 
-    output = ctx.params["output"]
-    files.check_output(output, [p for p in inputs if p is not None], ctx.params["overwrite"], image=not _is_page(output))
+    given_inputs = [p for p in inputs if p is not None]
+    files.check_output(ctx.params["output"], given_inputs, ctx.params["overwrite"], image=not _is_page(ctx))
 
 
 def _chosen(texts: Sequence[str], base: dict[str, Any], in_scene: bool = False, lacks: Any = lambda variant: None) -> "list[Variant]":
