@@ -72,9 +72,14 @@ def _world(records: list[dict]) -> list[str]:
     cases = [r["case"] for r in records if r["method"] == WAYS[0]]
     if not cases:
         return []
-    rows = ["", "Light in a medium, 1280 x 720, shadow maps of 2048: copies of summing the light alone, in brackets how many times as fast as"]
-    rows += ["2,000 steps, and the rmse of the whole picture's light over its mean against the exact walk. Maps and set-up come before it, and"]
-    rows += ["are the same for all.", "", "| | exact | 2,000 steps | 64 steps, half resolution | shadow maps | set-up |", "|---|---|---|---|---|---|"]
+    rows = [
+        "",
+        "Light in a medium, 1280 x 720, shadow maps of 2048: copies of summing the light alone, in brackets how many times as fast as",
+        "2,000 steps, and the rmse of the light over its mean against the exact walk, of the whole picture. Maps and set-up come first.",
+        "",
+        "| | exact | 2,000 steps | 64 steps, half resolution | shadow maps | set-up |",
+        "|---|---|---|---|---|---|",
+    ]
     for case in cases:
         one = {r["method"]: r for r in records if r["case"] == case}
         copy, long = one["copy"]["ms"], one[WAYS[1]]["ms"]
