@@ -1,5 +1,5 @@
-"""Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene by
-methods of both kinds, into README.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
+"""Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene
+by methods of both kinds, into README.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
 
 NAME: slats, foliage-view, ..., or ways; without one: all, a quarter of an hour on two cores, which should have nothing else to do. --width
 and --runs are for trials. What stands outside of the comments measured, ways and end is left as it is.
@@ -35,11 +35,15 @@ VARIANTS = {
     "`epipolar`": "method=epipolar,occluders=stencil",
     "`article`": "method=article",
 }
-WAYS = {"`epipolar`": VARIANTS["`epipolar`"], "`march`, exact": VARIANTS["exact walk"], "`march`, 64 steps": VARIANTS["64 steps, half the size"]}
+WAYS = {
+    "`epipolar`": VARIANTS["`epipolar`"],
+    "`march`, exact": VARIANTS["exact walk"],
+    "`march`, 64 steps, half the size": VARIANTS["64 steps, half the size"],
+}
 DRAWN = 2  # of them, with their pictures
 EYE, TIME, LARGE = (52.0, 10.0, 93.0), 20.2, (720, 405)  # of the flying scene, where ways are compared
 TARGETS = {"in view": (52.0, 15.0, -7.0), "out of view": (-26.0, 15.0, 30.0)}
-AIR = {"sigma_t": (0.008, 0.009, 0.0105), "albedo": (0.95, 0.95, 0.95), "anisotropy": 0.5, "max_distance": 130.0}
+AIR = {"sigma_t": [0.008, 0.009, 0.0105], "albedo": 0.95, "anisotropy": 0.5, "max_distance": 130.0}
 
 
 def put(path: Path, mark: str, text: str) -> None:
@@ -79,7 +83,7 @@ def cells(row: SceneRow, copy_ms: float) -> list[str]:
     """rmse, bias or factor, 99 %, copies of shadow maps, and of the rest."""
     shadows = sum(ms for name, ms in row.parts or [] if name == "shadow maps")
     bias = f"light {words.fitted(row)}" if row.bias is None else words.percent(row.bias)
-    apart = [f"{shadows / copy_ms:.0f}" if shadows else "", f"{(row.ms - shadows) / copy_ms:.{0 if row.copies >= 10 else 1}f}"]
+    apart = [f"{shadows / copy_ms:.0f}", f"{(row.ms - shadows) / copy_ms:.{0 if row.copies >= 10 else 1}f}"]
     return [words.percent(row.rmse), bias, words.percent(row.p99), *apart]
 
 
@@ -147,13 +151,12 @@ def overview() -> None:
 
 
 def command(target: Sequence[float], v: Variant) -> str:
-    def comma(values: Sequence[float]) -> str:
-        return ",".join(f"{value:g}" for value in values)
+    def comma(values: float | Sequence[float]) -> str:
+        return ",".join(f"{value:g}" for value in ([values] if isinstance(values, float) else values))
 
     way = f"--method {v.parameters.method}"
     if v.parameters.method == "march":
-        more = (f" --{name.replace('_', '-')} {value if isinstance(value, float) else comma(value)}" for name, value in AIR.items())
-        way += " --quality final" + "".join(more)
+        way += " --quality final" + "".join(f" --{name.replace('_', '-')} {comma(value)}" for name, value in AIR.items())
     return f"    airlight render flying --time {TIME} --eye {comma(EYE)} --target={comma(target)} --width {LARGE[0]} {way} -o ways.png"
 
 
