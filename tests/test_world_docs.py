@@ -3,7 +3,6 @@
 import re
 import shlex
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,10 @@ from airlight.parameters import March, Medium
 from airlight.scenes import VALIDATION, open_scene
 
 pytest.importorskip("pygfx")
-from airlight.pygfx.lamps import lamps  # noqa: E402
+from airlight.pygfx.lamps import lamps
 
 sys.path.insert(0, str(DOCS.parent / "scripts"))
-import validation_pages  # noqa: E402
+import validation_pages
 
 
 def test_the_program(caplog: Any) -> None:
