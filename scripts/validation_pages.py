@@ -93,7 +93,7 @@ def said(row: SceneRow) -> None:
 
 def how(result: SceneComparison, runs: int) -> str:
     width, height = result.size
-    return f"{width} x {height}; copies of {result.copy_ms:.2f} ms on {result.adapter}, medians of {runs} runs."
+    return f"{width} x {height}; copies of {result.copy_ms:.2f} ms on {result.adapter}, {f"medians of {runs} runs" if runs > 1 else "one run"}."
 
 
 def by_mitsuba(name: str) -> str:
