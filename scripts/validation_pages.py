@@ -93,7 +93,8 @@ def said(row: SceneRow) -> None:
 
 def how(result: SceneComparison, runs: int) -> str:
     width, height = result.size
-    return f"{width} x {height}; copies of {result.copy_ms:.2f} ms on {result.adapter}, {f"medians of {runs} runs" if runs > 1 else "one run"}."
+    timed = f"medians of {runs} runs" if runs > 1 else "one run"
+    return f"{width} x {height}; copies of {result.copy_ms:.2f} ms on {result.adapter}, {timed}."
 
 
 def by_mitsuba(name: str) -> str:
