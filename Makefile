@@ -26,8 +26,8 @@ env: .build/env.stamp
 	@scripts/make_env.sh
 	@printf '%s\n' "$(CURDIR)" > $@
 
-.build/bench.stamp: .build/env.stamp requirements-bench.lock
-	@$(RUN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: -r requirements-bench.lock
+.build/bench.stamp .build/validate.stamp: .build/%.stamp: .build/env.stamp requirements-%.lock
+	@$(RUN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: -r requirements-$*.lock
 	@touch $@
 
 vulkan: env
@@ -44,7 +44,7 @@ demo: env vulkan
 test: lint vulkan chromium
 	$(RUN)/python -m pytest
 
-validate: env vulkan
+validate: .build/validate.stamp vulkan
 	$(RUN)/python -m pytest -m slow
 
 bench: .build/bench.stamp vulkan

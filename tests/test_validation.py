@@ -1,37 +1,22 @@
-"""The whole way, from a glTF file through pygfx, shadow maps and the march, against the float64 tracer over the same triangles."""
+"""The whole way, from a glTF file through pygfx, shadow maps and the march, against the float64 tracer over the same triangles, and
+against Mitsuba."""
 
-import numpy as np
 import pytest
 
 pytest.importorskip("pygfx")
+import numpy as np
+import validating
+
 from airlight import presets
-from airlight.compare import rule
 from airlight.parameters import InScene, March, Medium, Parameters
-from airlight.pygfx.lamps import lamps
-from airlight.reference import tracer
-from airlight.reference.triangles import world_triangles
 from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot, Studio
 
 
-def compared(name: str, width: int, height: int, **values: object) -> tuple[float, float]:
-    """(rmse, bias) over the mean, by the rule of `airlight compare`, one sample at pixel centres."""
-    stage = open_scene(name)
-    built = presets.build(stage.settings | {"method": "march", "quality": "final"} | values)
-    studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], medium=built[Medium], march=built[March])
-    found = studio.frame(layer=True).layer[..., :3].astype(float)
-    seen, casting = world_triangles(stage.scene, stage.lights)
-    camera = studio.camera
-    truth, way = tracer.layer(
-        camera.view_matrix, camera.projection_matrix, (width, height), seen, lamps(stage.lights), studio.shafts.air, casting
-    )
-    found_errors = rule.errors(found, truth, rule.clear(way))
-    return found_errors.rmse, found_errors.bias
-
-
 @pytest.mark.parametrize("name", ["window", "mirrored", "headlamp"])
 def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
-    rmse, bias = compared(name, 96, 54, shadow_size=2048)
+    drawn = validating.draw(name, 96, 54, shadow_size=2048)
+    rmse, bias = validating.error(drawn.layer, *drawn.traced())
     assert rmse < 0.01
     assert abs(bias) < 0.005
 
@@ -40,9 +25,21 @@ def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("name", VALIDATION)
 def test_every_scene_is_that_of_the_tracer(name: str) -> None:
-    rmse, bias = compared(name, 480, 270)
+    drawn, truth, way = validating.exact(name)
+    rmse, bias = validating.error(drawn.layer, truth, way)
     assert rmse < 0.006
     assert abs(bias) < 0.001
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("name", VALIDATION)
+def test_every_scene_is_that_of_mitsuba(name: str) -> None:
+    for tracers in (False, True):
+        found = validating.error_by_mitsuba(name, tracers)
+        assert found.rmse < 0.02
+        assert abs(found.bias) < 0.01
+        assert found.unsure < 0.003
 
 
 def stepped(name: str, width: int, height: int, time: float = 0.0) -> float:

@@ -115,9 +115,8 @@ class View:
         if against == "mitsuba":
             light, way, noise = path_tracer().layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
             where = rule.clear(way)
-            if np.ndim(noise):  # of each value
-                noise = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
-            about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * noise:.2g} %"
+            alone = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
+            about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return light, way, about
         if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
             return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")

@@ -138,7 +138,7 @@ class March:
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             compute(encoder, pipeline, self._of_light(i, depth), counts, f"march {name}", timer)
         if self.size != self.pixels:
-            counts = (-(-self.pixels[0] // GROUP), -(-self.pixels[1] // GROUP))
+            counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
             parts = (self._frame, self._lights[0], depth, self._shadows[0], self._layers[0], self.layer)
             compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, *parts), counts, "upsample", timer)

@@ -1,0 +1,54 @@
+"""Measures the scenes of validation and puts the figures into docs/world.md, between its comments validation and end. Twenty minutes;
+needs requirements-validate.lock: python scripts/validation_table.py [SCENE ...], the others' rows stay."""
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+import validating  # noqa: E402
+
+WHAT = {
+    "slats": "a spot through slats",
+    "foliage-view": "the sun through foliage, in view",
+    "foliage-beside": "beside the view",
+    "foliage-behind": "behind the eye",
+    "cage": "a point light in a cage",
+    "two-spots": "two coloured spots",
+    "window": "windows of a room, coloured medium, g = -0.5",
+    "headlamp": "a lamp beside the eye, g = 0.9",
+    "dense": "an optical depth of several",
+    "mirrored": "nested nodes with mirrored scale",
+}
+STEPS = 2000, 500
+HEAD = """\
+| | | exact walk: rmse | bias | 2,000 steps: rmse | bias | 500 steps: rmse | bias | Mitsuba: rmse at most | bias | its noise |
+|---|---|---|---|---|---|---|---|---|---|---|
+"""
+
+
+def row(name: str) -> str:
+    drawn, truth, way = validating.exact(name)
+    figures = [*validating.error(drawn.layer, truth, way)]
+    for steps in STEPS:
+        figures += validating.error(validating.draw(name, *validating.SIZE, steps=steps, jitter="midpoint").layer, truth, way)
+    cells = [f"{value:.3%}" for value in figures]
+    noisy = validating.error_by_mitsuba(name)
+    cells += [f"{noisy.rmse:.2%}", f"{noisy.bias:.2%} ± {noisy.unsure:.2%}", f"{noisy.noise:.1%}"]
+    return f"| `{name}` | {WHAT[name]} | {' | '.join(cells)} |".replace("%", " %")
+
+
+def main() -> None:
+    page = ROOT / "docs" / "world.md"
+    for name in sys.argv[1:] or WHAT:
+        new = row(name)
+        print(new, flush=True)
+        head, mark, rest = page.read_text().partition("<!-- validation -->\n")
+        old, end, after = rest.partition("<!-- end -->")
+        if not mark or not end:
+            sys.exit("docs/world.md has no comments <!-- validation --> and <!-- end -->")
+        rows = {line.split("`")[1]: line for line in old.splitlines() if line.startswith("| `")} | {name: new}
+        page.write_text(head + mark + HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows) + end + after)
+
+
+main()

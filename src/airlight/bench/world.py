@@ -1,0 +1,109 @@
+"""Light in a medium at 1280 x 720: the exact walk, 2,000 steps, and 64 jittered ones at half resolution, pass by pass, in one run."""
+
+import importlib.util
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from airlight import presets
+from airlight.bench.measure import Passes, record_of
+from airlight.gpu.device import Device, shared_device
+from airlight.gpu.timing import run_ms
+from airlight.parameters import InScene, March, Medium, Parameters
+
+if TYPE_CHECKING:
+    from airlight.pygfx import SceneLight
+    from airlight.scenes import Stage
+
+SIZE = (1280, 720)
+SUNS = {"in view": 15.0, "beside": 50.0, "parallel": 90.0, "behind": 150.0}  # degrees from the way the camera looks to the sun
+RAISED = 30.0  # degrees from sideways to upwards, of the side to which that is
+CASES: dict[str, tuple[str, float | None]] = {f"foliage, sun {name}": ("foliage-beside", angle) for name, angle in SUNS.items()}
+CASES |= {"slats, a spot": ("slats", None), "cage, a point": ("cage", None)}
+EXACT, LONG, SHORT = "exact", "2000 steps", "64 steps, half"
+WAYS = {
+    EXACT: (March(steps="exact"), 1.0),
+    LONG: (March(steps=2000, shadow_filter="nearest"), 1.0),
+    SHORT: (March(steps=64, shadow_filter="nearest"), 0.5),
+}
+SET_UP = "set-up"  # what the passes do not account for
+APART = ("shadows", "merge", SET_UP)  # what is not summing the light
+
+
+def _sun(stage: "Stage", angle: float) -> "SceneLight":
+    """So many degrees from the way the stage's first camera looks."""
+    from airlight.pygfx import SceneLight
+
+    right, up, back = np.asarray(next(iter(stage.cameras.values())).world.matrix, float)[:3, :3].T
+    side = math.cos(math.radians(RAISED)) * right + math.sin(math.radians(RAISED)) * up
+    x, y, z = math.sin(math.radians(angle)) * side - math.cos(math.radians(angle)) * back
+    return SceneLight(direction=(x, y, z), size=1.0)
+
+
+class _Case:
+    """A scene's frame by one way of summing its light, carried out again."""
+
+    def __init__(self, scene: str, angle: float | None, way: str) -> None:
+        from airlight.scenes import open_scene
+        from airlight.scenes.offline import Shot, Studio
+        from airlight.scenes.replay import Replay
+
+        stage = open_scene(scene)
+        built = presets.build(stage.settings)
+        shot = Shot(*SIZE, samples=1, lights=() if angle is None else (_sun(stage, angle),))
+        march, resolution = WAYS[way]
+        more: dict[str, Any] = {"in_scene": InScene(resolution=resolution), "medium": built[Medium], "march": march}
+        self.replay = Replay(Studio(stage, shot, built[Parameters], **more))
+        layer = self.replay.frame(layer=True).layer
+        assert layer is not None
+        self.light = layer[..., :3].astype(float)  # (H, W, 3)
+        self.device: Device = self.replay.shafts.device
+        self.times: dict[str, list[float]] = {}
+
+    def run(self) -> None:
+        whole, passes = self.replay.spent()
+        passes = passes or {"whole": whole}
+        for label, ms in (passes | {SET_UP: max(whole - sum(passes.values()), 0.0)}).items():
+            self.times.setdefault(label, []).append(ms)
+
+    @property
+    def summing(self) -> list[float]:
+        """ms of each run, of summing the light alone."""
+        return [float(sum(run)) for run in zip(*(ms for label, ms in self.times.items() if label not in APART))]
+
+    @property
+    def passes(self) -> dict[str, float]:
+        return {label: float(np.median(ms)) for label, ms in self.times.items()}
+
+
+def world(_: Device, say: Any, runs: int = 3) -> list[dict[str, Any]]:
+    """For each of CASES and WAYS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean against
+    the exact walk, of the whole picture; how many times as fast as 2,000 steps. Nothing where pygfx is not installed."""
+    if importlib.util.find_spec("pygfx") is None:
+        say("medium: pygfx is not installed (pip install 'airlight[scenes]'), so it is left out")
+        return []
+    shared_device()
+    records = []
+    for name, (scene, angle) in CASES.items():
+        cases = {way: _Case(scene, angle, way) for way in WAYS}
+        device, truth = cases[EXACT].device, cases[EXACT].light
+        copy = Passes(device, *(device.texture(*SIZE, "rgba16float") for _ in range(2))).copy()
+        copies: list[float] = []
+        for turn in range(runs):
+            copies.append(run_ms(device, copy))
+            for way, case in cases.items():
+                if way != LONG or turn % 2 == 0:
+                    case.run()
+        records.append(record_of(name, "copy", SIZE, copies))
+        base, long = float(np.median(copies)), float(np.median(cases[LONG].summing))
+        for way, case in cases.items():
+            error = float(np.sqrt(np.mean((case.light - truth) ** 2)) / truth.mean())
+            one = record_of(name, way, SIZE, case.summing, error=error, passes=case.passes)
+            records.append(one)
+            parts = ", ".join(f"{label} {ms / base:.1f}" for label, ms in case.passes.items())
+            say(
+                f"{name:22} {way:15} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies {long / one['ms']:6.1f} x"
+                f"  rmse {error:6.2%}  ({parts})"
+            )
+    return records
