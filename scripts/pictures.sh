@@ -46,13 +46,7 @@ world() { # docs/world.md
     put jpeg $to/article.jpg 2 "$work"/article.*.png
 }
 
-validation() { # a sheet for each of the scenes of docs/world.md
-    for name in slats foliage-view foliage-beside foliage-behind cage two-spots window headlamp dense mirrored; do
-        variants=(--variant method=march,quality=final --variant method=march,quality=final,steps=500)
-        variants+=(--variant method=march,quality=final,steps=64,resolution=0.5 --variant method=epipolar)
-        $airlight compare $name -o $to/validation-$name.jpg "${variants[@]}" -y
-    done
-}
+validation() { $python scripts/validation_pages.py; } # docs/validation/, and ways.jpg of README.md; with the figures beside them
 
 vesper() { # docs/scenes.md
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"

@@ -225,7 +225,7 @@ def two_spots() -> None:
 
 
 def window() -> None:
-    """The sun behind the camera's shoulder, through two windows of a room, in an air that throws its light back."""
+    """The sun from the left, through two windows of a room, in an air that throws its light back."""
     s = Scene()
     wall, frame = s.paint(0.13, 0.11, 0.10), s.paint(0.16, 0.14, 0.11)
     s.room(wall, (-3, 0, -4), (3.4, 3.3, 3.6), "floor back right top front")
@@ -245,8 +245,8 @@ def window() -> None:
     for dx in (-0.66, 0.66):
         for dz in (-0.36, 0.36):
             s.box(frame, (1.1 + dx, 0.35, -1.7 + dz), (0.07, 0.7, 0.07))
-    s.light("directional", (1.0, 0.9, 0.72), 16, (-0.72, 0.5, 0.42), (0, 0, 0))
-    s.camera("corner", (-2.2, 1.75, 3.1), (0.75, 1.2, -1.9), 50)
+    s.light("directional", (1.0, 0.9, 0.72), 28, (-0.72, 0.5, 0.42), (0, 0, 0))
+    s.camera("corner", (1.2, 1.63, 3.31), (-1.12, 1.25, -1.6), 43.4)
     s.save("window")
 
 
@@ -260,7 +260,7 @@ def headlamp() -> None:
         s.box(post, (x, 1.4, z), (0.22, 2.9, 0.22), turn("z", tilt))
     s.bar(post, (-3.6, 1.0, -3.4), (3.4, 1.25, -3.3), 0.12)
     s.bar(post, (-3.6, 1.9, -3.5), (3.4, 2.0, -3.3), 0.12)
-    s.light("spot", (1.0, 0.95, 0.85), 4000, (1.15, 1.7, 0.3), (-0.35, 1.35, -4), inner=20, outer=30)
+    s.light("spot", (1.0, 0.95, 0.85), 450, (1.15, 1.7, 0.3), (-0.35, 1.35, -4), inner=20, outer=30)
     s.camera("eye", (0, 1.6, 0), (0, 1.45, -4), 44)
     s.save("headlamp")
 

@@ -2,31 +2,51 @@
 
 import re
 import shlex
-from pathlib import Path
+import sys
 from typing import Any
 
 import numpy as np
 import pytest
 from documented import DOCS, drawn
 
+from airlight import presets
 from airlight.cli import cli
+from airlight.medium import settle
+from airlight.parameters import March, Medium
+from airlight.scenes import VALIDATION, open_scene
 
 pytest.importorskip("pygfx")
+from airlight.pygfx.lamps import lamps
+
+sys.path.insert(0, str(DOCS.parent / "scripts"))
+import validation_pages
 
 
 def test_the_program(caplog: Any) -> None:
     assert drawn("world.md", caplog).mean() > 5  # the air is bright: a medium that only dims would darken
 
 
-@pytest.mark.parametrize("page", ["world.md"])
-def test_the_commands_are_understood(page: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "least"), [("world.md", 9), *((f"validation/{name}.md", 2) for name in VALIDATION)])
+def test_the_commands_are_understood(page: str, least: int) -> None:
     lines = re.findall(r"^    airlight (.*)$", DOCS.joinpath(page).read_text(encoding="utf-8"), re.M)
-    assert len(lines) > 4
+    assert len(lines) >= least
     for line in lines:
         name, *words = shlex.split(line, comments=True)
         command = cli.commands.get(name)
         assert command is not None
         command.make_context(name, words)  # raises for what it does not know
+
+
+@pytest.mark.parametrize("name", VALIDATION)
+def test_a_scenes_page_has_its_numbers(name: str) -> None:
+    """As they are in the scene's files: a page is to be made anew when these change."""
+    stage, text = open_scene(name), DOCS.joinpath("validation", f"{name}.md").read_text(encoding="utf-8")
+    built = presets.build(stage.settings)
+    air = settle(built[Medium], built[March], "final", stage.radius)
+    numbers = [validation_pages.medium(air), *(validation_pages.light(lamp) for lamp in lamps(stage.lights))]
+    assert len(numbers) > 1 and all(f" | {line} |\n" in text for line in numbers)
+    assert DOCS.joinpath("pictures", f"validation-{name}.jpg").exists() and "| exact walk |" in text
+    assert f"(validation/{name}.md)" in DOCS.joinpath("validation.md").read_text(encoding="utf-8")
 
 
 def test_phase_functions_are_normalised() -> None:

@@ -1,0 +1,212 @@
+"""Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene
+by methods of both kinds, into README.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
+
+NAME: slats, foliage-view, ..., or ways; without one: all, a quarter of an hour on two cores, which should have nothing else to do. --width
+and --runs are for trials. What stands outside of the comments measured, ways and end is left as it is.
+"""
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pictures
+
+from airlight.compare import scenes, words
+from airlight.compare.result import SceneComparison, SceneRow
+from airlight.compare.sheet import codes_of
+from airlight.compare.variants import Variant, variant
+from airlight.files.colour import decode_codes
+from airlight.gpu.device import shared_device
+from airlight.lamps import Lamp
+from airlight.medium import Settled
+from airlight.scenes import VALIDATION, open_scene
+from airlight.scenes.offline import Shot
+
+DOCS = Path(__file__).parent.parent / "docs"
+PICTURES = DOCS / "pictures"
+AMPLIFY, WIDTH, MOST = 10, 480, 150_000  # of the difference; pixels of a picture; bytes of a file
+VARIANTS = {
+    "exact walk": "method=march,quality=final,steps=exact",
+    "2,000 steps": "method=march,quality=final,steps=2000,jitter=midpoint",
+    "500 steps": "method=march,quality=final,steps=500,jitter=midpoint",
+    "64 steps, half the size": "method=march,quality=final,steps=64,resolution=0.5",
+    "`epipolar`": "method=epipolar,occluders=stencil",
+    "`article`": "method=article",
+}
+WAYS = {
+    "`epipolar`": VARIANTS["`epipolar`"],
+    "`march`, exact": VARIANTS["exact walk"],
+    "`march`, 64 steps, half the size": VARIANTS["64 steps, half the size"],
+}
+DRAWN = 2  # of them, with their pictures
+EYE, TIME, LARGE = (52.0, 10.0, 93.0), 20.2, (720, 405)  # of the flying scene, where ways are compared
+TARGETS = {"in view": (52.0, 15.0, -7.0), "out of view": (-26.0, 15.0, 30.0)}
+AIR = {"sigma_t": [0.008, 0.009, 0.0105], "albedo": 0.95, "anisotropy": 0.5, "max_distance": 130.0}
+
+
+def put(path: Path, mark: str, text: str) -> None:
+    """Between the comments `mark` and end of a page."""
+    head, start, rest = path.read_text(encoding="utf-8").partition(f"<!-- {mark} -->\n")
+    _, end, after = rest.partition("<!-- end -->")
+    if not start or not end:
+        raise SystemExit(f"{path} has no comments <!-- {mark} --> and <!-- end -->")
+    path.write_text(head + start + text + end + after, encoding="utf-8")
+
+
+def numbers(values: Sequence[float]) -> str:
+    """At most three significant digits; once where all are the same."""
+    short = [f"{round(float(f'{v:.3g}'), 9) + 0.0:g}" for v in values]
+    return short[0] if len(set(short)) == 1 else ", ".join(short)
+
+
+def place(values: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{round(v, 2) + 0.0:g}" for v in values) + ") m"
+
+
+def light(lamp: Lamp) -> str:
+    if lamp.is_sun:
+        x, y, z = lamp.direction
+        azimuth, elevation = math.degrees(math.atan2(x, -z)) % 360, math.degrees(math.asin(y))
+        return f"sun, {numbers(lamp.intensity)} lux, azimuth {azimuth:.0f}°, elevation {elevation:.0f}°"
+    cone = f", half angles {math.degrees(lamp.inner):.0f}° and {math.degrees(lamp.outer):.0f}°" if lamp.kind == "spot" else ""
+    return f"{lamp.kind}, {numbers(lamp.intensity)} cd, at {place(lamp.position)}{cone}"
+
+
+def medium(air: Settled) -> str:
+    m = air.medium
+    return f"sigma_t {numbers(air.sigma_t)} 1/m, albedo {numbers(m.albedo)}, g = {m.anisotropy:g}, up to {air.max_distance:g} m"
+
+
+def cells(row: SceneRow, copy_ms: float) -> list[str]:
+    """rmse, bias or factor, 99 %, copies of shadow maps, and of the rest."""
+    shadows = sum(ms for name, ms in row.parts or [] if name == "shadow maps")
+    bias = f"light {words.fitted(row)}" if row.bias is None else words.percent(row.bias)
+    apart = [f"{shadows / copy_ms:.0f}", f"{(row.ms - shadows) / copy_ms:.{0 if row.copies >= 10 else 1}f}"]
+    return [words.percent(row.rmse), bias, words.percent(row.p99), *apart]
+
+
+def said(row: SceneRow) -> None:
+    print(f"  {row.variant.name}: {words.errors(row)}, {words.cost(row)}", flush=True)
+
+
+def how(result: SceneComparison, runs: int) -> str:
+    width, height = result.size
+    timed = f"medians of {runs} runs" if runs > 1 else "one run"
+    return f"{width} x {height}; copies of {result.copy_ms:.2f} ms on {result.adapter}, {timed}."
+
+
+def by_mitsuba(name: str) -> str:
+    """The scene's figures in the table of docs/world.md, where they are there."""
+    lines = [line for line in (DOCS / "world.md").read_text(encoding="utf-8").splitlines() if line.startswith("|")]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    for head in rows:
+        at = next((i for i, cell in enumerate(head) if cell.startswith("Mitsuba")), None)
+        for row in rows:
+            if at is not None and len(row) == len(head) and row[0] == f"`{name}`" and row[at]:
+                rmse, bias, noise = row[at : at + 3]
+                return f"The exact walk against Mitsuba: rmse at most {rmse}, bias {bias}; Mitsuba's own noise is {noise}."
+    return ""
+
+
+def page(name: str, width: int, runs: int) -> None:
+    stage = open_scene(name)
+    view = scenes.View(stage, Shot(width, width * 9 // 16, samples=1))
+    chosen = {label: variant(text, stage.settings, True) for label, text in VARIANTS.items()}
+    chosen = {label: v for label, v in chosen.items() if view.lacks(v) is None}
+    result = scenes.compare(view, list(chosen.values()), against="tracer", runs=runs, say=said)
+    exact, truth = result.rows[0], result.truths[0]
+    shown = [codes_of(part, width) for part in (exact.shown, truth.shown, AMPLIFY * exact.difference)]
+    pictures.write(str(PICTURES / f"validation-{name}.jpg"), pictures.grid(3, shown), MOST)
+    eye = view.camera.world.position
+    lines = [
+        f"    airlight render {name} --quality final --no-antialias --width {width} -o {name}.png",
+        f"    airlight compare {name} --against tracer -o {name}.html",
+        "",
+        f"![the exact walk; the truth; {AMPLIFY} times their difference](../pictures/validation-{name}.jpg)",
+        "",
+        f"The exact walk, the truth, and {AMPLIFY} x their difference, of which white is {words.percent(1 / AMPLIFY)} of the light's mean.",
+        "",
+        "| | |",
+        "|---|---|",
+        *(f"| light | {light(lamp)} |" for lamp in view.lamps),
+        f"| medium | {medium(view.settled(exact.variant))} |",
+        f"| eye | at {place(eye)}, {view.camera.fov:g}° |",
+        f"| truth | {truth.about} |",
+        "",
+        "| | rmse | bias | 99 % | copies: shadow maps | light |",
+        "|---|---|---|---|---|---|",
+        *(f"| {label} | {' | '.join(cells(row, result.copy_ms))} |" for label, row in zip(chosen, result.rows, strict=True)),
+        "",
+        f"{how(result, runs)} {by_mitsuba(name)}".strip(),
+    ]
+    put(DOCS / "validation" / f"{name}.md", "measured", "\n".join(lines) + "\n")
+
+
+def overview() -> None:
+    """The exact walk of each scene whose picture is there, small."""
+    shown = [pictures.read(str(path)) for name in VALIDATION if (path := PICTURES / f"validation-{name}.jpg").exists()]
+    small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 284) for one in shown]
+    pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(5, small), MOST)
+
+
+def command(target: Sequence[float], v: Variant) -> str:
+    def comma(values: float | Sequence[float]) -> str:
+        return ",".join(f"{value:g}" for value in ([values] if isinstance(values, float) else values))
+
+    way = f"--method {v.parameters.method}"
+    if v.parameters.method == "march":
+        way += " --quality final" + "".join(f" --{name.replace('_', '-')} {comma(value)}" for name, value in AIR.items())
+    return f"    airlight render flying --time {TIME} --eye {comma(EYE)} --target={comma(target)} --width {LARGE[0]} {way} -o ways.png"
+
+
+def ways(width: int, runs: int) -> None:
+    stage = open_scene("flying")
+    chosen = [variant(text, stage.settings | AIR, True) for text in WAYS.values()]
+    seen: list[list[np.ndarray]] = []
+    figures: list[str] = []
+    short: list[list[str]] = [[] for _ in chosen]
+    commands = []
+    for where, target in TARGETS.items():
+        print(where)
+        large = scenes.View(stage, Shot(*LARGE, eye=EYE, target=target), TIME)
+        seen.append([codes_of(large.light(v)[1], LARGE[0]) for v in chosen[:DRAWN]])
+        view = scenes.View(stage, Shot(width, width * 9 // 16, samples=1, eye=EYE, target=target), TIME)
+        result = scenes.compare(view, chosen, against="walk", runs=runs, say=said)
+        for label, row, brief in zip(WAYS, result.rows, short, strict=True):
+            figures.append(f"| {where} | {label} | {' | '.join(cells(row, result.copy_ms))} |")
+            brief += [words.percent(row.rmse), f"{row.copies:.{0 if row.copies >= 10 else 1}f}"]
+        commands += [command(target, v) for v in chosen[:DRAWN]]
+    pictures.write(str(PICTURES / "ways.jpg"), pictures.grid(DRAWN, [one for row in seen for one in row]), 250_000)
+    heads = [f"{where}: error | copies" for where in TARGETS]
+    rows = ["| light | " + " | ".join(heads) + " |", "|" + "---|" * 5]
+    rows += [f"| {label} | {' | '.join(of)} |" for label, of in zip(WAYS, short, strict=True)]
+    put(DOCS.parent / "README.md", "ways", "\n".join(rows) + "\n")
+    rows = ["| light | | rmse | bias | 99 % | copies: shadow maps | light |", "|" + "---|" * 7, *figures]
+    put(DOCS / "world.md", "ways", "\n".join([*commands, "", *rows, "", how(result, runs)]) + "\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Measure the scenes of validation and rewrite their pages.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="scenes, or ways; without one: all")
+    parser.add_argument("--width", type=int, default=WIDTH, help="of the pictures measured")
+    parser.add_argument("--runs", type=int, default=3, help="timed runs of each variant")
+    asked = parser.parse_args()
+    known = (*VALIDATION, "ways")
+    for name in asked.names:
+        if name not in known:
+            parser.error(f"there is no {name}; there is {', '.join(known)}")
+    shared_device()
+    names = asked.names or known
+    for i, name in enumerate(names):
+        print(f"{name} ({i + 1} of {len(names)})", flush=True)
+        if name == "ways":
+            ways(asked.width, asked.runs)
+        else:
+            page(name, asked.width, asked.runs)
+    overview()
+
+
+if __name__ == "__main__":
+    main()
