@@ -106,7 +106,7 @@ def by_mitsuba(name: str) -> str:
         for row in rows:
             if at is not None and len(row) == len(head) and row[0] == f"`{name}`" and row[at]:
                 rmse, bias, noise = row[at : at + 3]
-                return f"The exact walk against Mitsuba: rmse at most {rmse}, bias {bias}; Mitsuba's own noise is {noise} ([how](../world.md#error))."
+                return f"Against [Mitsuba](../world.md#error) the exact walk's rmse is at most {rmse}, its bias {bias}; Mitsuba's noise is {noise}."
     return ""
 
 
