@@ -106,7 +106,7 @@ def by_mitsuba(name: str) -> str:
         for row in rows:
             if at is not None and len(row) == len(head) and row[0] == f"`{name}`" and row[at]:
                 rmse, bias, noise = row[at : at + 3]
-                return f"Against [Mitsuba](../world.md#error) the exact walk's rmse is at most {rmse}, its bias {bias}; Mitsuba's noise is {noise}."
+                return f"The exact walk against [Mitsuba](../world.md#error): rmse at most {rmse}, bias {bias}; Mitsuba's noise {noise}."
     return ""
 
 
