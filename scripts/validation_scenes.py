@@ -296,8 +296,8 @@ def mirrored() -> None:
     shape = s.writer.mesh(points, faces, fin)
     root = s.node(translation=(0, 0.55, 0), scale=(1.1, 1.0, -0.9), rotation=turn("z", 6))
     parent = root
-    for _ in range(11):
-        parent = s.node(parent, rotation=turn("y", 33), scale=(-0.985, 1.02, 1.01), mesh=shape)
+    for i in range(11):  # mirrored, every second turns back
+        parent = s.node(parent, rotation=turn("y", 33 * (-1) ** i), scale=(-0.985, 1.02, 1.01), mesh=shape)
     lamp = s.node(root, scale=(1, -1, 1), rotation=turn("x", 20))
     s.light("point", (1.0, 0.7, 0.75), 26, (0.1, -0.95, 0.05), parent=lamp)
     s.camera("front", (0.3, 2.9, 4.9), (0, 1.35, 0), 44)
