@@ -1,6 +1,8 @@
 """Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene
 by methods of both kinds, into README.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
 
+What a page says of Mitsuba comes from the table in docs/world.md: run scripts/validation_table.py before.
+
 NAME: slats, foliage-view, ..., or ways; without one: all, a quarter of an hour on two cores, which should have nothing else to do. --width
 and --runs are for trials. What stands outside of the comments measured, ways and end is left as it is.
 """

@@ -51,4 +51,5 @@ def main() -> None:
         page.write_text(head + mark + HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows) + end + after)
 
 
-main()
+if __name__ == "__main__":
+    main()

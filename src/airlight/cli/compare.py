@@ -45,7 +45,7 @@ class _Light(click.ParamType):
     name = "X,Y|auto|x,y,z"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        scene = ctx is not None and is_scene(ctx.params["source"])
+        scene = ctx is not None and is_scene(ctx.params.get("source") or "")
         return (render.SceneLightType(render.PLACE) if scene else LightType()).convert(value, param, ctx)
 
 
@@ -207,9 +207,10 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     with render.needing_scenes():
         from airlight.compare import scenes
         from airlight.gpu.device import shared_device
+        from airlight.reference import mitsuba
         from airlight.scenes import open_scene
     if o["against"] == "mitsuba":
-        scenes.path_tracer()
+        mitsuba.ready()
     shared_device(o["device"])
     stage = open_scene(source, o["environment"], o["seed"])
     base = stage.settings | values

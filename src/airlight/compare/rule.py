@@ -24,7 +24,7 @@ class Errors:
 
 def clear(way: Array) -> Array:
     """(H, W) bool: the pixels that are measured, of which none within NEAR has an edge of depth. way: (H, W) distances, metres."""
-    logs, edges = np.log(way), np.zeros(way.shape, bool)
+    logs, edges = np.log(np.maximum(way, 1e-9)), np.zeros(way.shape, bool)
     for axis in (0, 1):
         step = np.abs(np.diff(logs, axis=axis)) > EDGE
         edges |= np.insert(step, 0, False, axis=axis) | np.insert(step, step.shape[axis], False, axis=axis)

@@ -1,7 +1,6 @@
 """In a scene, each variant's light, its error against the truth, and its cost."""
 
 import dataclasses
-import importlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,8 +20,8 @@ from airlight.gpu.timing import run_ms
 from airlight.medium import Settled, settle
 from airlight.parameters import IN_VIEW, InScene, March, Medium, Parameters
 from airlight.pygfx.lamps import lamps
+from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
-from airlight.reference import tracer
 from airlight.reference.triangles import world_triangles
 from airlight.scenes import Stage
 from airlight.scenes.offline import Shot, Studio
@@ -113,7 +112,7 @@ class View:
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
         what = seen, self.lamps, air, casting
         if against == "mitsuba":
-            light, way, noise = path_tracer().layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+            light, way, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
             where = rule.clear(way)
             alone = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
@@ -138,15 +137,6 @@ class View:
         return layer[..., :3], layer[..., 3], about
 
 
-def path_tracer() -> Any:
-    """The module that asks Mitsuba. Raises AirlightError where that is not installed."""
-    try:
-        importlib.import_module("mitsuba")
-        return importlib.import_module("airlight.reference.mitsuba")
-    except ImportError:
-        raise AirlightError("--against mitsuba needs Mitsuba: pip install mitsuba") from None
-
-
 def compare(
     view: View,
     variants: Sequence[Variant],
@@ -163,7 +153,7 @@ def compare(
     interleaved runs; the pass as a whole where the device has no timestamps. Raises AirlightError, MachineError.
     """
     if against == "mitsuba":
-        path_tracer()
+        mitsuba.ready()
     found: dict[Medium, tuple[int, Array, Array, float]] = {}
     truths: list[Truth] = []
     for v in variants:
@@ -191,19 +181,19 @@ def compare(
         ms = sum(parts.values())
         off = (np.abs(light - true).mean(axis=2) / mean).astype(np.float32)
         row = SceneRow(
-            v,
-            wrong.rmse,
-            wrong.p99,
-            wrong.worst,
-            ms,
-            ms / copy_ms,
-            fit(picture, box),
-            fit(off, box),
-            fit(light.astype(np.float32), box),
-            number,
-            wrong.bias if has_units else None,
-            factor,
-            None if WHOLE in parts else list(parts.items()),
+            variant=v,
+            rmse=wrong.rmse,
+            p99=wrong.p99,
+            worst=wrong.worst,
+            ms=ms,
+            copies=ms / copy_ms,
+            shown=fit(picture, box),
+            difference=fit(off, box),
+            layer=fit(light.astype(np.float32), box),
+            truth=number,
+            bias=wrong.bias if has_units else None,
+            factor=factor,
+            parts=None if WHOLE in parts else list(parts.items()),
         )
         rows.append(row)
         say(row)

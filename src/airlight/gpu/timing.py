@@ -10,7 +10,7 @@ from airlight.gpu.device import Device
 class Timer:
     """Times passes by their labels, see `timing`; read `milliseconds()` after the submit."""
 
-    def __init__(self, device: Device, capacity: int = 64) -> None:
+    def __init__(self, device: Device, capacity: int = 128) -> None:
         self.device = device
         self.labels: list[str] = []
         self.capacity = capacity

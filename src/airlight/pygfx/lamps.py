@@ -33,7 +33,8 @@ def lamps(lights: Sequence[SceneLight]) -> list[Lamp]:
             if id(one) not in taken and _shines(one):
                 taken.add(id(one))
                 found.append(_of(one, light, near))
-    return [lamp for lamp in found if lamp.strength * max(lamp.intensity) > 0]
+    placed = [lamp for lamp in found if np.isfinite([*lamp.position, *lamp.direction]).all()]
+    return [lamp for lamp in placed if lamp.strength * max(lamp.intensity) > 0]
 
 
 def _unit(v: Any) -> Triple:

@@ -99,6 +99,5 @@ def upsampled(marched: Array, ways: Array, sigma_t: Any) -> Array:
                 best, off = texel, found
             if off <= 0.2:
                 break
-        lost = -np.expm1(-np.maximum(np.array([ways[p], best[3]]) * np.mean(sigma_t), 1e-4))
-        out[p] = best[:3] * min(lost[0] / lost[1], 1)
+        out[p] = best[:3] * np.minimum(until(ways[p], sigma_t) / np.maximum(until(best[3], sigma_t), 1e-20), 1)
     return np.asarray(out)

@@ -56,7 +56,7 @@ def layer(
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
     (a, b, c, d), flat = eye_rays(projection)
     _refuse(triangles, casters, lamps, air, bool(flat))
-    mi = _mitsuba()
+    mi = ready()
     into = np.linalg.inv(np.asarray(view, float))
     eye = into[:3, 3]
     x, y = np.meshgrid(a * (np.arange(width) + 0.5) / width + c, b * (np.arange(height) + 0.5) / height + d)
@@ -89,7 +89,8 @@ def _refuse(triangles: Array, casters: Array | None, lamps: Sequence[Lamp], air:
             raise AirlightError(f"a spot of {lamp.outer:.2f} radians is too wide for a texture: at most {WIDEST}")
 
 
-def _mitsuba() -> Any:
+def ready() -> Any:
+    """Mitsuba. Raises AirlightError where it is not installed."""
     try:
         import mitsuba as mi
     except ImportError:

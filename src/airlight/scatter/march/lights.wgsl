@@ -2,7 +2,7 @@
 //! include "scatter/march/ray.wgsl"
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
-const NARROW = vec3f(0.05, 0.15, 0.05); // radians at a lamp, that one quadrature takes: before, in and behind a cone's fully lit part
+const NARROW = vec3f(0.05, 0.15, 0.05); // radians at a lamp that one quadrature takes: before, in and behind a cone's fully lit part
 
 /// The bias in view i, in what it has for metres.
 fn bias_in(i: u32) -> f32 {
@@ -43,6 +43,9 @@ fn line_of(i: u32, ray: Ray, range: vec2f, margin: f32) -> Line {
 
 /// Where a ray lies in a cone around a spot's axis within a range of t; cosine: of its half angle.
 fn in_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
+    if (cosine < 1e-3) { // a half space
+        return cut(range, dot(ray.origin - light.place, light.axis), dot(ray.direction, light.axis));
+    }
     let q = ray.origin - light.place;
     let squared = cosine * cosine;
     let along = dot(ray.direction, light.axis);
@@ -89,7 +92,9 @@ fn lamp_stretch(ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
     let inner = clamp(full, range.xx, range.yy);
     let ends = vec4f(angle_at(near, range.x), angle_at(near, inner.x), angle_at(near, inner.y), angle_at(near, range.y));
     let widths = max(ends.yzw - ends.xyz, vec3f(0.0));
-    let parts = ceil(widths / NARROW);
+    // a phase function has a peak some 1 - g wide where one looks into the lamp
+    let peak = max(abs(light.lobes.x), select(0.0, abs(light.lobes.y), light.lobes.z > 0.0));
+    let parts = ceil(widths / (NARROW * clamp(10.0 * (1.0 - peak), 0.1, 1.0)));
     let first = vec3f(0.0, parts.x, parts.x + parts.y);
     let each = widths / max(parts, vec3f(1.0));
     let all = first.z + parts.z;

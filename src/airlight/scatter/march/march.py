@@ -77,7 +77,7 @@ class March:
             self._lights.append(self.device.buffer(size=LIGHT.itemsize))
         nothing = no_shadow(self.device)
         path = WALK if air.exact else STEPS
-        if path != self._path:
+        if path != self._path or len(lamps) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
             self._binds.clear()
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lamps] or [nothing]

@@ -30,8 +30,7 @@ fn from_afar(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
         }
         k += 1.0;
     }
-    let lost = 1.0 - exp(-max(vec2f(reach, best.a) * dot(frame.sigma_t, vec3f(1.0 / 3.0)), vec2f(1e-4)));
-    return best.rgb * min(lost.x / lost.y, 1.0);
+    return best.rgb * min(until(reach) / max(until(best.a), vec3f(1e-20)), vec3f(1.0));
 }
 
 /// One invocation does the pixels between four of what was marched, since these have the same neighbours.

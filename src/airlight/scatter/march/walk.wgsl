@@ -136,6 +136,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
                 seen = min(vec2f(view.near, select(view.far, 3e38, view.far > 1e38)) / ahead, range.yy);
             }
             total += part(i, ray, near, full, seen);
+            if (waiting >= MANY) { total += gathered(ray, near, full); }
         }
         total += gathered(ray, near, full);
         if (KIND == 0u) { total *= sunlight(ray); }
