@@ -220,8 +220,10 @@ def test_tiles_part_what_lies_a_digit_before_and_behind_them(held: float) -> Non
     """Each row of the picture has one depth in the map, which holds another a ten thousandth off, and between two half floats."""
     medium, matrix = air(phase="isotropic"), np.zeros((4, 4))
     matrix[0, 0], matrix[1, 2], matrix[2, 1] = 5, 5, 1 / 30
-    matrix[:, 3] = 75, 120, held, 1
-    shadow = Shadow(depths(np.full((1, 150, 150), held)), 150, [View(matrix, texel=0.2, depth_scale=30.0)])
+    matrix[:, 3] = 147, 149, held, 1
+    heights = np.zeros((1, 150, 150))
+    heights[..., 144:] = held  # the last tile of a row has six texels
+    shadow = Shadow(depths(heights), 150, [View(matrix, texel=0.2, depth_scale=30.0)])
     found = layer([(Lamp("sun", (3, 2, 1)), shadow)], medium, seen=flat(30 * held * 2e-3))[..., :3]
     full = medium.sigma_s * np.array([3, 2, 1]) / (4 * np.pi) * twin.until(20.0, medium.sigma_t)
     assert np.allclose(found, np.where(np.arange(SIZE[1])[:, None, None] < SIZE[1] // 2, full, 0), rtol=1e-4, atol=1e-6)
