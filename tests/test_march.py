@@ -14,6 +14,7 @@ from airlight.medium import Settled, settle
 from airlight.parameters import March as Marching
 from airlight.parameters import Medium
 from airlight.reference import medium as twin
+from airlight.reference.tracer import gathered
 from airlight.scatter.march.march import March
 from airlight.shadows import Shadow, View
 
@@ -32,6 +33,14 @@ def projection(fov: float = 50.0) -> np.ndarray:
     return out
 
 
+def flat(height: float = 8.0, middle: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """The projection of a camera without perspective: metres of its picture's height, and where its middle is."""
+    near, far, out = 0.1, 100.0, np.eye(4)
+    out[0, 0], out[1, 1], out[2, 2], out[2, 3] = 2 * SIZE[1] / SIZE[0] / height, 2 / height, -1 / (far - near), -near / (far - near)
+    out[:2, 3] = -np.array(middle) * np.diag(out)[:2]
+    return out
+
+
 def depths(values: Any) -> Any:
     """A depth texture array that holds (layers, H, W) values."""
     return depth_texture(open_device(), values)
@@ -46,23 +55,34 @@ def air(radius: float = 10.0, **values: Any) -> Settled:
 
 
 def layer(
-    lamps: Any, air: Settled, view: Any = None, depth: Any = 1.0, jitter: str = "midpoint", share: float = 1.0, fov: float = 50.0
+    lamps: Any,
+    air: Settled,
+    view: Any = None,
+    depth: Any = 1.0,
+    jitter: str = "midpoint",
+    share: float = 1.0,
+    seen: np.ndarray | None = None,
+    march: March | None = None,
+    size: tuple[int, int] = SIZE,
 ) -> np.ndarray:
-    """(H, W, 4) of the picture."""
+    """(H, W, 4) of the picture that a projection `seen` makes, by a march that may have been used before."""
     device = open_device()
-    march = March(device, SIZE)
-    march.aim(np.eye(4) if view is None else view, projection(fov), lamps, air, jitter=jitter, share=share)
-    seen = depths(np.broadcast_to(np.asarray(depth, float), (1, SIZE[1], SIZE[0])))
-    run_ms(device, lambda encoder: march.record(encoder, seen))
-    return np.frombuffer(device.read(march.layer, 16), np.float32).reshape(SIZE[1], SIZE[0], 4)
+    march = march or March(device, size)
+    march.aim(np.eye(4) if view is None else view, projection() if seen is None else seen, lamps, air, jitter=jitter, share=share)
+    ends = depths(np.broadcast_to(np.asarray(depth, float), (1, *size[::-1])))
+    run_ms(device, lambda encoder: march.record(encoder, ends))
+    return np.frombuffer(device.read(march.layer, 16), np.float32).reshape(*size[::-1], 4)
 
 
-def rays(fov: float = 50.0) -> np.ndarray:
-    """(H, W, 3) unit directions of the pixels' rays, from the origin."""
-    p = projection(fov)
-    x, y = (np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1, 1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2
-    out = np.stack([*np.broadcast_arrays(x / p[0, 0], (y / p[1, 1])[:, None], -1.0)], axis=-1)
-    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+def rays(seen: np.ndarray | None = None, size: tuple[int, int] = SIZE) -> tuple[np.ndarray, np.ndarray]:
+    """(H, W, 3) origins and unit directions of the pixels' rays."""
+    p = projection() if seen is None else seen
+    x, y = (np.arange(size[0]) + 0.5) / size[0] * 2 - 1, 1 - (np.arange(size[1]) + 0.5) / size[1] * 2
+    at = np.stack([*np.broadcast_arrays((x - p[0, 3]) / p[0, 0], (y[:, None] - p[1, 3]) / p[1, 1], 0.0)], axis=-1)
+    ahead = np.broadcast_to([0.0, 0.0, -1.0], at.shape)
+    if p[3, 3]:
+        return at, ahead
+    return np.zeros_like(at), (at + ahead) / np.linalg.norm(at + ahead, axis=-1, keepdims=True)
 
 
 def sun_view(side: int = 48, width: float = 20.0) -> View:
@@ -87,8 +107,8 @@ def lamp_view(ahead: Any, half: float, side: int = 48, margin: int = 0, near: fl
     return View(matrix, texel=1 / scale, depth_scale=near)
 
 
-def faces() -> list[View]:
-    return [lamp_view(sign * axis, 1.0, margin=1) for axis in np.eye(3) for sign in (1, -1)]
+def faces(side: int = 48) -> list[View]:
+    return [lamp_view(sign * axis, 1.0, side, margin=1) for axis in np.eye(3) for sign in (1, -1)]
 
 
 def lit(views: list[View], heights: np.ndarray, points: np.ndarray, pcf: bool = False) -> np.ndarray:
@@ -118,20 +138,31 @@ def lit(views: list[View], heights: np.ndarray, points: np.ndarray, pcf: bool = 
     return found
 
 
-def brute(lamp: Lamp, air: Settled, views: list[View], heights: np.ndarray, steps: int = 5000, pcf: bool = False) -> np.ndarray:
-    """(H, W, 3) by steps so fine that they are the truth."""
-    t = (np.arange(steps) + 0.5) / steps * air.max_distance
-    out = np.zeros((SIZE[1], SIZE[0], 3))
-    for row, line in zip(out, rays(), strict=True):
-        points = line[:, None] * t[:, None]
-        seen = lit(views, heights, points, pcf) if views else np.ones(points.shape[:-1])
-        row[:] = (twin.scattered(lamp, air, line[:, None], points, t) * seen[..., None]).sum(axis=1) * air.max_distance / steps
+def brute(
+    lamp: Lamp,
+    air: Settled,
+    views: list[View],
+    heights: Any,
+    steps: int = 5000,
+    pcf: bool = False,
+    seen: np.ndarray | None = None,
+    reach: Any = None,
+    size: tuple[int, int] = SIZE,
+) -> np.ndarray:
+    """(H, W, 3) by steps so fine that they are the truth, of rays that are `reach` long."""
+    ways = np.broadcast_to(air.max_distance if reach is None else reach, size[::-1])
+    out = np.zeros((*size[::-1], 3))
+    for row, start, line, way in zip(out, *rays(seen, size), ways, strict=True):
+        t = (np.arange(steps) + 0.5) / steps * way[:, None]
+        points = start[:, None] + line[:, None] * t[..., None]
+        share = lit(views, heights, points, pcf) if views else np.ones(points.shape[:-1])
+        row[:] = (twin.scattered(lamp, air, line[:, None], points, t) * share[..., None]).sum(axis=1) * way[:, None] / steps
     return out
 
 
 CASES = {
-    "sun": (Lamp("sun", (3, 2, 1), direction=tuple(SUN)), lambda: [sun_view()]),
-    "spot": (Lamp("spot", (5, 4, 3), **SPOT), lambda: [lamp_view(SPOT["direction"], math.tan(0.5))]),
+    "sun": (Lamp("sun", (3, 2, 1), direction=tuple(SUN)), lambda side=48: [sun_view(side)]),
+    "spot": (Lamp("spot", (5, 4, 3), **SPOT), lambda side=48: [lamp_view(SPOT["direction"], math.tan(0.5), side)]),
     "point": (Lamp("point", (5, 4, 3), tuple(PLACE), range=9.0), faces),
 }
 
@@ -159,6 +190,79 @@ def test_the_walk_is_the_integral_over_the_map(kind: str, phase: str) -> None:
     steps = layer([(lamp, Shadow(depths(heights), 48, views))], air(phase=phase, anisotropy=0.4, steps=1500))[..., :3]
     assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
     assert abs(steps.mean() / truth.mean() - 1) < 1e-3
+
+
+def blocks_for(kind: str, count: int, seed: int = 2) -> np.ndarray:
+    """(count, 150, 150): half of the blocks of 13 texels hold something; one tile of 64 texels is empty, and one is full and the same."""
+    rng = np.random.default_rng(seed)
+    held = rng.random((count, 12, 12))
+    held[:, 9:, 9:] = 0.3
+    held = 0.4 + 0.6 * held if kind == "sun" else 0.05 / (0.5 + 2 * held)
+    there = rng.random(held.shape) < 0.5
+    there[:, :5, :5], there[:, 9:, 9:] = False, True
+    return np.kron(np.where(there, held, 0), np.ones((13, 13)))[:, :150, :150].astype(np.float32)
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_the_walk_passes_over_tiles_as_over_their_texels(kind: str) -> None:
+    lamp, made = CASES[kind]
+    views = made(150)
+    heights = blocks_for(kind, len(views))
+    medium = air()
+    truth = brute(lamp, medium, views, heights)
+    found = layer([(lamp, Shadow(depths(heights), 150, views))], medium)[..., :3]
+    assert np.sqrt(np.mean((found - truth) ** 2)) < 3e-3 * truth.mean()
+    assert abs(found.mean() / truth.mean() - 1) < 3e-4
+
+
+@pytest.mark.parametrize("held", [0.7003, 0.3003, 0.0501, 8e-5, 3e-5])
+def test_tiles_part_what_lies_a_digit_before_and_behind_them(held: float) -> None:
+    """Each row of the picture has one depth in the map, which holds another a ten thousandth off, and between two half floats."""
+    medium, matrix = air(phase="isotropic"), np.zeros((4, 4))
+    matrix[0, 0], matrix[1, 2], matrix[2, 1] = 5, 5, 1 / 30
+    matrix[:, 3] = 147, 149, held, 1
+    heights = np.zeros((1, 150, 150))
+    heights[..., 144:] = held  # the last tile of a row has six texels
+    shadow = Shadow(depths(heights), 150, [View(matrix, texel=0.2, depth_scale=30.0)])
+    found = layer([(Lamp("sun", (3, 2, 1)), shadow)], medium, seen=flat(30 * held * 2e-3))[..., :3]
+    full = medium.sigma_s * np.array([3, 2, 1]) / (4 * np.pi) * twin.until(20.0, medium.sigma_t)
+    assert np.allclose(found, np.where(np.arange(SIZE[1])[:, None, None] < SIZE[1] // 2, full, 0), rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["sun", "spot"])
+def test_a_camera_without_perspective(kind: str) -> None:
+    """Whole, in steps, and from a smaller march; the left of its picture is 7 m away."""
+    lamp, made = CASES[kind]
+    values = {"radius": 5.0, "phase": "two-lobe", "anisotropy": 0.4}
+    views, seen, medium = made(150), flat(5.0, (-0.5, 0.3)), air(**values)
+    heights = blocks_for(kind, len(views))
+    depth, reach = np.ones(SIZE[::-1]), np.full(SIZE[::-1], medium.max_distance)
+    depth[:, :8], reach[:, :8] = -seen[2, 2] * 7 + seen[2, 3], 7
+    truth = brute(lamp, medium, views, heights, 8000, seen=seen, reach=reach)
+    pairs = [(lamp, Shadow(depths(heights), 150, views))]
+    found = layer(pairs, medium, depth=depth, seen=seen)
+    assert np.allclose(found[..., 3], reach, rtol=1e-4)
+    assert np.sqrt(np.mean((found[..., :3] - truth) ** 2)) < 3e-3 * truth.mean()
+    steps = layer(pairs, air(steps=1500, **values), depth=depth, seen=seen)[..., :3]
+    assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
+    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(twin.taken_at(n // 2, n) for n in SIZE[::-1]))]
+    half = layer(pairs, medium, depth=depth, seen=seen, share=0.5)[..., :3]
+    expected = twin.upsampled(small, reach, medium.sigma_t)
+    assert np.sqrt(np.mean((half - expected) ** 2)) < 3e-3 * truth.mean()
+
+
+@pytest.mark.parametrize("steps", ["exact", 400])
+@pytest.mark.parametrize("seen", [flat(), projection()], ids=["flat", "perspective"])
+@pytest.mark.parametrize("less", [0.0, 5e-4, 2e-3])
+def test_a_spot_lights_half_of_all_places(less: float, seen: np.ndarray, steps: Any) -> None:
+    """Straight down: rays at right angles to it, in the middle of the picture, lie in its light, or out of it where they begin above."""
+    medium, size = air(steps=steps), (24, 17)
+    for height in (0.6, -0.6):
+        lamp = Lamp("spot", (5, 4, 3), (1.0, height, -6.0), (0.0, -1.0, 0.0), inner=1.0, outer=math.pi / 2 - less)
+        found = layer([(lamp, None)], medium, seen=seen, size=size)[..., :3]
+        truth = brute(lamp, medium, [], [], 2500, seen=seen, size=size)
+        assert (truth[8].min() > 0) == (height > 0)
+        assert np.abs(found - truth).max() < 2e-3 * truth.max()
 
 
 @pytest.mark.parametrize("kind", CASES)
@@ -196,10 +300,45 @@ def test_a_narrow_peak_has_every_digit(phase: str, g: float) -> None:
     """Within a degree of the light, and of its opposite."""
     towards = np.array([0.004, -0.003, -1.0]) * math.copysign(1, g)
     lamp, medium = Lamp("sun", (3, 2, 1), direction=tuple(towards / np.linalg.norm(towards))), air(phase=phase, anisotropy=g)
-    found = layer([(lamp, None)], medium, fov=1.0)[..., :3]
-    there = twin.phase(rays(1.0) @ np.array(lamp.direction), *medium.lobes(lamp))
+    found = layer([(lamp, None)], medium, seen=projection(1.0))[..., :3]
+    there = twin.phase(rays(projection(1.0))[1] @ np.array(lamp.direction), *medium.lobes(lamp))
     expected = medium.sigma_s * lamp.intensity * there[..., None] * twin.until(20.0, medium.sigma_t)
     assert np.abs(found / expected - 1).max() < 1e-4
+
+
+@pytest.mark.parametrize("fov", [50.0, 5.0])
+@pytest.mark.parametrize("g", [0.99, 0.95, 0.9])
+@pytest.mark.parametrize("kind", ["spot", "point"])
+def test_a_lamp_that_one_looks_into_has_its_narrow_peak(kind: Any, g: float, fov: float) -> None:
+    """Rays pass close to it, and behind it the cosine is the other way round."""
+    towards = np.array([0.1, -0.05, 1.0]) / np.linalg.norm([0.1, -0.05, 1.0])
+    lamp = Lamp(kind, (5, 4, 3), (0.07, 0.05, -6.0), tuple(towards) if kind == "spot" else (0.0, 1.0, 0.0), inner=0.3, outer=0.5)
+    medium = air(phase="henyey-greenstein", anisotropy=g)
+    found = layer([(lamp, None)], medium, seen=projection(fov))[..., :3].reshape(-1, 3)
+    line = rays(projection(fov))[1].reshape(-1, 3)
+    ways = np.full(len(line), medium.max_distance)
+    truth = gathered(np.zeros_like(line), line, np.arange(len(line)), 0 * ways, ways, lamp, medium)
+    bright = truth.max(axis=1) > 0.01 * truth.max()
+    assert bright.sum() > 4
+    assert np.abs(found / truth - 1)[bright].max() < 5e-3
+
+
+def test_a_march_used_again_is_as_a_new_one() -> None:
+    def pairs(side: int, *kinds: str) -> Any:
+        out = []
+        for kind in kinds:
+            lamp, made = CASES[kind]
+            heights = heights_for(kind, len(made())) if side == 48 else blocks_for(kind, len(made()))
+            out.append((lamp, Shadow(depths(heights), side, made(side))))
+        return out
+
+    exact, steps, march = air(), air(steps=16), March(open_device(), SIZE)
+    sun, both, other, large = pairs(48, "sun"), pairs(48, "sun", "spot"), pairs(48, "spot", "sun"), pairs(150, "spot", "sun")
+    asked = [(sun, exact), (sun, steps), (sun, exact), (both, exact), (sun, exact), (both, exact), (both, steps), (other, exact)]
+    asked += [(large, exact), (other, exact), (large, steps), ([], exact), (large, exact)]
+    for share in (1.0, 0.5, 1.0):
+        for lamps, medium in asked:
+            assert np.array_equal(layer(lamps, medium, share=share, march=march), layer(lamps, medium, share=share))
 
 
 def test_lights_add() -> None:
@@ -240,7 +379,7 @@ def test_surfaces_end_rays_and_smaller_marches_stop_at_their_edges() -> None:
     depth[:, : SIZE[0] // 2] = (p[2, 2] * -2 + p[2, 3]) / 2
     lamp, medium = CASES["sun"][0], air()
     whole = layer([(lamp, None)], medium, depth=depth)
-    assert np.allclose(whole[:, : SIZE[0] // 2, 3], 2 / -rays()[:, : SIZE[0] // 2, 2], rtol=1e-4)
+    assert np.allclose(whole[:, : SIZE[0] // 2, 3], 2 / -rays()[1][:, : SIZE[0] // 2, 2], rtol=1e-4)
     half = layer([(lamp, None)], medium, depth=depth, share=0.5)
     assert np.allclose(half[..., 3], whole[..., 3], rtol=1e-6)
     assert np.abs(half / whole - 1)[..., :3].max() < 0.08
