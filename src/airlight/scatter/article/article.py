@@ -31,7 +31,7 @@ class Article:
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
         self.layer = device.texture(*pixels, "rgba32float")
-        self._buffers = [device.buffer(size=dtype.itemsize) for dtype in (FRAME, LIGHT, SETTINGS)]
+        self._buffers = [device.buffer(size=dtype.itemsize, uniform=True) for dtype in (FRAME, LIGHT, SETTINGS)]
         self._shadow = no_shadow(device)
         self._binds: dict[Any, Any] = {}
 

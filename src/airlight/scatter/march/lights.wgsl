@@ -1,5 +1,8 @@
 // Where a light reaches a ray, and what of it a stretch scatters. Twins: reference/medium.py.
 //! include "scatter/march/ray.wgsl"
+// The light once more: software Vulkan compiles a shader anew for each value of a uniform that ends a loop, but reads them faster.
+@group(0) @binding(7) var<storage, read> counted: Light;
+
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
 const NARROW = vec3f(0.05, 0.15, 0.05); // radians at a lamp that one quadrature takes: before, in and behind a cone's fully lit part
@@ -43,9 +46,11 @@ fn line_of(i: u32, ray: Ray, range: vec2f, margin: f32) -> Line {
 
 /// Where a ray lies in a cone around a spot's axis within a range of t; cosine: of its half angle.
 fn in_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
-    if (cosine < 1e-3) { // a half space
-        return cut(range, dot(ray.origin - light.place, light.axis), dot(ray.direction, light.axis));
-    }
+    let ahead = cut(range, dot(ray.origin - light.place, light.axis), dot(ray.direction, light.axis));
+    return select(in_narrow_cone(ray, range, cosine), ahead, cosine < 1e-3); // a half space
+}
+
+fn in_narrow_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
     let q = ray.origin - light.place;
     let squared = cosine * cosine;
     let along = dot(ray.direction, light.axis);

@@ -46,7 +46,7 @@ class March:
         self.device, self.pixels = device, pixels
         self.layer = device.texture(*pixels, "rgba32float")
         self.size = pixels
-        self._frame = device.buffer(size=FRAME.itemsize)
+        self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
@@ -74,7 +74,7 @@ class March:
         self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lamps))
         self.device.queue.write_buffer(self._frame, 0, frame_record(projection, air, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lamps), 1):
-            self._lights.append(self.device.buffer(size=LIGHT.itemsize))
+            self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         nothing = no_shadow(self.device)
         path = WALK if air.exact else STEPS
         if path != self._path or len(lamps) < len(self._shadows):  # none holds on to the maps of lights that are gone
@@ -128,7 +128,8 @@ class March:
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
-        return self._bound(i, self._path, self._frame, self._lights[i], depth, self._shadows[i], before, target, more)
+        light = self._lights[i]
+        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Record the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""

@@ -2,8 +2,8 @@
 //! include "scatter/march/scene.wgsl"
 override FIRST: bool = true;    // the first light's pass begins with the ambient term, the others with what came before
 
-@group(0) @binding(0) var<storage, read> frame: Frame;
-@group(0) @binding(1) var<storage, read> light: Light;
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var depths: texture_depth_2d;
 @group(0) @binding(3) var shadow: texture_depth_2d_array;
 @group(0) @binding(4) var before: texture_2d<f32>;

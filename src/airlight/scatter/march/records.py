@@ -20,7 +20,7 @@ FRAME = np.dtype(
         ("sigma_s", "f4", 3),
         ("max_distance", "f4"),
         ("ambient", "f4", 3),
-        ("steps", "u4"),
+        ("", "u4"),
         ("size", "u4", 2),
         ("pixels", "u4", 2),
     ]
@@ -41,7 +41,8 @@ LIGHT = np.dtype(
         ("bias", "f4"),
         ("spread", "f4"),
         ("blend", "f4"),
-        ("", "f4", 3),
+        ("steps", "u4"),
+        ("", "f4", 2),
         ("view", VIEW, MOST_VIEWS),
     ]
 )
@@ -53,7 +54,7 @@ def frame_record(projection: Any, air: Settled, size: tuple[int, int], pixels: t
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
     out["sigma_t"], out["sigma_s"], out["ambient"] = air.sigma_t, air.sigma_s, air.ambient
-    out["max_distance"], out["steps"], out["size"], out["pixels"] = air.max_distance, air.steps, size, pixels
+    out["max_distance"], out["size"], out["pixels"] = air.max_distance, size, pixels
     return out
 
 
@@ -70,7 +71,7 @@ def light_record(lamp: Lamp, shadow: Shadow | None, view: Any, air: Settled) -> 
     out["range"], out["lobes"] = lamp.range, air.lobes(lamp)[1:]
     out["bias"] = air.march.shadow_bias
     out["spread"] = math.tan(lamp.angular_radius or math.radians(air.march.sun_size)) if lamp.is_sun else 0.0
-    out["blend"] = air.march.cascade_blend
+    out["blend"], out["steps"] = air.march.cascade_blend, air.steps
     if shadow is not None:
         out["views"], out["side"] = len(shadow.views), shadow.size
         for i, one in enumerate(shadow.views):

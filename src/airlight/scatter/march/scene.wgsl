@@ -10,7 +10,6 @@ struct Frame {
     sigma_s: vec3f,
     max_distance: f32,
     ambient: vec3f,             // radiance
-    steps: u32,                 // along a ray, 0: exact
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }
@@ -37,6 +36,7 @@ struct Light {
     bias: f32,                  // m
     spread: f32,                // tangent of a sun's angular radius
     blend: f32,                 // the last part of a cascade, over which it passes into the next
+    steps: u32,                 // along a ray, 0: exact
     view: array<View, 6>,
 }
 

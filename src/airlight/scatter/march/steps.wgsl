@@ -126,12 +126,12 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
     let ray = ray_at(id.xy);
     var sum = begun(id.xy, ray);
-    let n = f32(frame.steps);
+    let n = f32(counted.steps);
     let o = offset(id.xy);
     if (KIND == 0u) {
         var total = vec3f(0.0);
-        if (light.views == 0u) { total = until(ray.reach); }
-        for (var i = 0u; i < light.views; i++) { total += sun_steps(i, ray, ray.reach / n, o, n); }
+        if (counted.views == 0u) { total = until(ray.reach); }
+        for (var i = 0u; i < counted.views; i++) { total += sun_steps(i, ray, ray.reach / n, o, n); }
         sum += sunlight(ray) * total;
     } else if (KIND < 3u) {
         let near = approach(ray);
@@ -140,8 +140,8 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         range.y = max(range.x, range.y);
         let start = angle_at(near, range.x);
         let each = (angle_at(near, range.y) - start) / n;
-        if (light.views == 0u) { sum += lamp_stretch(ray, near, in_full(ray, range), range); }
-        for (var i = 0u; i < light.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
+        if (counted.views == 0u) { sum += lamp_stretch(ray, near, in_full(ray, range), range); }
+        for (var i = 0u; i < counted.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
     }
     textureStore(layer, id.xy, vec4f(sum, ray.reach));
 }

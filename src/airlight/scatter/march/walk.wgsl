@@ -127,8 +127,8 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         let full = in_full(ray, range);
         var total = vec3f(0.0);
         waiting = 0u;
-        if (light.views == 0u) { keep(range.x, range.y); }
-        for (var i = 0u; i < light.views; i++) {
+        if (counted.views == 0u) { keep(range.x, range.y); }
+        for (var i = 0u; i < counted.views; i++) {
             var seen = range;
             if (KIND == 0u) {
                 let ahead = max(-ray.direction.z, 1e-6);
