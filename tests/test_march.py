@@ -307,7 +307,7 @@ def test_a_narrow_peak_has_every_digit(phase: str, g: float) -> None:
 
 
 @pytest.mark.parametrize("fov", [50.0, 5.0])
-@pytest.mark.parametrize("g", [0.99, 0.95, 0.9])
+@pytest.mark.parametrize("g", [0.99, 0.95, 0.9, 0.0, -0.8, -0.9, -0.99])
 @pytest.mark.parametrize("kind", ["spot", "point"])
 def test_a_lamp_that_one_looks_into_has_its_narrow_peak(kind: Any, g: float, fov: float) -> None:
     """Rays pass close to it, and behind it the cosine is the other way round."""

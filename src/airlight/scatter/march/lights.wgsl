@@ -5,7 +5,7 @@
 
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
-const NARROW = vec3f(0.05, 0.15, 0.05); // radians at a lamp that one quadrature takes: before, in and behind a cone's fully lit part
+const NARROW = vec3f(0.25, 0.5, 0.25); // of v, that one quadrature takes: before, in and behind a cone's fully lit part
 
 /// The bias in view i, in what it has for metres.
 fn bias_in(i: u32) -> f32 {
@@ -91,15 +91,29 @@ fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
     return lamplight(t, d, -slope / longer, aside) / near.y;
 }
 
+/// v of t = t0 + h sinh v (t0, h: the ray's nearest approach to the lamp).
+fn v_at(near: vec2f, t: f32) -> f32 {
+    return asinh((t - near.x) / near.y);
+}
+
+/// The integrand over v. There t + d = t0 + h e^v and dt / d^2 = dv / (h cosh v), and no peak of a phase function is narrow.
+fn by_v(ray: Ray, near: vec2f, v: f32) -> vec3f {
+    let grown = exp(v);
+    let longer = 0.5 * (grown + 1.0 / grown);
+    let beyond = 0.5 * (grown - 1.0 / grown);
+    let d = near.y * longer;
+    let t = near.x + near.y * beyond;
+    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
+    return lamplight(t, d, -beyond / longer, aside) / d;
+}
+
 /// In-scattered radiance of a lit stretch of a lamp's ray; full: where the ray lies in the part of a spot's cone that is fully lit, at
 /// whose border the integrand has a kink.
 fn lamp_stretch(ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
     let inner = clamp(full, range.xx, range.yy);
-    let ends = vec4f(angle_at(near, range.x), angle_at(near, inner.x), angle_at(near, inner.y), angle_at(near, range.y));
+    let ends = vec4f(v_at(near, range.x), v_at(near, inner.x), v_at(near, inner.y), v_at(near, range.y));
     let widths = max(ends.yzw - ends.xyz, vec3f(0.0));
-    // a phase function has a peak some 1 - g wide where one looks into the lamp
-    let peak = max(abs(light.lobes.x), select(0.0, abs(light.lobes.y), light.lobes.z > 0.0));
-    let parts = ceil(widths / (NARROW * clamp(10.0 * (1.0 - peak), 0.1, 1.0)));
+    let parts = ceil(widths / NARROW);
     let first = vec3f(0.0, parts.x, parts.x + parts.y);
     let each = widths / max(parts, vec3f(1.0));
     let all = first.z + parts.z;
@@ -114,8 +128,7 @@ fn lamp_stretch(ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
         );
         let middle = piece.x + (k - piece.y + 0.5) * piece.z;
         let off = 0.38729833 * piece.z;
-        let three = 5.0 * (by_angle(ray, near, middle - off) + by_angle(ray, near, middle + off)) + 8.0 * by_angle(ray, near, middle);
-        sum += piece.z / 18.0 * three;
+        sum += piece.z / 18.0 * (5.0 * (by_v(ray, near, middle - off) + by_v(ray, near, middle + off)) + 8.0 * by_v(ray, near, middle));
         k += 1.0;
     }
     return sum;
