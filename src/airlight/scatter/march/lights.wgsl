@@ -76,21 +76,6 @@ fn approach(ray: Ray) -> vec2f {
     return vec2f(t, max(length(to - t * ray.direction), 1e-6 * length(to) + 1e-9));
 }
 
-/// The angle at a lamp between the nearest approach and the ray at t.
-fn angle_at(near: vec2f, t: f32) -> f32 {
-    return atan2(t - near.x, near.y);
-}
-
-/// What a radian of that angle scatters: the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
-fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
-    let slope = tan(angle);
-    let longer = sqrt(1.0 + slope * slope); // than the nearest approach
-    let d = near.y * longer;
-    let t = near.x + near.y * slope;
-    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
-    return lamplight(t, d, -slope / longer, aside) / near.y;
-}
-
 /// v of t = t0 + h sinh v (t0, h: the ray's nearest approach to the lamp).
 fn v_at(near: vec2f, t: f32) -> f32 {
     return asinh((t - near.x) / near.y);

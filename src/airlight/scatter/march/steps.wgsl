@@ -65,6 +65,21 @@ fn passed(i: u32, ahead: f32) -> f32 {
     return clamp(1.0 - (view.far - ahead) / max(light.blend * (view.far - view.near), 1e-20), 0.0, 1.0);
 }
 
+/// The angle at a lamp between the nearest approach and the ray at t.
+fn angle_at(near: vec2f, t: f32) -> f32 {
+    return atan2(t - near.x, near.y);
+}
+
+/// What a radian of that angle scatters: the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
+fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
+    let slope = tan(angle);
+    let longer = sqrt(1.0 + slope * slope); // than the nearest approach
+    let d = near.y * longer;
+    let t = near.x + near.y * slope;
+    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
+    return lamplight(t, d, -slope / longer, aside) / near.y;
+}
+
 /// The first step of a ray, of n that are each so long, whose sample lies at `from` or beyond. o: where in its step.
 fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
