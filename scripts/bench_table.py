@@ -4,6 +4,8 @@ import json
 import sys
 from pathlib import Path
 
+from marked import put
+
 ORDER = [("epipolar", q, None) for q in ("draft", "normal", "final")] + [("radial", None, None), ("radial", None, 0.5)]
 LAMBDA = 3.24
 SCENES = ("table", "flying")
@@ -92,11 +94,7 @@ def _world(records: list[dict]) -> list[str]:
 
 def main() -> None:
     readme = Path(__file__).parent.parent / "README.md"
-    head, mark, rest = readme.read_text().partition("<!-- bench -->\n")
-    if not mark:
-        sys.exit("README.md has no <!-- bench --> comment")
-    after = rest.partition("<!-- end -->")[2]
-    readme.write_text(head + mark + table(json.loads(Path(sys.argv[1]).read_text())["records"]) + "\n<!-- end -->" + after)
+    put(readme, "bench", table(json.loads(Path(sys.argv[1]).read_text())["records"]) + "\n")
 
 
 main()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pictures
+from marked import put
 
 from airlight.compare import scenes, words
 from airlight.compare.result import SceneComparison, SceneRow
@@ -46,15 +47,6 @@ DRAWN = 2  # of them, with their pictures
 EYE, TIME, LARGE = (52.0, 10.0, 93.0), 20.2, (720, 405)  # of the flying scene, where ways are compared
 TARGETS = {"in view": (52.0, 15.0, -7.0), "out of view": (-26.0, 15.0, 30.0)}
 AIR = {"sigma_t": [0.008, 0.009, 0.0105], "albedo": 0.95, "anisotropy": 0.5, "max_distance": 130.0}
-
-
-def put(path: Path, mark: str, text: str) -> None:
-    """Between the comments `mark` and end of a page."""
-    head, start, rest = path.read_text(encoding="utf-8").partition(f"<!-- {mark} -->\n")
-    _, end, after = rest.partition("<!-- end -->")
-    if not start or not end:
-        raise SystemExit(f"{path} has no comments <!-- {mark} --> and <!-- end -->")
-    path.write_text(head + start + text + end + after, encoding="utf-8")
 
 
 def numbers(values: Sequence[float]) -> str:

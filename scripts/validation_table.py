@@ -7,6 +7,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 import validating  # noqa: E402
+from marked import parts, put  # noqa: E402
 
 WHAT = {
     "slats": "a spot through slats",
@@ -43,12 +44,9 @@ def main() -> None:
     for name in sys.argv[1:] or WHAT:
         new = row(name)
         print(new, flush=True)
-        head, mark, rest = page.read_text().partition("<!-- validation -->\n")
-        old, end, after = rest.partition("<!-- end -->")
-        if not mark or not end:
-            sys.exit("docs/world.md has no comments <!-- validation --> and <!-- end -->")
-        rows = {line.split("`")[1]: line for line in old.splitlines() if line.startswith("| `")} | {name: new}
-        page.write_text(head + mark + HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows) + end + after)
+        old = {line.split("`")[1]: line for line in parts(page, "validation")[1].splitlines() if line.startswith("| `")}
+        rows = old | {name: new}
+        put(page, "validation", HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows))
 
 
 if __name__ == "__main__":

@@ -133,7 +133,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
             if (KIND == 0u) {
                 let ahead = max(-ray.direction.z, 1e-6);
                 let view = light.view[i];
-                seen = min(vec2f(view.near, select(view.far, 3e38, view.far > 1e38)) / ahead, range.yy);
+                seen = min(vec2f(view.near, view.far) / ahead, range.yy);
             }
             total += part(i, ray, near, full, seen);
             if (waiting >= MANY) { total += gathered(ray, near, full); }
