@@ -1,0 +1,113 @@
+"""Small operations on planes (H, W[, C]) that statistics of pictures are made of: shrinking, blurring, parts that hang together."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+def shrunk_size(width: int, height: int, side: int) -> tuple[int, int]:
+    """(width, height) of a copy whose longer side is at most `side` px."""
+    scale = min(1.0, side / max(width, height))
+    return max(1, round(width * scale)), max(1, round(height * scale))
+
+
+def shrink(plane: Array, side: int) -> Array:
+    """The means over areas, of a copy whose longer side is at most `side` px; borders of areas count by their share."""
+    height, width = plane.shape[:2]
+    columns, rows = shrunk_size(width, height, side)
+    if (rows, columns) == (height, width):
+        return plane.astype(np.float32, copy=False)
+    return _means(_means(plane, rows, 0), columns, 1).astype(np.float32, copy=False)
+
+
+def _means(plane: Array, count: int, axis: int) -> Array:
+    """The means of `count` equal stretches along an axis, from a running sum that is read between its places."""
+    size = plane.shape[axis]
+    if count == size:
+        return plane
+    total = np.cumsum(plane, axis=axis, dtype=np.float64)
+    total = np.concatenate([np.zeros_like(np.take(total, [0], axis=axis)), total], axis=axis)
+    at = np.arange(count + 1) * (size / count)
+    low = np.minimum(at.astype(int), size - 1)
+    share = (at - low).reshape([-1 if a == axis else 1 for a in range(plane.ndim)])
+    edges = np.take(total, low, axis=axis) * (1 - share) + np.take(total, low + 1, axis=axis) * share
+    return np.diff(edges, axis=axis) * (count / size)
+
+
+def box(plane: Array, radius: int) -> Array:
+    """The mean over a square of 2 radius + 1 px, the border repeated."""
+    for axis in (0, 1):
+        size = plane.shape[axis]
+        wide = np.take(plane, np.clip(np.arange(-radius - 1, size + radius), 0, size - 1), axis=axis)
+        total = np.cumsum(wide, axis=axis, dtype=np.float64)
+        reach = 2 * radius + 1
+        plane = (np.take(total, range(reach, reach + size), axis=axis) - np.take(total, range(size), axis=axis)) / reach
+    return plane
+
+
+def box_radii(sigma: float) -> tuple[int, int, int]:
+    """The radii of three boxes whose widths' variances add up to that of a Gaussian as nearly as whole pixels can."""
+    low = int((np.sqrt(4 * sigma**2 + 1) - 1) / 2)
+    grown = round((12 * sigma**2 - 3 * ((2 * low + 1) ** 2 - 1)) / ((2 * low + 3) ** 2 - (2 * low + 1) ** 2))
+    return (low + (grown > 0), low + (grown > 1), low + (grown > 2))
+
+
+def blur(plane: Array, sigma: float) -> Array:
+    """Gaussian blur over sigma px, the border repeated; beyond a few pixels by three boxes, which come within 9 % of its peak."""
+    if sigma < 0.2:
+        return plane
+    if sigma > 3:
+        for radius in box_radii(sigma):
+            plane = box(plane, radius)
+        return plane
+    reach = max(1, int(3 * sigma + 0.5))
+    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    kernel /= kernel.sum()
+    for axis in (0, 1):
+        size = plane.shape[axis]
+        wide = np.take(plane, np.clip(np.arange(-reach, size + reach), 0, size - 1), axis=axis)
+        plane = sum(k * np.take(wide, range(i, i + size), axis=axis) for i, k in enumerate(kernel))
+    return plane
+
+
+def label(mask: Array) -> tuple[npt.NDArray[np.int32], int]:
+    """(H, W) int32, 0 where the mask is False, else the number, from 1, of the part that a pixel belongs to; and how many there are.
+
+    Pixels hang together over edges and corners. Runs of rows are joined by the least number among neighbours, to the end.
+    """
+    height, width = mask.shape
+    padded = np.zeros((height, width + 2), np.int8)
+    padded[:, 1:-1] = mask
+    change = np.diff(padded, axis=1)
+    row, first = np.nonzero(change == 1)
+    _, end = np.nonzero(change == -1)
+    count = len(row)
+    if not count:
+        return np.zeros((height, width), np.int32), 0
+    span = width + 2
+    # of each run, those of the row below that touch it: their ends lie beyond its start, their starts before its end, corners included
+    keys_first, keys_end = row * span + first, row * span + end
+    low = np.searchsorted(keys_end, (row + 1) * span + first, side="left")
+    high = np.searchsorted(keys_first, (row + 1) * span + end, side="right")
+    touching = np.maximum(high - low, 0)
+    above = np.repeat(np.arange(count), touching)
+    below = np.arange(touching.sum()) - np.repeat(np.cumsum(touching) - touching, touching) + np.repeat(low, touching)
+    root = np.arange(count)
+    while True:
+        least = np.minimum(root[above], root[below])
+        joined = root.copy()
+        np.minimum.at(joined, root[above], least)
+        np.minimum.at(joined, root[below], least)
+        while not np.array_equal(joined, joined[joined]):
+            joined = joined[joined]
+        if np.array_equal(joined, root):
+            break
+        root = joined
+    _, number = np.unique(root, return_inverse=True)
+    marks = np.zeros((height, width + 1), np.int32)
+    np.add.at(marks, (row, first), number + 1)
+    np.add.at(marks, (row, end), -(number + 1))
+    return np.cumsum(marks, axis=1)[:, :width].astype(np.int32), int(number.max()) + 1
