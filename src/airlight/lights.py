@@ -19,12 +19,14 @@ class Light:
     position: (x, y), normalised: (0, 0) is the image's top-left corner, (1, 1) its bottom-right; may lie outside.
     color: linear RGB factors, each >= 0.  strength: factor >= 0.
     angle: of a parallel light, see `parallel`; its position then only says the direction, and `placed` where it is.
+    kind: what it is, as in `detect.Candidate`; None: to be told by the picture.
     """
 
     position: tuple[float, float]
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
     angle: float | None = None
+    kind: str | None = None
 
     @classmethod
     def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "Light":

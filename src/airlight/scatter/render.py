@@ -15,6 +15,7 @@ from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light, as_lights
+from airlight.look.plan import LookPlan
 from airlight.parameters import Parameters, check_ray
 from airlight.scatter.additive.additive import AdditivePlan
 from airlight.scatter.bands.bands import BandsPlan
@@ -300,6 +301,7 @@ class Renderer:
         self.device = open_device(device) if device is None or isinstance(device, str) else Device.of(device)
         self.keep = keep
         self._plans: dict[Any, ImagePlan] = {}
+        self._looks: dict[Any, LookPlan] = {}
 
     def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[Light], p: Parameters, **kind: bool) -> ImagePlan:
         """The kept plan for such pictures, or a new one. size: (width, height)."""
@@ -313,6 +315,19 @@ class Renderer:
             del self._plans[next(iter(self._plans))]
         if self.keep:
             self._plans[key] = found
+        return found
+
+    def look_plan(self, size: tuple[int, int], is_codes: bool, near: bool) -> LookPlan:
+        """The kept plan of a look for such pictures, or a new one."""
+        key = size, is_codes, near
+        found = self._looks.pop(key, None)
+        if found is None:
+            check_size(self.device, *size)
+            found = LookPlan(self.device, size, is_codes, near)
+        while len(self._looks) >= max(self.keep, 1):
+            del self._looks[next(iter(self._looks))]
+        if self.keep:
+            self._looks[key] = found
         return found
 
     def light_shafts(self, image: Any, light: Any, **keywords: Any) -> Array:

@@ -1,0 +1,155 @@
+"""The look on a picture in memory: on the GPU, or by the NumPy reference where there is none."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.files.colour import by_rows
+from airlight.lights import Light
+from airlight.look import measure
+from airlight.look.grid import Array, RayGrid, points
+from airlight.look.plan import FIELD
+from airlight.look.settle import FINENESS, Settled, settle
+from airlight.parameters import Look
+from airlight.planes import shrink
+from airlight.reference import look as twin
+from airlight.reference.look import Tones
+
+
+@dataclass
+class Applied:
+    """codes: (H, W, 3) uint8, where codes were given and a GPU is there; else added (H, W, 3) float32 and taken (H, W) float32: the picture
+    becomes picture (1 - taken) + added. Neither where nothing changes."""
+
+    settled: Settled
+    codes: npt.NDArray[np.uint8] | None = None
+    added: npt.NDArray[np.float32] | None = None
+    taken: npt.NDArray[np.float32] | None = None
+
+
+def prepared(coarse: Array, look: Look, bounded: bool, near: Array | None, masked: Array | None) -> tuple[measure.Small, float, Array | None]:
+    """(the small copy, white, what may emit in it). coarse: the picture (h, w, 3), Rec. 709, smaller will do; bounded: integers."""
+    white = 1.0 if bounded else measure.white_of(shrink(np.nan_to_num(coarse, posinf=6e4), measure.SIDE))
+    small = measure.small_copy(coarse, white, near)
+    return small, white, None if masked is None else shrink(masked, measure.SIDE)
+
+
+def apply(
+    renderer: Any,
+    pixels: Array,
+    coarse: Array,
+    lights: Sequence[Light],
+    look: Look,
+    *,
+    float_output: bool,
+    near: Array | None = None,
+    masked: Array | None = None,
+    held: Settled | None = None,
+    profile: Any = None,
+) -> Applied:
+    """Put the look on a picture.
+
+    renderer: scatter.render.Renderer, or None; pixels: (H, W, 3 or 4) uint8 sRGB codes, or float32 linear Rec. 709; coarse: the same
+    picture as float32 linear Rec. 709 (h, w, 3), perhaps fewer of its pixels; near: (H, W), 1 for what shafts pass behind; masked: (H, W),
+    what may emit; held: what was settled for a frame before.
+    """
+    height, width = pixels.shape[:2]
+    is_codes = pixels.dtype == np.uint8
+    small, white, lets = prepared(coarse, look, is_codes or not float_output, near, masked)
+    hidden = near
+    if near is None and measure.wants_haze(lights):
+        small.near = hidden = measure.haze_nearness(small)
+    options: dict[str, Any] = {"additive": float_output, "masked": lets, "held": held}
+    fineness = FINENESS if look.fineness is None else look.fineness
+    if renderer is None:
+        linear = twin_pixels(pixels)
+        copy = shrink(linear, FIELD).astype(np.float64) / white
+        planes = _Reference(copy, fineness)
+        settled = settle(small, (width, height), lights, look, planes.bands, **options)
+        if not settled.changes:
+            return Applied(settled)
+        return Applied(settled, None, *planes.layer(linear, small, settled, hidden, white))
+    plan = renderer.look_plan((width, height), is_codes, near is not None)
+    given = pixels
+    if pixels.shape[2] == 3:
+        given = np.empty((height, width, 4), pixels.dtype)
+        given[..., :3] = pixels
+        given[..., 3] = 255 if is_codes else 1
+    plan.upload(given, small.guide, hidden, white, profile)
+
+    def bands(number: int, grid: RayGrid, tones: Tones, parts: Array, pattern: Array | None) -> tuple[Array, Array]:
+        seen: tuple[Array, Array] = plan.see(number, grid, tones, parts, fineness, pattern, profile)
+        return seen
+
+    settled = settle(small, (width, height), lights, look, bands, **options)
+    if not settled.changes:
+        return Applied(settled)
+    plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade)
+    found = plan.read(profile)
+    if is_codes:
+        return Applied(settled, np.ascontiguousarray(found[..., :3]))
+    added, taken = np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
+
+    def rows(first: int, last: int) -> None:
+        added[first:last] = found[first:last, :, :3]
+        added[first:last] *= np.float32(white)
+        taken[first:last] = found[first:last, :, 3]
+
+    by_rows(rows, height)
+    return Applied(settled, None, added, taken)
+
+
+def twin_pixels(pixels: Array) -> Array:
+    """(H, W, 3) float32 linear of pixels as `apply` takes them."""
+    from airlight.files.colour import to_linear
+
+    return to_linear(pixels[..., :3])[0] if pixels.dtype == np.uint8 else pixels[..., :3]
+
+
+class _Reference:
+    """The passes in NumPy, over a copy of the picture with white at 1."""
+
+    def __init__(self, copy: Array, fineness: float) -> None:
+        self.y, self.fineness = copy @ twin.REC709, fineness
+        self.found: list[tuple[Array, Array]] = []  # of each light, its bands, and what emits
+
+    def bands(self, number: int, grid: RayGrid, tones: Tones, parts: Array, pattern: Array | None) -> tuple[Array, Array]:
+        height, width = self.y.shape
+        weighted, emits = twin.matte(self.y, tones, twin.resized(parts, width, height), grid)
+        rays = twin.bands(*twin.scan(weighted, emits, grid), grid, self.fineness, pattern)
+        self.found.append((rays, emits))
+        return twin.at_points(rays, grid, *points(parts.shape[1], parts.shape[0]))
+
+    def layer(self, linear: Array, small: measure.Small, settled: Settled, near: Array | None, white: float) -> tuple[Array, Array]:
+        height, width = self.y.shape
+        sums = np.zeros((height, width, 4))
+        for (rays, emits), one in zip(self.found, settled.lights, strict=True):
+            s = one.settings
+            amount = twin.ray_amount(*twin.at_points(rays, s.grid, *points(width, height)), emits, s)
+            sums[..., :3] += np.maximum(amount, 0)[..., None] * np.array(s.color)
+            sums[..., 3] += np.maximum(-amount, 0)
+        added, taken = np.empty(linear.shape, np.float32), np.empty(linear.shape[:2], np.float32)
+        full = linear.shape[1], linear.shape[0]
+        x = (np.arange(full[0]) + 0.5) / full[0]
+
+        def at_rows(plane: Array, first: int, last: int) -> Array:
+            rows = (np.arange(first, last) + 0.5) / full[1]
+            px, py = np.meshgrid(x * plane.shape[1] - 0.5, rows * plane.shape[0] - 0.5)
+            return twin.bilinear(plane, px, py)
+
+        def rows(first: int, last: int) -> None:
+            color = np.maximum(linear[first:last], 0).astype(np.float64) / white
+            y = color @ twin.REC709
+            guide = at_rows(small.guide, first, last)
+            base = guide[..., 0] * twin.lightness(y) + guide[..., 1]
+            found = at_rows(sums, first, last)
+            hidden = 0.0 if near is None else at_rows(near, first, last)
+            amount, tint = twin.split(found[..., :3], found[..., 3], twin.visible(base, np.asarray(hidden)))
+            light, taken[first:last] = twin.lit(color, base, amount, tint, settled.strength, settled.shade)
+            added[first:last] = white * light
+
+        by_rows(rows, full[1])
+        return added, taken

@@ -1,0 +1,123 @@
+// From what emits to the bands of a light's rays: a sum along each line, then means over lines, the wide ones in groups of lines.
+// Twins: scan, smooth, low, bands in reference/look.py.
+//! include "look/rays.wgsl"
+const GROUPS = LINES / COARSE;
+const OUTSIDE = 1e-3;         // weight of what lies outside the picture
+const LEAST_WAY = 0.01;
+
+@group(0) @binding(0) var<uniform> rays: Rays;
+@group(0) @binding(1) var matte: texture_2d<f32>;
+@group(0) @binding(2) var bilinear: sampler;
+@group(0) @binding(3) var<storage, read> pattern: array<f32>; // of drawn rays, by line
+@group(0) @binding(4) var<storage, read_write> raw: array<vec2f>; // C, w
+@group(0) @binding(5) var<storage, read_write> smoothed: array<vec2f>; // C', w
+@group(0) @binding(6) var<storage, read_write> grouped: array<vec2f>; // sums of C' w, w
+@group(0) @binding(7) var<storage, read_write> means: array<vec2f>; // narrow, wide
+@group(0) @binding(8) var bands: texture_storage_2d<rgba16float, write>;
+
+fn direction_of(line: u32) -> vec2f {
+    let angle = rays.start + (f32(line) + 0.5) * (rays.span / f32(LINES));
+    return vec2f(cos(angle), sin(angle));
+}
+
+fn is_within(p: vec2f) -> bool {
+    return all(p >= vec2f(0.0)) && all(p <= rays.box);
+}
+
+@compute @workgroup_size(32)
+fn scan(@builtin(global_invocation_id) id: vec3u) {
+    let toward = direction_of(id.x);
+    let begins = entry(toward, rays);
+    let step = rays.step / f32(STEPS);
+    var sum = 0.0;
+    for (var i = 0u; i < RADII; i++) {
+        for (var k = 0u; k < STEPS; k++) {
+            let p = rays.light + toward * (rays.nearest + (f32(i * STEPS + k) + 0.5) * step);
+            if (is_within(p)) { sum += step * textureSampleLevel(matte, bilinear, p / rays.box, 0.0).r; }
+        }
+        let distance = rays.nearest + f32(i + 1u) * rays.step;
+        let p = rays.light + toward * distance;
+        let way = max(distance - begins, 0.0);
+        var weight = OUTSIDE;
+        if (is_within(p)) { weight = 1.02 - textureSampleLevel(matte, bilinear, p / rays.box, 0.0).g; }
+        raw[i * LINES + id.x] = vec2f(sum / max(NEAR * atan(way / NEAR), LEAST_WAY), weight);
+    }
+}
+
+/// A neighbour's number, all the way round or not; beyond the ends there is none, which the count itself says.
+fn neighbour(at: i32, count: i32) -> i32 {
+    if (rays.inside == 1u) { return (at + count) % count; }
+    return select(count, at, at >= 0 && at < count);
+}
+
+@compute @workgroup_size(64)
+fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
+    let reach = i32(ceil(3.0 * rays.fine));
+    let row = id.y * LINES;
+    var sum = vec2f(0.0);
+    for (var i = -reach; i <= reach; i++) {
+        let at = neighbour(i32(id.x) + i, i32(LINES));
+        if (at < i32(LINES)) {
+            let q = f32(i) / max(rays.fine, 1e-3);
+            sum += exp(-0.5 * q * q) * vec2f(raw[row + u32(at)].x, 1.0);
+        }
+    }
+    smoothed[row + id.x] = vec2f(sum.x / sum.y, raw[row + id.x].y);
+}
+
+@compute @workgroup_size(64)
+fn group_lines(@builtin(global_invocation_id) id: vec3u) {
+    var sum = vec2f(0.0);
+    for (var i = 0u; i < COARSE; i++) {
+        let one = smoothed[id.y * LINES + id.x * COARSE + i];
+        sum += vec2f(one.x * one.y, one.y);
+    }
+    grouped[id.y * GROUPS + id.x] = sum;
+}
+
+fn mean_over_groups(group: u32, row: u32, sigma: f32) -> f32 {
+    let reach = i32(ceil(3.0 * sigma));
+    var sum = vec2f(0.0);
+    for (var i = -reach; i <= reach; i++) {
+        let at = neighbour(i32(group) + i, i32(GROUPS));
+        if (at < i32(GROUPS)) {
+            let q = f32(i) / max(sigma, 1e-3);
+            sum += exp(-0.5 * q * q) * grouped[row * GROUPS + u32(at)];
+        }
+    }
+    return sum.x / max(sum.y, 1e-9);
+}
+
+@compute @workgroup_size(64)
+fn mean_lines(@builtin(global_invocation_id) id: vec3u) {
+    means[id.y * GROUPS + id.x] = vec2f(mean_over_groups(id.x, id.y, rays.narrow), mean_over_groups(id.x, id.y, rays.wide));
+}
+
+/// Values of groups at a line, linearly.
+fn between_groups(line: u32, row: u32) -> vec2f {
+    let at = (f32(line) + 0.5) / f32(COARSE) - 0.5;
+    let first = i32(floor(at));
+    var low = first;
+    var high = first + 1;
+    if (rays.inside == 1u) {
+        low = (low + i32(GROUPS)) % i32(GROUPS);
+        high = high % i32(GROUPS);
+    } else {
+        low = max(low, 0);
+        high = min(high, i32(GROUPS) - 1);
+    }
+    return mix(means[row * GROUPS + u32(low)], means[row * GROUPS + u32(high)], at - f32(first));
+}
+
+@compute @workgroup_size(64)
+fn stand_out(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= LINES + 2u) { return; }
+    var line = (id.x + LINES - 1u) % LINES;
+    if (rays.inside == 0u) { line = min(max(id.x, 1u) - 1u, LINES - 1u); }
+    let share = smoothed[id.y * LINES + line].x;
+    let mean = between_groups(line, id.y);
+    let fine = share - mean.x;
+    var all_of_it = fine + share - mean.y;
+    if (rays.own > 0.0) { all_of_it = rays.own * fine + rays.drawn * pattern[line] * mean.y; }
+    textureStore(bands, id.xy, vec4f(fine, all_of_it, mean.y, 1.0));
+}

@@ -1,0 +1,16 @@
+// A light's bands at some pixels, for the host to measure. Twin: at_points in reference/look.py.
+//! include "look/rays.wgsl"
+
+@group(0) @binding(0) var<uniform> rays: Rays;
+@group(0) @binding(1) var bands: texture_2d<f32>;
+@group(0) @binding(2) var bilinear: sampler;
+@group(0) @binding(3) var<storage, read_write> seen: array<vec4f>; // bands, distance
+override COLUMNS: u32 = 1u;
+override ROWS: u32 = 1u;
+
+@compute @workgroup_size(64)
+fn glance(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= COLUMNS || id.y >= ROWS) { return; }
+    let at = polar((vec2f(id.xy) + 0.5) / vec2f(f32(COLUMNS), f32(ROWS)) * rays.box, rays);
+    seen[id.y * COLUMNS + id.x] = vec4f(textureSampleLevel(bands, bilinear, band_place(at, rays), 0.0).rgb, at.x);
+}

@@ -1,0 +1,283 @@
+"""What a look takes from a small copy of the picture: tones, what may emit, the light's colour, how far and how strong shafts are.
+
+All lengths in picture diagonals, colours scene-linear Rec. 709 with white at 1. Nothing here needs a GPU.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from airlight.lights import Light
+from airlight.look.grid import Array, RayGrid, points
+from airlight.planes import blur, box, label, shrink
+from airlight.reference import look as twin
+from airlight.reference.look import REC709, RaySettings, Tones
+
+SIDE = 400  # px of the copy's longer side
+AROUND = (0.25, 0.5)  # within which the light's own tone, and that of its surroundings, are looked for
+BLACK = 1e-4  # luminance
+HOLDS = 0.012  # a part that comes as near to the light holds it
+EMITTING = 0.1  # of full emission: from here pixels hang together as parts
+TOP = 0.25  # of the height: where parts lie that a light above the picture shines through
+RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
+UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
+WARM = np.array([1.0, 0.75, 0.42])
+WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.85, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
+PALE = 0.35  # share of it that holds for a light which is as warm already
+BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
+PURER, LEAST_CHANNEL = 1.25, 0.12
+OPENING = 0.02  # share of the picture from which a bright part is an opening
+REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
+FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.010), (0.10, 0.25)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
+GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviation of L that counts as texture
+VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
+STRONGEST = 2.5
+HAZE = (0.4, 0.7)  # nearness without a depth map: at most, and where the haze makes an end of it
+SOFT_EDGE = 0.035  # diagonals over which emission falls off where mist blurs all gaps
+OKLAB = (
+    np.array([[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]]),
+    np.array([[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099], [0.0259040371, 0.7827717662, -0.8086757660]]),
+)
+
+
+def oklab(color: Array) -> Array:
+    """(..., 3) linear Rec. 709 in OKLab (Ottosson 2020)."""
+    return np.cbrt(np.maximum(color, 0) @ OKLAB[0].T) @ OKLAB[1].T
+
+
+def white_of(color: Array) -> float:
+    """White of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
+    bright = float(np.percentile(color.max(axis=-1), 99))
+    return max(bright / 8.0, 1.0) if bright > 1 else min(bright / 0.05, 1.0) if bright > 0 else 1.0
+
+
+@dataclass
+class Small:
+    """A small copy of a picture, (h, w, 3) with white at 1, and what is made of it once, whatever the light. near: (h, w), 1 near."""
+
+    color: Array
+    near: Array | None = None
+    y: Array = field(init=False)
+    guide: Array = field(init=False)  # (h, w, 2): B = guide[0] L + guide[1]
+    base: Array = field(init=False)  # B
+
+    def __post_init__(self) -> None:
+        self.color = np.maximum(np.nan_to_num(self.color.astype(np.float64), posinf=1e4), 0)
+        self.y = self.color @ REC709
+        level = twin.lightness(self.y)
+        radius = max(1, round(GUIDE[0] * max(level.shape)))
+        mean = box(level, radius)
+        variance = np.maximum(box(level * level, radius) - mean * mean, 0)
+        slope = variance / (variance + GUIDE[1] ** 2)
+        self.guide = np.stack([box(slope, radius), box(mean * (1 - slope), radius)], axis=-1)
+        self.base = self.guide[..., 0] * level + self.guide[..., 1]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.y.shape[1], self.y.shape[0]
+
+    @property
+    def hidden(self) -> Array:
+        """(h, w): how near things are, 0 where nothing says so."""
+        return np.zeros_like(self.y) if self.near is None else self.near
+
+
+def small_copy(color: Array, white: float = 1.0, near: Array | None = None) -> Small:
+    """The copy of a picture (H, W, 3), Rec. 709, and of its nearness (H, W)."""
+    return Small(shrink(color, SIDE) / white, None if near is None else shrink(near, SIDE))
+
+
+def tones(small: Small, grid: RayGrid) -> Tones:
+    """The tones about the light, by distance from it or from where the picture is nearest to it."""
+    x, y = points(*small.size)
+    distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
+    close, around = (small.y[distance < max(reach, distance.min() + 1e-9)] for reach in AROUND)
+    surroundings = float(np.exp(np.log(np.maximum(around, BLACK)).mean()))
+    return Tones(surroundings, max(float(np.percentile(close, 99.5)), surroundings * 1.0001))
+
+
+def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
+    """(h, w), 1 for bright parts through which the light comes: those that hold it, touch the border on its side, or lie above it.
+
+    Reflections, flower heads and snow below the light are none.
+    """
+    emits = twin.emission(small.y, tone)
+    numbers, count = label(emits > EMITTING)
+    x, y = points(*small.size)
+    distance = np.hypot(x - grid.light[0], y - grid.light[1])
+    sides = [numbers[0]]  # the sky reaches the top
+    if grid.light[0] < 0:
+        sides.append(numbers[:, 0])
+    if grid.light[0] > grid.box[0]:
+        sides.append(numbers[:, -1])
+    if grid.light[1] > grid.box[1]:
+        sides.append(numbers[-1])
+    sides.append(numbers[distance < max(HOLDS, distance.min() + 1e-9)])
+    size = np.maximum(np.bincount(numbers.ravel(), minlength=count + 1), 1)
+    height = np.bincount(numbers.ravel(), weights=y.ravel(), minlength=count + 1) / size
+    kept = height < (grid.light[1] if grid.light[1] > 0 else TOP * grid.box[1])
+    kept[np.concatenate(sides)] = True
+    kept[0] = False
+    found = kept[numbers].astype(np.float64)
+    for axis in (0, 1):  # a pixel wider, as it is enlarged
+        wide = np.pad(found, [(1, 1) if a == axis else (0, 0) for a in (0, 1)])
+        found = np.maximum.reduce([np.take(wide, range(i, i + found.shape[axis]), axis=axis) for i in range(3)])
+    return found
+
+
+def wants_haze(lights: Sequence[Light]) -> bool:
+    """Whether the haze may tell what is near: where the light is a sun, or comes from beyond the picture."""
+    return all(light.kind in ("disc", "beyond") for light in lights)
+
+
+def haze_nearness(small: Small) -> Array:
+    """(h, w): a weak guess at what is near: what no haze lies before, by the dark channel (He, Sun and Tang 2009)."""
+    radius = max(1, round(0.01 * max(small.size)))
+    dark = small.color.min(axis=-1)
+    for axis in (0, 1):
+        size = dark.shape[axis]
+        wide = np.pad(dark, [(radius, radius) if a == axis else (0, 0) for a in (0, 1)], mode="edge")
+        dark = np.minimum.reduce([np.take(wide, range(i, i + size), axis=axis) for i in range(2 * radius + 1)])
+    level = np.log(np.maximum(blur(dark, 2 * radius), 1e-4))
+    first, last = np.percentile(level, (5, 97))
+    far = np.clip((level - first) / max(last - first, 1e-3), 0, 1)
+    return HAZE[0] * (1 - twin.smoothstep(far, 0.0, HAZE[1]))
+
+
+def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
+    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
+    x, y = points(*small.size)
+    distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
+    rank = np.log(np.maximum(small.y, 1e-5) / tone.surroundings) / tone.span
+    most = small.color.max(axis=-1)
+    weight = (most < UNCLIPPED[1]) * twin.smoothstep(rank, *RING[:2]) * np.exp(-np.square(distance / RING[2]))
+    bright = weight * (most >= UNCLIPPED[0])
+    if bright.sum() > 0.02 * weight.sum() and bright.sum() > 1:
+        weight = bright
+    ring = (small.color * weight[..., None]).sum(axis=(0, 1)) / max(weight.sum(), 1e-9) if weight.sum() > 0 else np.ones(3)
+    ring = np.maximum(ring, 1e-4)
+    warm = math.log(ring[0] / ring[2])
+    if warmth is None:
+        need = float(np.clip(1 - warm / -math.log(WARM[2]), 0, 1))
+        warmth = WARMTH[kind] * (PALE + (1 - PALE) * need) if warm > BLUE else 0.0
+    toward = WARM if warmth >= 0 else WARM[::-1]
+    ring, toward = ring / (ring @ REC709), toward / (toward @ REC709)
+    mixed = np.exp((1 - abs(warmth)) * np.log(ring) + abs(warmth) * np.log(toward)) ** PURER
+    mixed = np.maximum(mixed / mixed.max(), LEAST_CHANNEL)
+    r, g, b = mixed / (mixed @ REC709)
+    return float(r), float(g), float(b)
+
+
+@dataclass
+class Seen:
+    """One light before the small copy: what it emits through, and its bands there, (h, w, 3), with their distances from it."""
+
+    grid: RayGrid
+    tones: Tones
+    parts: Array
+    kind: str
+    emits: Array
+    bands: Array | None = None
+    distance: Array | None = None
+
+
+def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind: str | None, masked: Array | None = None) -> Seen:
+    """Look at a light. size: of the whole picture; kind: as in detect.Candidate, None to be told by what is there; masked: (h, w), what
+    may emit at all."""
+    grid = RayGrid(size, position)
+    tone = tones(small, grid)
+    lets = parts(small, tone, grid)
+    if masked is not None:
+        lets = lets * masked
+    emits = twin.emission(small.y, tone) * lets
+    if kind is None:
+        kind = "beyond" if not grid.inside else "opening" if (emits > 0.5).mean() > OPENING else "disc"
+    return Seen(grid, tone, lets, kind, emits)
+
+
+def is_misty(seen: Seen) -> bool:
+    """Whether all edges of what emits are wide and smooth, as of a sky in mist: there are no gaps for light to come through."""
+    diagonal = math.hypot(*seen.emits.shape)
+    rise = np.hypot(*np.gradient(seen.emits)) * diagonal
+    between = (seen.emits > 0.1) & (seen.emits < 0.9)
+    return bool(between.mean() > 0.02 and np.percentile(rise[between], 75) < 1 / SOFT_EDGE)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one light's rays are like: the rms of all that stands out, and of fine rays; `rest`; how much is visible; their reach."""
+
+    deviation: float
+    fine: float
+    rest: float
+    visible: float
+    length: float
+
+    @property
+    def holds(self) -> float:
+        """0..1: how much of the asked contrast the picture holds."""
+        steps = (self.fine, *FINE_ENOUGH), (self.visible, *SEEN_ENOUGH)
+        first, second = (float(twin.smoothstep(np.array(value), low, high)) for value, low, high in steps)
+        return first * second
+
+
+def found(small: Small, seen: Seen) -> Found:
+    """Measure the rays where they can be seen."""
+    assert seen.bands is not None and seen.distance is not None
+    weight = twin.visible(small.base, np.zeros_like(small.y)) * (1 - seen.emits)
+    total = max(float(weight.sum()), 1e-9)
+    rest = twin.REST * max(float(seen.bands[..., 2].max()), 1e-6)
+    out = twin.standing_out(seen.bands, rest)
+    fine = seen.bands[..., 0] / (seen.bands[..., 2] + rest)
+    order = np.argsort(seen.distance, axis=None)
+    gathered = np.cumsum(weight.ravel()[order])
+    half = float(seen.distance.ravel()[order][min(np.searchsorted(gathered, 0.5 * gathered[-1]), len(order) - 1)])
+    deviation, fine_rms = (math.sqrt(float((weight * v * v).sum()) / total) for v in (out, fine))
+    return Found(deviation, fine_rms, rest, float(weight.mean()), float(np.clip(REACH[0] * half, *REACH[1:])))
+
+
+def amounts(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:
+    """((h, w, 2) added and missing light, (h, w, 3) tint) of all lights together, where they can be seen."""
+    added, missing = np.zeros((*small.y.shape, 3)), np.zeros_like(small.y)
+    for seen, settings in lights:
+        assert seen.bands is not None and seen.distance is not None
+        amount = twin.ray_amount(seen.bands, seen.distance, seen.emits, settings)
+        added += np.maximum(amount, 0)[..., None] * np.array(settings.color)
+        missing += np.maximum(-amount, 0)
+    return twin.split(added, missing, twin.visible(small.base, small.hidden))
+
+
+class Contrast:
+    """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture."""
+
+    def __init__(self, small: Small, amount: Array, tint: Array, shade: float) -> None:
+        few = np.s_[::2, ::2] if max(small.size) > SIDE // 2 else np.s_[:, :]
+        self.color, self.base = small.color[few], small.base[few]
+        self.amount, self.tint, self.shade = amount[few], tint[few], shade
+        self.before = oklab(self.color)
+
+    def at(self, strength: float) -> float:
+        add, take = twin.lit(self.color, self.base, self.amount, self.tint, strength, self.shade)
+        after = oklab(self.color * (1 - take)[..., None] + add)
+        return float(np.percentile(100 * np.sqrt(np.square(after - self.before).sum(axis=-1)), 95))
+
+    def solve(self, wanted: float) -> tuple[float, float]:
+        """(strength, the contrast that it gives): the least that gives what is wanted, or the strongest where none does."""
+        if wanted <= 0:
+            return 0.0, 0.0
+        low, high, reached = 0.0, STRONGEST, self.at(STRONGEST)
+        if reached <= wanted:
+            return high, reached
+        below, above = 0.0, reached
+        for _ in range(20):
+            middle = low + (high - low) * min(max((wanted - below) / (above - below), 0.1), 0.9)
+            now = self.at(middle)
+            if abs(now - wanted) < 0.01 * wanted:
+                return middle, now
+            if now < wanted:
+                low, below = middle, now
+            else:
+                high, above = middle, now
+        return high, above

@@ -1,0 +1,123 @@
+"""From a picture's small copy, its lights and a Look to all that the passes need: what the look is for this picture."""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from airlight.lights import Light
+from airlight.look import measure
+from airlight.look.grid import Array, RayGrid
+from airlight.look.measure import Contrast, Found, Seen, Small
+from airlight.parameters import Look
+from airlight.reference import look as twin
+from airlight.reference.look import RaySettings, Tones
+
+FINENESS, SHADE, DRAWN_RAYS = 0.45, 0.8, 24  # where none are given
+LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
+LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
+Bands = Callable[[int, RayGrid, Tones, Array, "Array | None"], tuple[Array, Array]]
+
+
+@dataclass(frozen=True)
+class LightLook:
+    """What was settled for one light; frames of a sequence keep it."""
+
+    settings: RaySettings
+    kind: str
+    found: Found
+    rays: int
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What a look is for one picture. strength: solved; contrast: that it gives, of `wanted`; message: one line for the user, or ""."""
+
+    lights: tuple[LightLook, ...]
+    strength: float
+    shade: float
+    wanted: float
+    contrast: float
+    message: str = ""
+
+    @property
+    def changes(self) -> bool:
+        """Whether the picture is changed at all."""
+        return self.strength > 0 and bool(self.lights)
+
+
+def settle(
+    small: Small,
+    size: tuple[int, int],
+    lights: Sequence[Light],
+    look: Look,
+    bands: Bands,
+    *,
+    additive: bool = False,
+    masked: Array | None = None,
+    held: Settled | None = None,
+) -> Settled:
+    """Look at each light through `bands`, and solve the strength. size: (width, height) of the whole picture; additive: nothing is to be
+    taken from the picture unless a shade is given; masked: (h, w), what may emit; held: of a frame before, kept as it is.
+    """
+    shade = look.shade if look.shade is not None else 0.0 if additive else SHADE
+    strengths = [light.strength for light in lights]
+    if max(strengths) <= 0 or look.strength <= 0:
+        return Settled((), 0.0, shade, 0.0, 0.0)
+    fineness = FINENESS if look.fineness is None else look.fineness
+    seen: list[Seen] = []
+    rays: list[int] = []
+    for number, light in enumerate(lights):
+        one = measure.see(small, light.position, size, light.kind, masked)
+        if held is not None:
+            one = dataclasses.replace(one, tones=held.lights[number].settings.tones, kind=held.lights[number].kind)
+        automatic = DRAWN_RAYS if one.kind == "beyond" and measure.is_misty(one) else 0
+        count = held.lights[number].rays if held is not None else automatic if look.rays is None else look.rays
+        pattern = twin.drawn_pattern(count, one.grid, look.rays_seed + number, look.rays_shimmer) if count else None
+        one.bands, one.distance = bands(number, one.grid, one.tones, one.parts, pattern)
+        seen.append(one)
+        rays.append(count)
+    if held is not None:
+        return held
+    founds = [measure.found(small, one) for one in seen]
+    holds = [1.0 if count else found.holds for found, count in zip(founds, rays, strict=True)]
+    weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]
+    share = max(h for h, strength in zip(holds, strengths, strict=True) if strength > 0)
+    most = max(weights)
+    found_lights = tuple(
+        LightLook(
+            RaySettings(
+                grid=one.grid,
+                tones=one.tones,
+                deviation=max(found.deviation, LEAST_DEVIATION),
+                rest=found.rest,
+                length=found.length if look.length is None else look.length,
+                mist=look.mist,
+                weight=weight / most if most > 0 else 0.0,
+                color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, look.warmth),
+            ),
+            one.kind,
+            found,
+            count,
+        )
+        for light, one, found, weight, count in zip(lights, seen, founds, weights, rays, strict=True)
+    )
+    if share < LEAST:
+        dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
+        why = "what lies round the light is black: no air shows there" if dark else "nothing stands before the light: no shafts"
+        return Settled(found_lights, 0.0, shade, 0.0, 0.0, f"{why}; --rays 24 draws some")
+    pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
+    wanted = measure.VISIBLE * look.strength * share
+    strength, contrast = Contrast(small, *measure.amounts(small, pairs), shade).solve(wanted)
+    drawn = max(rays)
+    message = f"no gaps for light to come through: {drawn} rays drawn; --rays 0 for none" if drawn and look.rays is None else ""
+    return Settled(found_lights, strength, shade, wanted, contrast, message)
+
+
+def _tint(light: Light) -> tuple[float, float, float] | None:
+    """The colour that the user gave a light, luminance 1; None where none is given."""
+    if light.color == (1.0, 1.0, 1.0):
+        return None
+    r, g, b = (np.array(light.color) + 1e-6) / float((np.array(light.color) + 1e-6) @ twin.REC709)
+    return float(r), float(g), float(b)

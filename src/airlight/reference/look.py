@@ -1,0 +1,264 @@
+"""The look in NumPy, float64: the twins of look/*.wgsl, each of the name of its shader function; the light's rays on a grid of angles.
+
+Pictures are scene-linear Rec. 709 with white at 1, distances in picture diagonals, L the cube root of luminance.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
+
+REC709 = np.array([0.2126, 0.7152, 0.0722])
+WHITE = 0.9911  # code 254: nothing is lit beyond it
+EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
+DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all
+MOST = 0.35  # of L: what no shaft exceeds
+BREADTHS = (2.5, 12.0)  # degrees: of the means over angles that a ray is compared with
+COARSE = 8  # lines that the wide means take together
+OUTSIDE = 1e-3  # weight of what lies outside the picture in those means
+SOFT = 0.012  # diagonals: nearer to the light rays run together
+LEAST_WAY = 0.01  # diagonals of weighted way on which a ray's share of light is measured
+REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
+CONTRAST = 0.45  # of tanh: how soon a ray that stands out is at its full
+BRIGHT = (0.45, 0.80, 0.85)  # L: where missing light darkens less, from, to, by how much: dark bands on a bright sky look like dirt
+EMITTER = 0.97  # of a shaft is not seen before what emits
+SHADE_MOST = 0.3  # of L: what missing light takes at most
+EXTINCTION = 0.375  # of the shade: how much of what lies behind a shaft its air hides
+
+
+@dataclass(frozen=True)
+class Tones:
+    """Luminances about a light: the geometric mean of its surroundings, and its own."""
+
+    surroundings: float
+    light: float
+
+    @property
+    def span(self) -> float:
+        """ln(light / surroundings), at least a quarter."""
+        return max(math.log(self.light / self.surroundings), 0.25)
+
+
+def smoothstep(x: Array, low: float, high: float) -> Array:
+    t = np.clip((x - low) / (high - low), 0, 1)
+    return np.asarray(t * t * (3 - 2 * t))
+
+
+def lightness(y: Array) -> Array:
+    """L: the cube root of luminance."""
+    return np.cbrt(np.maximum(y, 0))
+
+
+def emission(y: Array, tones: Tones) -> Array:
+    """How much a pixel of luminance y emits, 0..1, by where it lies between the surroundings and the light."""
+    return smoothstep(np.log(np.maximum(y, 1e-5) / tones.surroundings) / tones.span, *EMITS)
+
+
+def nearness_weight(distance: Array) -> Array:
+    """g: the weight of an emitter by its distance from the light, or from where its ray enters the picture."""
+    return 1 / (1 + np.square(distance / NEAR))
+
+
+def bilinear(plane: Array, x: Array, y: Array) -> Array:
+    """(H, W[, C]) at pixel coordinates (0 the centre of the first), borders repeated."""
+    height, width = plane.shape[:2]
+    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+    x0, y0 = np.minimum(x.astype(int), max(width - 2, 0)), np.minimum(y.astype(int), max(height - 2, 0))
+    x1, y1 = np.minimum(x0 + 1, width - 1), np.minimum(y0 + 1, height - 1)
+    shape = x.shape + (1,) * (plane.ndim - 2)
+    fx, fy = (x - x0).reshape(shape), (y - y0).reshape(shape)
+    return np.asarray((plane[y0, x0] * (1 - fx) + plane[y0, x1] * fx) * (1 - fy) + (plane[y1, x0] * (1 - fx) + plane[y1, x1] * fx) * fy)
+
+
+def resized(plane: Array, width: int, height: int) -> Array:
+    """The plane at the centres of other pixels, bilinear."""
+    x = (np.arange(width) + 0.5) * plane.shape[1] / width - 0.5
+    y = (np.arange(height) + 0.5) * plane.shape[0] / height - 0.5
+    return bilinear(plane, *np.meshgrid(x, y))
+
+
+def matte(y: Array, tones: Tones, parts: Array, grid: RayGrid) -> tuple[Array, Array]:
+    """(E g, E), (H, W) each: what emits, and that weighted by how near it is. y: luminance; parts: (H, W), 1 for what may emit."""
+    height, width = y.shape
+    px, py = points(width, height)
+    dx, dy = px - grid.light[0], py - grid.light[1]
+    distance = np.maximum(np.hypot(dx, dy), 1e-9)
+    e = emission(y, tones) * parts
+    return e * nearness_weight(distance - grid.entry(dx / distance, dy / distance)), e
+
+
+def _along(grid: RayGrid, distance: Array) -> tuple[Array, Array, Array]:
+    """x, y in diagonals of each distance on each line, (distances, LINES), and whether it lies in the picture."""
+    angle = grid.start + (np.arange(LINES) + 0.5) * (grid.span / LINES)
+    x = grid.light[0] + distance[:, None] * np.cos(angle)
+    y = grid.light[1] + distance[:, None] * np.sin(angle)
+    return x, y, (x >= 0) & (x <= grid.box[0]) & (y >= 0) & (y <= grid.box[1])
+
+
+def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
+    """(C, w), (RADII, LINES) each: the share of emitters on the way from the light, the sum of Eq. 4 with density 1 and decay 1 over the
+    weights of the whole way; and how dark the place is, by which it counts in means."""
+    height, width = emits.shape
+    diagonal = math.hypot(width, height)
+    step = grid.step / STEPS
+    x, y, within = _along(grid, grid.nearest + (np.arange(RADII * STEPS) + 0.5) * step)
+    light = np.where(within, bilinear(weighted, x * diagonal - 0.5, y * diagonal - 0.5), 0.0)
+    total = np.cumsum(light * step, axis=0)[STEPS - 1 :: STEPS]
+    kept = grid.nearest + (np.arange(RADII) + 1) * grid.step
+    x, y, within = _along(grid, kept)
+    angle = grid.start + (np.arange(LINES) + 0.5) * (grid.span / LINES)
+    way = np.maximum(kept[:, None] - grid.entry(np.cos(angle), np.sin(angle)), 0)
+    share = total / np.maximum(NEAR * np.arctan(way / NEAR), LEAST_WAY)
+    return share, np.where(within, 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5), OUTSIDE)
+
+
+def gaussian(sigma: float) -> Array:
+    """Weights of a Gaussian at whole numbers, out to three sigma, their sum 1."""
+    reach = math.ceil(3 * sigma)
+    weights = np.exp(-0.5 * np.square(np.arange(-reach, reach + 1) / max(sigma, 1e-3)))
+    return np.asarray(weights / weights.sum())
+
+
+def across(rays: Array, sigma: float, round_trip: bool) -> Array:
+    """A Gaussian over lines, (radii, lines): all the way round, or with nothing beyond the first and the last."""
+    weights = gaussian(sigma)
+    reach, count = len(weights) // 2, rays.shape[1]
+    wide = np.pad(rays, ((0, 0), (reach, reach)), mode="wrap" if round_trip else "constant")
+    size = count + 4 * reach
+    product = np.fft.rfft(wide, size, axis=1) * np.fft.rfft(weights, size)
+    return np.asarray(np.fft.irfft(product, size, axis=1)[:, 2 * reach : 2 * reach + count])
+
+
+def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
+    """C': C over neighbouring lines, fineness in degrees."""
+    sigma = grid.lines(fineness)
+    return across(share, sigma, grid.inside) / across(np.ones((1, LINES)), sigma, grid.inside)
+
+
+def coarse_sigma(grid: RayGrid, degrees: float) -> float:
+    """The Gaussian of a wide mean in groups of COARSE lines: less the variance that grouping them and going back between groups adds."""
+    variance = grid.lines(degrees) ** 2 - (COARSE**2 - 1) / 12 - COARSE**2 / 6
+    return math.sqrt(max(variance, 0.09 * COARSE**2)) / COARSE
+
+
+def low(share: Array, weights: Array, grid: RayGrid, degrees: float) -> Array:
+    """The mean of C' over lines, weighted by how dark places are, (RADII, LINES): the light that is smooth in angle."""
+    sigma = coarse_sigma(grid, degrees)
+    groups = [plane.reshape(RADII, LINES // COARSE, COARSE).sum(axis=2) for plane in (share * weights, weights)]
+    light, weight = (across(plane, sigma, grid.inside) for plane in groups)
+    return between_groups(light / np.maximum(weight, 1e-9), grid.inside)
+
+
+def between_groups(means: Array, round_trip: bool) -> Array:
+    """Values of groups of lines at the lines themselves, linearly."""
+    wide = np.pad(means, ((0, 0), (1, 1)), mode="wrap" if round_trip else "edge")
+    at = (np.arange(LINES) + 0.5) / COARSE + 0.5
+    first = at.astype(int)
+    return np.asarray(wide[:, first] * (1 - (at - first)) + wide[:, first + 1] * (at - first))
+
+
+def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern: Array | None = None) -> Array:
+    """(RADII, LINES, 3): C' less its narrow mean; the whole of what stands out, C' less the narrow and less the wide mean; the wide mean.
+
+    pattern: (LINES,), drawn rays, which stand out instead; of the picture's own only the narrow is left, and less of it.
+    """
+    smoothed = smooth(share, grid, fineness)
+    narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in BREADTHS)
+    fine, all_of_it = smoothed - narrow, 2 * smoothed - narrow - wide
+    if pattern is not None:
+        all_of_it = DRAWN[0] * fine + DRAWN[1] * pattern * wide
+    return np.stack([fine, all_of_it, wide], axis=-1)
+
+
+DRAWN = (0.8, 0.1)  # share of the picture's own fine rays beside drawn ones; of the light that drawn ones take and give
+
+
+def at_points(rays: Array, grid: RayGrid, x: Array, y: Array) -> tuple[Array, Array]:
+    """The bands at points in diagonals, (..., 3), and the points' distances from the light."""
+    distance, line = grid.polar(x, y)
+    row = (distance - grid.nearest) / grid.step - 1
+    if grid.inside:
+        rays, line = np.concatenate([rays[:, -1:], rays, rays[:, :1]], axis=1), line + 1
+    return bilinear(rays, line, row), distance
+
+
+@dataclass(frozen=True)
+class RaySettings:
+    """What turns one light's bands into amounts. deviation: the rms that what stands out has; rest: see REST; length: diagonals; mist:
+    share of the smooth light; weight: of this light among several; color: of the added light, luminance 1; tones: about the light."""
+
+    grid: RayGrid
+    tones: Tones
+    deviation: float
+    rest: float
+    length: float
+    mist: float
+    weight: float
+    color: tuple[float, float, float]
+
+
+MIST = 2.2  # deviations: the smooth light's weight at mist 1
+
+
+def standing_out(found: Array, rest: float) -> Array:
+    """k: what stands out over the light that is smooth in angle."""
+    return np.asarray(found[..., 1] / (found[..., 2] + rest))
+
+
+def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> Array:
+    """The signed amount of light, -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
+    smooth_light = s.mist * MIST * found[..., 2] / (found[..., 2] + s.rest)
+    k = np.tanh(CONTRAST * (standing_out(found, s.rest) / s.deviation + smooth_light))
+    fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, SOFT)
+    return np.asarray(s.weight * k * fall * (1 - EMITTER * emits))
+
+
+def lit(color: Array, base: Array, amount: Array, tint: Array, strength: float, shade: float) -> tuple[Array, Array]:
+    """(add, take): what the light adds, (..., 3), and the share of the pixel that its air and missing light take.
+
+    color: (..., 3); base: B, its smoothed L; amount: (..., 2), added and missing light; tint: (..., 3), luminance 1.
+    """
+    rise = MOST * (1 - np.exp(-strength * amount[..., 0] / MOST))
+    hidden = EXTINCTION * shade * rise / MOST
+    light = (base + rise) ** 3 - base**3 * (1 - hidden)
+    less = shade * (1 - BRIGHT[2] * smoothstep(base, *BRIGHT[:2])) * strength * amount[..., 1]
+    dim = (1 - SHADE_MOST * (1 - np.exp(-less / np.maximum(base, 0.12) / SHADE_MOST))) ** 3
+    under = color * (dim * (1 - hidden))[..., None]
+    add = light[..., None] * tint
+    room = WHITE - under
+    fits = np.where(room > 0, 1 / (1 + add / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
+    return add * fits[..., None], 1 - dim * (1 - hidden)
+
+
+def visible(base: Array, near: Array) -> Array:
+    """How much of a shaft is seen before a pixel: none before black, nor before what is near."""
+    return smoothstep(base, *DARK) * (1 - near)
+
+
+def split(added: Array, missing: Array, shown: Array) -> tuple[Array, Array]:
+    """((..., 2) added and missing light as far as it is shown, (..., 3) the tint of the added) from their sums over lights."""
+    light = added @ REC709
+    return np.stack([light * shown, missing * shown], axis=-1), added / np.maximum(light, 1e-9)[..., None]
+
+
+def drawn_pattern(count: int, grid: RayGrid, seed: int, phase: float = 0.0) -> Array:
+    """(LINES,): rays that no gap of the picture makes, mean 0 and deviation 1: three octaves of smooth noise over the angle.
+
+    count: of the widest rays over the whole of the lines; phase: any number, moves them on smoothly, each on its own, as time does.
+    """
+    total = np.zeros(LINES)
+    for octave, share in enumerate((1.0, 0.6, 0.35)):
+        cells = count * 2**octave
+        rng = np.random.default_rng((seed, octave))
+        height, turn = rng.random(cells + 1), rng.random(cells + 1)
+        value = np.sin(2 * math.pi * (turn + phase * (0.5 + height))) * np.sqrt(height)
+        if grid.inside:
+            value[-1] = value[0]
+        at = (np.arange(LINES) + 0.5) / LINES * cells
+        first = at.astype(int)
+        way = smoothstep(at - first, 0.0, 1.0)
+        total += share * (value[first] * (1 - way) + value[first + 1] * way)
+    total -= total.mean()
+    return np.asarray(total / max(float(total.std()), 1e-9))
