@@ -2,8 +2,7 @@
 // Twins: scan, smooth, low, bands in reference/look.py.
 //! include "look/rays.wgsl"
 const GROUPS = LINES / COARSE;
-const OUTSIDE = 1e-3;         // weight of what lies outside the picture
-const LEAST_WAY = 0.01;
+const FIRST_WAY = 0.01;
 
 @group(0) @binding(0) var<uniform> rays: Rays;
 @group(0) @binding(1) var matte: texture_2d<f32>;
@@ -29,18 +28,16 @@ fn scan(@builtin(global_invocation_id) id: vec3u) {
     let toward = direction_of(id.x);
     let begins = entry(toward, rays);
     let step = rays.step / f32(STEPS);
-    var sum = 0.0;
+    var sum = FIRST_WAY * textureSampleLevel(matte, bilinear, (rays.light + toward * begins) / rays.box, 0.0).r;
     for (var i = 0u; i < RADII; i++) {
         for (var k = 0u; k < STEPS; k++) {
             let p = rays.light + toward * (rays.nearest + (f32(i * STEPS + k) + 0.5) * step);
             if (is_within(p)) { sum += step * textureSampleLevel(matte, bilinear, p / rays.box, 0.0).r; }
         }
         let distance = rays.nearest + f32(i + 1u) * rays.step;
-        let p = rays.light + toward * distance;
-        let way = max(distance - begins, 0.0);
-        var weight = OUTSIDE;
-        if (is_within(p)) { weight = 1.02 - textureSampleLevel(matte, bilinear, p / rays.box, 0.0).g; }
-        raw[i * LINES + id.x] = vec2f(sum / max(NEAR * atan(way / NEAR), LEAST_WAY), weight);
+        let way = NEAR * atan(max(distance - begins, 0.0) / NEAR);
+        let emits = textureSampleLevel(matte, bilinear, (rays.light + toward * distance) / rays.box, 0.0).g;
+        raw[i * LINES + id.x] = vec2f(sum / (way + FIRST_WAY), 1.02 - emits);
     }
 }
 

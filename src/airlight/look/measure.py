@@ -23,7 +23,7 @@ EMITTING = 0.1  # of full emission: from here pixels hang together as parts
 TOP = 0.25  # of the height: where parts lie that a light above the picture shines through
 RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
-WARM = np.array([1.0, 0.75, 0.42])
+WARM = np.array([1.0, 0.86, 0.50])
 WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.85, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
 PALE = 0.35  # share of it that holds for a light which is as warm already
 BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
@@ -35,7 +35,7 @@ GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviat
 VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
 STRONGEST = 2.5
 HAZE = (0.4, 0.7)  # nearness without a depth map: at most, and where the haze makes an end of it
-SOFT_EDGE = 0.035  # diagonals over which emission falls off where mist blurs all gaps
+SOFT_EDGE = 0.03  # diagonals over which emission falls off where mist blurs all gaps
 OKLAB = (
     np.array([[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]]),
     np.array([[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099], [0.0259040371, 0.7827717662, -0.8086757660]]),
@@ -202,7 +202,7 @@ def is_misty(seen: Seen) -> bool:
     diagonal = math.hypot(*seen.emits.shape)
     rise = np.hypot(*np.gradient(seen.emits)) * diagonal
     between = (seen.emits > 0.1) & (seen.emits < 0.9)
-    return bool(between.mean() > 0.02 and np.percentile(rise[between], 75) < 1 / SOFT_EDGE)
+    return bool(between.mean() > 0.02 and np.median(rise[between]) < 1 / SOFT_EDGE)
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ class LookPlan:
         groups = LINES // COARSE
         self.lines = [device.buffer(size=8 * RADII * count) for count in (LINES, LINES, groups, groups)]
         self.scale = device.buffer(size=16, uniform=True)
-        taps = max(1, math.ceil(size[0] / self.field_size[0]))
+        taps = 1 if self.field_size == size else math.ceil(max(n / m for n, m in zip(size, self.field_size, strict=True))) + 1
         self.shrink = device.pipeline(SHRINK, "shrink", TAPS=taps, CODES=is_codes)
         self.shrink_bind = device.bind(SHRINK, self.scale, self.picture, self.small)
         self.lights: list[_LightRays] = []

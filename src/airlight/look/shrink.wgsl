@@ -1,6 +1,5 @@
-// The copy on which rays are found: means of a regular grid of the picture's pixels, linear, white at 1. Twin: shrink in planes.py, whose
-// means are exact.
-override TAPS: u32 = 1u;      // along each axis
+// The copy on which rays are found: means over areas of the picture, linear, white at 1. Twin: shrink in planes.py.
+override TAPS: u32 = 1u;      // pixels that an area touches along an axis, at most
 override CODES: bool = false; // the picture holds sRGB codes
 
 struct Shrunk {
@@ -22,14 +21,19 @@ fn shrink(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= size)) { return; }
     let full = textureDimensions(picture);
     let ratio = vec2f(full) / vec2f(size);
-    var sum = vec3f(0.0);
+    let first = vec2f(id.xy) * ratio;
+    let last = first + ratio;
+    let corner = vec2u(first);
+    var sum = vec4f(0.0);
     for (var j = 0u; j < TAPS; j++) {
         for (var i = 0u; i < TAPS; i++) {
-            let at = (vec2f(id.xy) + (vec2f(f32(i), f32(j)) + 0.5) / f32(TAPS)) * ratio;
-            let color = textureLoad(picture, min(vec2u(at), full - 1u), 0).rgb;
-            if (CODES) { sum += decoded(color); } else { sum += color; }
+            let at = corner + vec2u(i, j);
+            let shares = max(min(vec2f(at) + 1.0, last) - max(vec2f(at), first), vec2f(0.0));
+            var color = textureLoad(picture, min(at, full - 1u), 0).rgb;
+            if (CODES) { color = decoded(color); }
+            sum += shares.x * shares.y * vec4f(color, 1.0);
         }
     }
-    let mean = sum * (shrunk.scale / f32(TAPS * TAPS));
+    let mean = sum.rgb * (shrunk.scale / sum.a);
     textureStore(small, id.xy, vec4f(clamp(mean, vec3f(0.0), vec3f(65504.0)), 1.0));
 }

@@ -17,9 +17,8 @@ DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no ligh
 MOST = 0.35  # of L: what no shaft exceeds
 BREADTHS = (2.5, 12.0)  # degrees: of the means over angles that a ray is compared with
 COARSE = 8  # lines that the wide means take together
-OUTSIDE = 1e-3  # weight of what lies outside the picture in those means
 SOFT = 0.012  # diagonals: nearer to the light rays run together
-LEAST_WAY = 0.01  # diagonals of weighted way on which a ray's share of light is measured
+FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
 CONTRAST = 0.45  # of tanh: how soon a ray that stands out is at its full
 BRIGHT = (0.45, 0.80, 0.85)  # L: where missing light darkens less, from, to, by how much: dark bands on a bright sky look like dirt
@@ -90,10 +89,10 @@ def matte(y: Array, tones: Tones, parts: Array, grid: RayGrid) -> tuple[Array, A
 
 
 def _along(grid: RayGrid, distance: Array) -> tuple[Array, Array, Array]:
-    """x, y in diagonals of each distance on each line, (distances, LINES), and whether it lies in the picture."""
+    """x, y in diagonals of the distances, (n, LINES) or (n, 1), on each line, and whether they lie in the picture."""
     angle = grid.start + (np.arange(LINES) + 0.5) * (grid.span / LINES)
-    x = grid.light[0] + distance[:, None] * np.cos(angle)
-    y = grid.light[1] + distance[:, None] * np.sin(angle)
+    x = grid.light[0] + distance * np.cos(angle)
+    y = grid.light[1] + distance * np.sin(angle)
     return x, y, (x >= 0) & (x <= grid.box[0]) & (y >= 0) & (y <= grid.box[1])
 
 
@@ -103,15 +102,17 @@ def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
     height, width = emits.shape
     diagonal = math.hypot(width, height)
     step = grid.step / STEPS
-    x, y, within = _along(grid, grid.nearest + (np.arange(RADII * STEPS) + 0.5) * step)
+    x, y, within = _along(grid, (grid.nearest + (np.arange(RADII * STEPS) + 0.5) * step)[:, None])
     light = np.where(within, bilinear(weighted, x * diagonal - 0.5, y * diagonal - 0.5), 0.0)
     total = np.cumsum(light * step, axis=0)[STEPS - 1 :: STEPS]
-    kept = grid.nearest + (np.arange(RADII) + 1) * grid.step
-    x, y, within = _along(grid, kept)
     angle = grid.start + (np.arange(LINES) + 0.5) * (grid.span / LINES)
-    way = np.maximum(kept[:, None] - grid.entry(np.cos(angle), np.sin(angle)), 0)
-    share = total / np.maximum(NEAR * np.arctan(way / NEAR), LEAST_WAY)
-    return share, np.where(within, 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5), OUTSIDE)
+    begins = grid.entry(np.cos(angle), np.sin(angle))
+    x, y, _ = _along(grid, begins)
+    first = bilinear(weighted, x * diagonal - 0.5, y * diagonal - 0.5)
+    kept = (grid.nearest + (np.arange(RADII) + 1) * grid.step)[:, None]
+    way = NEAR * np.arctan(np.maximum(kept - begins, 0) / NEAR)
+    x, y, _ = _along(grid, kept)
+    return (total + FIRST_WAY * first) / (way + FIRST_WAY), 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5)
 
 
 def gaussian(sigma: float) -> Array:
