@@ -256,8 +256,8 @@ class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     look: Annotated[
         Literal["smart", "classic"] | None,
         _meta(
-            "smart: shafts that stand out by as much as the strength says, in the light's own colour, on what lies behind them; classic: the"
-            " sum of the method, put on the picture; unset: smart, or classic where an option of the sum is given",
+            "smart: shafts that stand out by as much as the strength says, in the light's own colour, on what lies behind them;"
+            " classic: the sum of the method, put on the picture; unset: smart, or classic where an option of the sum is given",
             "look",
             _LOOK,
         ),
@@ -289,9 +289,15 @@ class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     ] = None
     shade: Annotated[
         Annotated[float, Meta(ge=0, le=1)] | None,
-        _meta("how dark it gets where light is missing between shafts; unset: 0.8, in float files 0, so that the layer only adds", "look", _LOOK),
+        _meta(
+            "how dark it gets where light is missing between shafts; unset: 0.8, in float files 0, so that the layer only adds",
+            "look",
+            _LOOK,
+        ),
     ] = None
-    mist: Annotated[float, _meta("how much of the glow that is even all round the light is shown beside its shafts", "look", _LOOK, ge=0, le=1)] = 0.0
+    mist: Annotated[
+        float, _meta("how much of the glow that is even all round the light is shown beside its shafts", "look", _LOOK, ge=0, le=1)
+    ] = 0.0
     rays: Annotated[
         Annotated[int, Meta(ge=0, le=200)] | None,
         _meta(

@@ -11,7 +11,7 @@ from airlight.files.colour import by_rows
 from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
-from airlight.look.plan import FIELD
+from airlight.look.plan import FIELDS
 from airlight.look.settle import FINENESS, Settled, settle
 from airlight.parameters import Look
 from airlight.planes import shrink
@@ -30,7 +30,9 @@ class Applied:
     taken: npt.NDArray[np.float32] | None = None
 
 
-def prepared(coarse: Array, look: Look, bounded: bool, near: Array | None, masked: Array | None) -> tuple[measure.Small, float, Array | None]:
+def prepared(
+    coarse: Array, bounded: bool, near: Array | None, masked: Array | None
+) -> tuple[measure.Small, float, Array | None]:
     """(the small copy, white, what may emit in it). coarse: the picture (h, w, 3), Rec. 709, smaller will do; bounded: integers."""
     white = 1.0 if bounded else measure.white_of(shrink(np.nan_to_num(coarse, posinf=6e4), measure.SIDE))
     small = measure.small_copy(coarse, white, near)
@@ -48,17 +50,19 @@ def apply(
     near: Array | None = None,
     masked: Array | None = None,
     held: Settled | None = None,
+    quality: str = "normal",
     profile: Any = None,
 ) -> Applied:
     """Put the look on a picture.
 
     renderer: scatter.render.Renderer, or None; pixels: (H, W, 3 or 4) uint8 sRGB codes, or float32 linear Rec. 709; coarse: the same
     picture as float32 linear Rec. 709 (h, w, 3), perhaps fewer of its pixels; near: (H, W), 1 for what shafts pass behind; masked: (H, W),
-    what may emit; held: what was settled for a frame before.
+    what may emit; held: what was settled for a frame before;
+    quality: how fine the copy is on which rays are found, see `plan.FIELDS`.
     """
     height, width = pixels.shape[:2]
     is_codes = pixels.dtype == np.uint8
-    small, white, lets = prepared(coarse, look, is_codes or not float_output, near, masked)
+    small, white, lets = prepared(coarse, is_codes or not float_output, near, masked)
     hidden = near
     if near is None and measure.wants_haze(lights):
         small.near = hidden = measure.haze_nearness(small)
@@ -66,13 +70,13 @@ def apply(
     fineness = FINENESS if look.fineness is None else look.fineness
     if renderer is None:
         linear = twin_pixels(pixels)
-        copy = shrink(linear, FIELD).astype(np.float64) / white
+        copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
         planes = _Reference(copy, fineness)
         settled = settle(small, (width, height), lights, look, planes.bands, **options)
         if not settled.changes:
             return Applied(settled)
         return Applied(settled, None, *planes.layer(linear, small, settled, hidden, white))
-    plan = renderer.look_plan((width, height), is_codes, near is not None)
+    plan = renderer.look_plan((width, height), is_codes, near is not None, quality)
     given = pixels
     if pixels.shape[2] == 3:
         given = np.empty((height, width, 4), pixels.dtype)

@@ -36,15 +36,17 @@ VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at stre
 STRONGEST = 2.5
 HAZE = (0.4, 0.7)  # nearness without a depth map: at most, and where the haze makes an end of it
 SOFT_EDGE = 0.03  # diagonals over which emission falls off where mist blurs all gaps
-OKLAB = (
-    np.array([[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]]),
-    np.array([[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099], [0.0259040371, 0.7827717662, -0.8086757660]]),
+CONES = np.array(
+    [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]]
+)
+OPPONENTS = np.array(
+    [[0.2104542553, 0.7936177850, -0.0040720468], [1.9779984951, -2.4285922050, 0.4505937099], [0.0259040371, 0.7827717662, -0.8086757660]]
 )
 
 
 def oklab(color: Array) -> Array:
     """(..., 3) linear Rec. 709 in OKLab (Ottosson 2020)."""
-    return np.cbrt(np.maximum(color, 0) @ OKLAB[0].T) @ OKLAB[1].T
+    return np.cbrt(np.maximum(color, 0) @ CONES.T) @ OPPONENTS.T
 
 
 def white_of(color: Array) -> float:

@@ -9,11 +9,12 @@ import numpy as np
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute
 from airlight.look.grid import LINES, RADII, Array, RayGrid
+from airlight.look.measure import SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
 from airlight.reference.look import BREADTHS, COARSE, DRAWN, RaySettings, Tones, coarse_sigma
 
-FIELD = 1280  # px of the longer side of the copy on which rays are found
+FIELDS = {"draft": 640, "normal": 1280, "final": 2560}  # px of the longer side of the copy on which rays are found, by quality
 RAYS = np.dtype(
     [("box", "f4", 2), ("light", "f4", 2)]
     + [(n, "f4") for n in ("start", "span", "nearest", "step", "surroundings", "tone_span")]
@@ -42,7 +43,7 @@ class _LightRays:
         self.emit = device.pipeline(MATTE, "emit")
         entries = ("scan", "smooth_lines", "group_lines", "mean_lines", "stand_out")
         self.steps = [device.pipeline(BANDS, entry) for entry in entries]
-        self.counts = [(LINES // 32, 1), (LINES // 64, RADII), (-(-groups // 64), RADII), (-(-groups // 64), RADII), (-(-(LINES + 2) // 64), RADII)]
+        self.counts = [(LINES // 32, 1), *((-(-count // 64), RADII) for count in (LINES, groups, groups, LINES + 2))]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1])
         self.gather = device.pipeline(FIELD_SUM, "gather", ADD=number > 0)
         before = plan.lights[number - 1].field if number else self.bands
@@ -55,13 +56,13 @@ class _LightRays:
 class LookPlan:
     """All passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
 
-    picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear). Call `upload`, for each light `see`, then `settle` and `codes` or `layer`.
+    picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear). Call `upload`, for each light `see`, then `settle` and `read`.
     """
 
-    def __init__(self, device: Device, size: tuple[int, int], is_codes: bool, near: bool = False) -> None:
+    def __init__(self, device: Device, size: tuple[int, int], is_codes: bool, near: bool = False, quality: str = "normal") -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
-        self.small_size = shrunk_size(*size, 400)
-        self.field_size = shrunk_size(*size, FIELD)
+        self.small_size = shrunk_size(*size, SIDE)
+        self.field_size = shrunk_size(*size, FIELDS[quality])
         self.picture = device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
         self.small = device.texture(*self.field_size, "rgba16float")
         self.guide = device.texture(*self.small_size, "rgba16float", target=False)

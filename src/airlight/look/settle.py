@@ -65,7 +65,6 @@ def settle(
     strengths = [light.strength for light in lights]
     if max(strengths) <= 0 or look.strength <= 0:
         return Settled((), 0.0, shade, 0.0, 0.0)
-    fineness = FINENESS if look.fineness is None else look.fineness
     seen: list[Seen] = []
     rays: list[int] = []
     for number, light in enumerate(lights):

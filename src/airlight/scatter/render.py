@@ -317,13 +317,13 @@ class Renderer:
             self._plans[key] = found
         return found
 
-    def look_plan(self, size: tuple[int, int], is_codes: bool, near: bool) -> LookPlan:
+    def look_plan(self, size: tuple[int, int], is_codes: bool, near: bool, quality: str) -> LookPlan:
         """The kept plan of a look for such pictures, or a new one."""
-        key = size, is_codes, near
+        key = size, is_codes, near, quality
         found = self._looks.pop(key, None)
         if found is None:
             check_size(self.device, *size)
-            found = LookPlan(self.device, size, is_codes, near)
+            found = LookPlan(self.device, size, is_codes, near, quality)
         while len(self._looks) >= max(self.keep, 1):
             del self._looks[next(iter(self._looks))]
         if self.keep:
