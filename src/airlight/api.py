@@ -15,12 +15,16 @@ from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture, encode, to_linear
 from airlight.files.colour import by_rows, is_neutral
-from airlight.files.images import every
+from airlight.files.images import COARSE, every
 from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
+from airlight.look.apply import apply as apply_look
+from airlight.look.near import RANGE as NEAR_RANGE
+from airlight.look.near import check_range, nearness, subject_nearness
+from airlight.look.settle import Settled
 from airlight.occlusion.automatic import check as _check
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Composite, Parameters
+from airlight.parameters import Composite, Look, Parameters, chosen_look
 from airlight.reference import fallback
 from airlight.reference import radial as reference
 from airlight.scatter.render import Renderer, render_codes, render_layer
@@ -62,9 +66,7 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     if not isinstance(named.get("occlusion", "none"), str):
         mask = named.pop("occlusion")
         named["occlusion"] = "none"
-    unknown = set(named) - set(Parameters.__struct_fields__)
-    if unknown:
-        raise AirlightError(f"unknown parameter {sorted(unknown)[0]!r}: there is " + ", ".join(Parameters.__struct_fields__))
+    _refuse_unknown(named, (Parameters,))
     return Parameters(**named), mask
 
 
@@ -171,41 +173,103 @@ def add_light_shafts(
     image: Any,
     light: Any,
     *,
-    blend: Any = "auto",
-    mix: float | None = None,
-    veil: float | None = None,
-    adapt: float = 0.0,
     alpha: Any = None,
     depth: Any = None,
     mask: Any = None,
+    subject: Any = None,
+    near_range: Any = NEAR_RANGE,
     device: Where = None,
     **parameters: Any,
 ) -> Any:
-    """The image with its light shafts, in the image's shape and dtype. Arguments as light_shafts; blend, mix, veil, adapt as Composite.
+    """The image with its light shafts, in the image's shape and dtype.
 
-    A grey image stays grey: where the light has a colour it gets the luminance.
+    image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives.
+    parameters: the fields of Look (strength, warmth, length, ...) and quality; or those of Parameters and Composite, which ask for
+    look="classic", the sum that light_shafts gives, put on the picture.
+    depth: (H, W), any unit, larger is farther: shafts pass behind what is nearer than near_range of it (0 its nearest, 1 its farthest);
+    with occlusion="depth" it says what emits instead. subject: (H, W) in 0..1, what shafts pass behind.
+    A grey image stays grey: where the light has a colour it gets the luminance. Warns (AirlightWarning) where nothing is changed.
     """
     array = np.asarray(image)
+    named = dict(parameters)
+    given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
+    emits = mask if given is None else given
+    _refuse_unknown(named, (Parameters, Composite, Look))
+    chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "")
+    if chosen == "classic":
+        if subject is not None:
+            raise AirlightError("a subject is for the smart look: leave out what asks for the classic one")
+        of_rule = {name: named.pop(name) for name in Composite.__struct_fields__ if name in named}
+        named.pop("look", None)
+        if given is not None:
+            named["occlusion"] = "none"
+        return _add_sum(array, light, Composite(**of_rule), alpha, depth, emits, device, named)
+    quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
+    look = Look(**named)
+    rgb, _ = to_linear(array)
+    shape = rgb.shape[:2]
     is_float = array.dtype.kind == "f"
-    rule = resolve(Composite(blend=blend, mix=mix, veil=veil, adapt=adapt), is_float)
+    near = _nearness(_plane("depth", depth, shape), _plane("subject", subject, shape), check_range(near_range), look.wrap)
+    codes = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4)
+    step = max(1, max(shape) // COARSE)
+    coarse = to_linear(array[every(shape[0], step), every(shape[1], step)])[0]
+    pixels = array[..., :3] if codes else rgb
+    lights, mask_plane = as_lights(light), _plane("mask", emits, shape)
+    options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality}
+    done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
+    if done.settled.message:
+        warnings.warn(done.settled.message, AirlightWarning, stacklevel=2)
+    if done.codes is not None:
+        return shown(done.codes if array.shape[2] == 3 else np.concatenate([done.codes, array[..., 3:]], axis=2))
+    if done.added is None or done.taken is None:
+        return shown(_encoded(array, rgb, np.zeros(shape, bool)))
+    changed = _lit(done.added) | (done.taken != 0)
+    return shown(_encoded(array, rgb * (1 - done.taken)[..., None] + done.added, changed))
+
+
+def _nearness(depth: FloatArray | None, subject: FloatArray | None, near_range: tuple[float, float], wrap: float) -> FloatArray | None:
+    """(H, W): what shafts pass behind, by a depth map and a subject's mask; None where neither is given."""
+    planes = [] if depth is None else [nearness(depth, near_range)]
+    if subject is not None:
+        planes.append(subject_nearness(subject, wrap))
+    return np.asarray(np.maximum.reduce(planes), np.float32) if planes else None
+
+
+def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
+    known = [field for struct in structs for field in struct.__struct_fields__]
+    unknown = sorted(set(named) - set(known))
+    if unknown:
+        raise AirlightError(f"unknown parameter {unknown[0]!r}: there is " + ", ".join(known))
+
+
+def _add_sum(
+    array: Any, light: Any, composite: Composite, alpha: Any, depth: Any, mask: Any, device: Where, named: dict[str, Any]
+) -> Any:
+    """The image with the sum's layer on it."""
+    is_float = array.dtype.kind == "f"
+    rule = resolve(composite, is_float)
     chosen = _renderer(device)
     plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
     if chosen is not None and plain and not rule.adapt:
-        p, given = _parameters(array, dict(parameters))
+        p, _ = _parameters(array, dict(named))
         shape = array.shape[:2]
-        emits = _plane("mask", mask if given is None else given, shape)
+        emits = _plane("mask", mask, shape)
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
         lights = as_lights(light)
         codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
-    layer = _shafts(array, light, alpha, depth, mask, parameters, chosen, rule.adapt > 0)
+    layer = _shafts(array, light, alpha, depth, mask, named, chosen, rule.adapt > 0)
     linear, _ = to_linear(array)
     out, added = blend_layer(linear, layer, rule)
-    changed = _lit(added) | (rule.adapt > 0)
-    if not is_float:
+    return shown(_encoded(array, out, _lit(added) | (rule.adapt > 0)))
+
+
+def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
+    """Linear pixels (H, W, 3) in the image's shape and dtype; where nothing changed (H, W) its own values."""
+    if array.dtype.kind != "f":
         if (array.ndim == 2 or array.shape[2] == 1) and not is_neutral(out):
             out = np.repeat((out @ np.array(reference.REC709, np.float32))[..., None], 3, axis=2)
-        return shown(encode(out, array.dtype, changed, array))
+        return encode(out, array.dtype, changed, array)
     most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
     result = np.where(np.isfinite(array), array, 0).astype(array.dtype)
     if array.ndim == 2 or array.shape[2] == 1:
@@ -215,7 +279,7 @@ def add_light_shafts(
     else:
         kept = ~changed[..., None] & np.isfinite(array[..., :3])
         result[..., :3] = np.where(kept, array[..., :3], np.clip(out, -most, most))
-    return shown(result)
+    return result
 
 
 def occlusion_fraction(
@@ -256,7 +320,8 @@ class Rendered:
     layer: FloatArray | None = None
     changed: npt.NDArray[np.bool_] | None = None
     encoded: npt.NDArray[np.uint8] | None = None
-    rule: Rule | None = None  # as it was measured: for the next frame
+    held: Rule | Settled | None = None  # what was measured: for the next frame
+    message: str = ""  # one line for the user
 
 
 def render_picture(
@@ -272,7 +337,7 @@ def render_picture(
     float_output: bool = False,
     codes_only: bool = False,
 ) -> Rendered:
-    """What `airlight image` does with a picture from a file, its parameters `settled`.
+    """The classic look of a picture from a file, its parameters `settled`.
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """
@@ -281,10 +346,9 @@ def render_picture(
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
     chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
-    plain = picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
-    if chosen is not None and codes_only and plain and not rule.adapt:
+    if chosen is not None and codes_only and _is_plain(picture) and not rule.adapt:
         encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
-        return Rendered(encoded=encoded, rule=rule)
+        return Rendered(encoded=encoded, held=rule)
     rgb = picture.linear()
     layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
     rule = measured_on(rgb, layer, rule, picture.luminance)
@@ -292,7 +356,67 @@ def render_picture(
     changed = _lit(added) | (rule.adapt > 0)
     if picture.alpha is not None and not picture.associated:
         added *= picture.alpha[..., None]
-    return Rendered(pixels, added, changed, rule=rule)
+    return Rendered(pixels, added, changed, held=rule)
+
+
+def _is_plain(picture: Picture) -> bool:
+    """Whether the picture holds sRGB codes of 8 bits, with colour."""
+    return picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+
+
+def render_look(
+    picture: Picture,
+    lights: Sequence[Light],
+    look: Look,
+    *,
+    quality: str = "normal",
+    mask: Any = None,
+    depth: Any = None,
+    subject: Any = None,
+    near_range: tuple[float, float] = NEAR_RANGE,
+    held: Settled | None = None,
+    device: Where = None,
+    profile: Any = None,
+    float_output: bool = False,
+    codes_only: bool = False,
+) -> Rendered:
+    """The smart look of a picture from a file. mask, depth, subject: (H, W), as `add_light_shafts`; held: of a frame before, to keep;
+    lights: none, where the picture is to stay as it is; the rest as `render_picture`."""
+    shape = (picture.height, picture.width)
+    near = _nearness(_plane("depth", depth, shape), _plane("subject", subject, shape), near_range, look.wrap)
+    chosen = _renderer(device) if lights else None
+    codes = chosen is not None and codes_only and _is_plain(picture)
+    if not lights:
+        return _untouched(picture, codes_only)
+    coarse = picture.rec709(picture.linear(coarse=True))
+    pixels = picture.codes[..., :3] if codes else picture.rec709(picture.linear())
+    options: dict[str, Any] = {"near": near, "masked": _plane("mask", mask, shape), "held": held, "quality": quality, "profile": profile}
+    done = apply_look(chosen, pixels, coarse, lights, look, float_output=float_output, **options)
+    message = done.settled.message
+    if done.codes is not None:
+        return Rendered(encoded=done.codes, held=done.settled, message=message)
+    if done.added is None or done.taken is None:
+        return dataclasses.replace(_untouched(picture, codes_only), held=done.settled, message=message)
+    added = picture.from_rec709(done.added)
+    changed = _lit(added) | (done.taken != 0)
+    out = picture.linear()
+
+    def rows(first: int, last: int) -> None:
+        out[first:last] *= 1 - done.taken[first:last, :, None]  # type: ignore[index]
+        out[first:last] += added[first:last]
+
+    by_rows(rows, len(out))
+    if picture.alpha is not None and not picture.associated:
+        added = added * picture.alpha[..., None]
+    return Rendered(out, added, changed, held=done.settled, message=message)
+
+
+def _untouched(picture: Picture, codes_only: bool) -> Rendered:
+    """The picture as it is, with a layer of nothing."""
+    if codes_only and _is_plain(picture):
+        return Rendered(encoded=np.ascontiguousarray(picture.codes[..., :3]))
+    rgb = picture.linear()
+    return Rendered(rgb, np.zeros_like(rgb), np.zeros(rgb.shape[:2], bool))
 
 
 def adapter_cure() -> str:

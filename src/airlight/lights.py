@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from airlight.errors import AirlightError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
+KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # of lights in pictures: a sun's disc, a window, a bright place; beyond the border
 FAR_LIMIT = 1e6  # image sizes; beyond this the shafts are parallel to f32 precision
 BRIGHTEST = 1e6  # as weight and exposure, so that their product is a float
 PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; rays then differ by 0.01 px a thousand from parallel ones
@@ -59,6 +60,8 @@ class Light:
             if len(numbers) != size or not all(math.isfinite(v) for v in numbers):
                 raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
             object.__setattr__(self, name, numbers)
+        if self.kind is not None and self.kind not in KINDS:
+            raise AirlightError(f"light kind {self.kind!r}: there is {', '.join(KINDS)}")
         if max(abs(v) for v in self.position) > FAR_LIMIT:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         try:
@@ -92,9 +95,11 @@ def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
 
 
 def as_lights(light: object) -> list[Light]:
-    """A Light, an (x, y) pair, or a sequence of them, as a list of lights."""
+    """A Light, an (x, y) pair, what find_light gives, or a sequence of them, as a list of lights."""
     if isinstance(light, Light):
         return [light]
+    if hasattr(light, "position") and hasattr(light, "kind"):  # what was found in a picture
+        return [Light(light.position, kind=light.kind)]
     try:
         items = list(light)  # type: ignore[call-overload]
     except TypeError:
@@ -103,4 +108,4 @@ def as_lights(light: object) -> list[Light]:
         return [Light(position=(items[0], items[1]))]
     if not items:
         raise AirlightError("no light given: pass at least one position")
-    return [item if isinstance(item, Light) else Light(position=item) for item in items]
+    return [as_lights(item)[0] if hasattr(item, "position") else Light(position=item) for item in items]

@@ -1,6 +1,7 @@
 """Every parameter, declared once: type, range, unit, default, source. The command line, presets, docs follow from it."""
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import msgspec
@@ -312,6 +313,32 @@ class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     wrap: Annotated[float, _meta("how much of the light wraps round the edge of a subject's mask", "look", _LOOK, ge=0, le=1)] = 0.0
 
 
+# What only the sum knows: where one of these is set, and no look, the look is classic.
+OF_SUM = (frozenset(Parameters.__struct_fields__) | frozenset(Composite.__struct_fields__)) - {"quality"}
+OF_LOOK = frozenset(Look.__struct_fields__)
+
+
+def chosen_look(values: Iterable[str], look: str | None = None, sum_by: str = "") -> str:
+    """`smart` or `classic`, by the names of what is set. look: the one that was asked for; sum_by: what else asks for the sum, if anything.
+
+    Raises AirlightError where some of them belong to the one, some to the other.
+    """
+    of_sum = sum_by or next((name for name in values if name in OF_SUM), "")
+    of_look = next((name for name in values if name in OF_LOOK and name != "look"), "")
+    if of_sum and (of_look or look == "smart"):
+        raise AirlightError(f"{of_sum} belongs to the classic look, {of_look or 'smart'} does not: leave one of the two out")
+    if of_look and look == "classic":
+        raise AirlightError(f"{of_look} belongs to the smart look, not to the classic one: leave one of the two out")
+    return look or ("classic" if of_sum else "smart")
+
+
+def refuse_look(values: Iterable[str], what: str) -> None:
+    """Raise AirlightError where something of a look is set for what has none. what: as in `a scene`."""
+    found = next((name for name in values if name in OF_LOOK), "")
+    if found:
+        raise AirlightError(f"{found} belongs to a look, which {what} has not: use a preset classic-..., or a method's own options")
+
+
 class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the shafts of a rendered 3-D scene need beside Parameters. Validated on construction; raises AirlightError."""
 
@@ -537,4 +564,4 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 
 OF_SCENES = (InScene, Medium, March)  # which a picture has no use for
 # What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
-NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"})
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"}) | OF_LOOK

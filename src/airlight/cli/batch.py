@@ -37,6 +37,7 @@ class Task:
     fraction: str | None = None
     mask: str | None = None
     depth: str | None = None
+    subject: str | None = None
     clip: int | None = None  # of the sequence whose frame it is, the place of its first frame among all
     number: int = 0  # its place among all
     wanted: bool = True  # False: written already, and only looked at for what the frames after it keep
@@ -53,6 +54,7 @@ def tasks(
     fraction: str | None,
     mask: str | None,
     depth: str | None,
+    subject: str | None,
     frames: str | None,
 ) -> tuple[list[Task], bool]:
     """What is to be done, and whether it is a sequence of frames. Patterns stand for the files that there are, or for `frames`."""
@@ -94,7 +96,7 @@ def tasks(
     found: list[Task] = []
     for number, source, clip in given:
         outputs = [place(target, number, source) for target in (output, layer, fraction)]
-        planes = beside(mask, number), beside(depth, number)
+        planes = beside(mask, number), beside(depth, number), beside(subject, number)
         found.append(Task(source, outputs[0] or output, outputs[1], outputs[2], *planes, clip, len(found)))
     _refuse_collisions(found)
     return found, sequence

@@ -11,10 +11,11 @@ import rich_click
 
 from airlight import presets
 from airlight.cli import image, render
+from airlight.cli.finding import resolve_lights
 from airlight.cli.light import LightType, place, read_light
 from airlight.cli.options import declared, gather, given
 from airlight.errors import AirlightError
-from airlight.parameters import NOT_IN_SCENES
+from airlight.parameters import NOT_IN_SCENES, OF_LOOK, refuse_look
 from airlight.scenes import NAMES, VALIDATION, is_scene
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from airlight.compare.variants import Variant
 
 WIDTH = 480  # of a scene
-_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"} | NOT_IN_SCENES
+_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"} | (NOT_IN_SCENES - OF_LOOK)
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "exclude"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
@@ -174,7 +175,8 @@ def _named(source: str, size: tuple[int, int], what: str) -> str:
 
 def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
     o = ctx.params
-    base = image.asked(ctx)
+    base = image.asked(ctx, sums=True)
+    refuse_look(base, "a comparison of methods")
     presets.build(base)
     variants = _chosen(texts, base)
 
@@ -183,9 +185,9 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
 
     _check_output(ctx, [source, o["mask"], o["depth"], o["preset"]])
     picture = files.read_image(source, o["on_damage"], o["input_layer"], o["colorspace"])
-    emits, far = image.read_planes(o["mask"], o["depth"], o)
+    emits, far = image.read_planes(o["mask"], o["depth"], o, picture)
     o["written"] = o["written"] or (read_light("auto"),)
-    found = image.resolve_lights(image.asked_lights(ctx), picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
+    found = resolve_lights(image.asked_lights(ctx), picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
     lights = [place(light, picture) for light in found]
 
     def measured(say: Any) -> "Comparison":
@@ -197,7 +199,9 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
 
 def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
     o = ctx.params
-    values = {name: value for name, value in gather(ctx, o["preset"], o["medium"]).items() if name not in NOT_IN_SCENES}
+    gathered = gather(ctx, o["preset"], o["medium"])
+    refuse_look(gathered, "a scene")
+    values = {name: value for name, value in gathered.items() if name not in NOT_IN_SCENES}
     presets.build(values)
     render.check_camera(ctx)
     size = render.picture_size(ctx)

@@ -13,12 +13,13 @@ import click
 import rich_click
 
 from airlight import presets
-from airlight.cli import batch
-from airlight.cli.light import AngleType, LightText, LightType, found_at, place, resolved
+from airlight.cli import batch, doubts
+from airlight.cli.finding import resolve_lights, show_candidates
+from airlight.cli.light import AngleType, LightText, LightType, place
 from airlight.cli.options import F, gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
-from airlight.parameters import check_picture
+from airlight.parameters import OF_SUM, Composite, Look, Parameters, check_picture, chosen_look
 from airlight.supervisor import say
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> No
         ctx.exit()
 
 
-LIGHT, OCCLUSION, FILES = "Light", "Occlusion", "Files"  # panels of the help
+LIGHT, OCCLUSION, DEPTH, FILES = "Light", "Occlusion", "Depth", "Files"  # panels of the help
 _option = functools.partial(click.option, cls=rich_click.RichOption)
 
 
@@ -87,7 +88,7 @@ def _listing(name: str, kind: str, help: str) -> Any:
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
-@_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.", required=True)
+@_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.")
 @_option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
 @_option(
     "--light",
@@ -96,9 +97,10 @@ def _listing(name: str, kind: str, help: str) -> Any:
     type=LightType(),
     multiple=True,
     default=("auto",),
-    help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds the brightest place. "
-    'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+    help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds it, auto:2 the next likely place, "
+    'auto:3+ the best three together. May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
+@_file("--candidates", None, LIGHT, "Show the places where the light may be, numbered on the picture; or write them to a .json file.")
 @_option(
     "--angle",
     "angles",
@@ -113,8 +115,20 @@ def _listing(name: str, kind: str, help: str) -> Any:
 @parameter_options
 @_file("--mask", None, OCCLUSION, "An image of the same size; white emits.")
 @_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
-@_file("--depth", None, OCCLUSION, "An image of the same size; what is far emits.")
-@_choice("--depth-near", OCCLUSION, ["black", "white"], "Which end of the depth image is near.")
+@_file("--depth", None, DEPTH, "An image of the same size, larger is farther: shafts pass behind what is near. With --occlusion depth what"
+    " is far emits.")
+@_option("--depth-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds depths, as Z: instead of --depth.")
+@_choice("--depth-near", DEPTH, ["black", "white"], "Which end of the depths is near: white for maps that hold inverse depths.")
+@_option(
+    "--near-range",
+    panel=DEPTH,
+    metavar="A,B",
+    default="0.05,0.6",
+    help="Of the depths, 0 the nearest and 1 the farthest: what is nearer than A hides shafts, nothing beyond B does.",
+)
+@_option("--depth-aware/--no-depth-aware", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
+@_file("--subject", None, DEPTH, "An image of the same size: shafts pass behind what is white; --wrap lets light round its edge.")
+@_option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds such a mask: instead of --subject.")
 @_option(
     "--input-layer",
     panel=FILES,
@@ -147,12 +161,14 @@ def _listing(name: str, kind: str, help: str) -> Any:
 def image(
     ctx: click.Context,
     sources: Sequence[str],
-    output: str,
+    output: str | None,
+    candidates: str | None,
     frames: str | None,
     origin: str,
     preset: str | None,
     mask: str | None,
     depth: str | None,
+    subject: str | None,
     layer: str | None,
     occlusion_fraction: str | None,
     debug: str | None,
@@ -167,18 +183,27 @@ def image(
     if overwrite + skip_existing + resume > 1:
         raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
     lights = asked_lights(ctx)
+    if candidates is not None:
+        show_candidates(sources, candidates, ctx.params)
+        if output is None:
+            return 0
+    if output is None:
+        raise AirlightError("no output is named: add -o FILE, or --candidates FILE to see where the light may be")
     if occlusion_fraction is not None and len(lights) > 1:
         raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
     if debug is not None and (layer is not None or occlusion_fraction is not None):
         raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
     values = asked(ctx)
-    parameters, *others = presets.build(values).values()
+    built = presets.build(values)
+    sum_by = next((name for name, value in (("--debug", debug), ("--occlusion-fraction", occlusion_fraction)) if value is not None), "")
+    chosen = chosen_look(values, values.get("look"), "--angle" if any(light.angle is not None for light in lights) else sum_by)
+    _check_depths(ctx, chosen, values)
 
-    todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, frames)
+    todo, sequence = batch.tasks(sources, output, layer, occlusion_fraction, mask, depth, subject, frames)
     many = len(todo) > 1 or sequence
     todo, done = _left(todo, skip_existing, resume)
     for task in todo:
-        _check_outputs(task.outputs, [task.source, task.mask, task.depth, preset], many or overwrite or resume)
+        _check_outputs(task.outputs, [task.source, task.mask, task.depth, task.subject, preset], many or overwrite or resume)
     if many:
         _refuse_existing(todo, overwrite or resume)
     if not todo:
@@ -186,8 +211,9 @@ def image(
     work = _Work(
         written=lights,
         origin=origin,
-        parameters=parameters,
-        composite=others[0] if others else None,
+        parameters=built[Parameters],
+        composite=built[Composite],
+        look=built[Look] if chosen == "smart" else None,
         ctx=ctx,
         values=values,
         debug=debug,
@@ -253,6 +279,7 @@ class _Loaded:
     picture: "Picture"
     emits: "np.ndarray | None"
     far: "np.ndarray | None"
+    subject: "np.ndarray | None"
 
 
 @dataclasses.dataclass
@@ -266,6 +293,7 @@ class _Work:
     origin: str
     parameters: Any
     composite: Any
+    look: Any  # None: classic
     ctx: click.Context
     values: dict[str, Any]  # what the options and the preset say
     debug: str | None
@@ -278,7 +306,7 @@ class _Work:
         self._start = threading.Thread(target=_open_device, args=(self.device,), daemon=True)
         self._start.start()  # while the first picture is read
         self._where: Any = None
-        # By clip, (lights, parameters, rule) of the first frame, the lights in the display window.
+        # By clip, (lights, parameters, what was measured) of the first frame, the lights in the display window.
         self._kept: dict[int, tuple[list[LightText], Any, Any]] = {}
 
     def read(self, task: batch.Task) -> _Loaded:
@@ -287,9 +315,10 @@ class _Work:
         begun = time.perf_counter()
         o = self.ctx.params
         picture = files.read_image(task.source, o["on_damage"], o["input_layer"], o["colorspace"])
-        emits, far = read_planes(task.mask, task.depth, o)
+        emits, far = read_planes(task.mask, task.depth, o, picture)
+        subject = read_subject(task.subject, o, picture)
         self.spent.add("read", begun)
-        return _Loaded(picture, emits, far)
+        return _Loaded(picture, emits, far, subject)
 
     def render(self, task: batch.Task, loaded: _Loaded) -> Any:
         """(what `api.render_picture` gives, the occlusion fraction or None, the settings), or the view that --debug asks for; None
@@ -306,8 +335,9 @@ class _Work:
         picture = loaded.picture
         check(self.parameters, picture.alpha is not None, loaded.far is not None)
         begun = time.perf_counter()
-        written, parameters, rule = kept or self._settled(picture)
+        written, parameters, held = kept or self._settled(picture)
         lights = [place(light, picture) for light in written]
+        doubts.tell_far_away(self.written, written)
         begun = self.spent.add("find the light", begun)
         if self.debug is not None:
             from airlight.debug import view
@@ -316,36 +346,41 @@ class _Work:
                 self._kept[task.clip] = written, parameters, None
             tell = functools.partial(say, prefix="")
             return view(self.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, tell)
-        done = api.render_picture(
-            picture,
-            lights,
-            parameters,
-            rule or self.composite,
-            mask=loaded.emits,
-            depth=loaded.far,
-            device=self._where,
-            profile=self.passes,
-            float_output=_is_float(task.output, picture),
-            codes_only=task.layer is None and picture.bits == 8 and not _is_float(task.output, picture),
-        )
+        real = _is_float(task.output, picture)
+        options: dict[str, Any] = {
+            "mask": loaded.emits,
+            "device": self._where,
+            "profile": self.passes,
+            "float_output": real,
+            "codes_only": task.layer is None and picture.bits == 8 and not real,
+        }
+        if self.look is not None or not lights:
+            options |= {"subject": loaded.subject, "depth": loaded.far if self.ctx.params["depth_aware"] else None, "held": held}
+            options |= {"near_range": _near_range(self.ctx.params["near_range"]), "quality": self.parameters.quality}
+            done = api.render_look(picture, lights, self.look or Look(), **options)
+        else:
+            done = api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
+        if lights and kept is None:
+            doubts.tell_unchanged(picture, done, self.look, parameters, self.written)
         if task.clip is not None:
-            self._kept[task.clip] = written, parameters, done.rule
+            self._kept[task.clip] = written, parameters, done.held
         fraction = None
-        if task.fraction is not None:
+        if task.fraction is not None and lights:
             keys = {name: getattr(parameters, name) for name in parameters.__struct_fields__}
             image, alpha = picture.rec709(picture.linear()), picture.alpha
             fraction = api.occlusion_fraction(
                 image, lights[0], alpha=alpha, depth=loaded.far, mask=loaded.emits, device=self._where, **keys
             )
         self.spent.add("render", begun)
-        return done, fraction, record(self.ctx, self.values, written, self.ctx.params["preset"])
+        chosen = "classic" if self.look is None else "smart"
+        return done, fraction, record(self.ctx, self.values, written, self.ctx.params["preset"], look=chosen)
 
     def _settled(self, picture: "Picture") -> Any:
         from airlight.occlusion.automatic import settled
 
         integer = picture.codes.dtype.kind == "u"
-        settles = integer or (self.composite is not None and self.composite.adapt > 0)
-        searched = any(w.position == "auto" for w in self.written)
+        settles = self.look is None and (integer or self.composite.adapt > 0)
+        searched = any(w.searched for w in self.written)
         coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
         written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse)
         if not settles or coarse is None:
@@ -396,20 +431,49 @@ def _renderer(device: str | None) -> Any:
         return device
 
 
-def asked(ctx: click.Context) -> dict[str, Any]:
-    """The values that differ from the defaults, by preset and options; refuses options that need others."""
+def asked(ctx: click.Context, sums: bool = False) -> dict[str, Any]:
+    """The values that differ from the defaults, by preset and options; refuses options that need others. sums: there are no looks."""
     o = ctx.params
     if o["mask_invert"] and o["mask"] is None:
         raise AirlightError("--mask-invert inverts the image of --mask; give both")
     values = gather(ctx, o["preset"])
     check_picture(values.get("method", ""))
-    if o["depth"] is not None:
-        values.setdefault("occlusion", "depth")  # what else would it be given for?
-    elif values.get("occlusion") == "depth":
+    has_depth = o["depth"] is not None or o.get("depth_layer") is not None
+    if has_depth and (sums or values.get("look") == "classic" or (values.get("look") is None and OF_SUM & values.keys())):
+        values.setdefault("occlusion", "depth")  # what else would the sum be given it for?
+    elif values.get("occlusion") == "depth" and not has_depth:
         raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
-    if given(ctx, "depth_near") and o["depth"] is None:
+    if given(ctx, "depth_near") and not has_depth:
         raise AirlightError("--depth-near describes the image of --depth; give both")
     return values
+
+
+def _check_depths(ctx: click.Context, look: str, values: dict[str, Any]) -> None:
+    """Refuse options of depths and subjects that would have no effect."""
+    o = ctx.params
+    for file, layer in (("depth", "depth_layer"), ("subject", "subject_layer")):
+        if o[file] is not None and o[layer] is not None:
+            raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
+    has_depth = o["depth"] is not None or o["depth_layer"] is not None
+    has_subject = o["subject"] is not None or o["subject_layer"] is not None
+    for name in ("near_range", "depth_aware"):
+        if given(ctx, name) and (not has_depth or look == "classic"):
+            option = name.replace("_", "-")
+            raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
+    if has_subject and look == "classic":
+        raise AirlightError("--subject is for the smart look: leave out what asks for the classic one")
+    if values.get("wrap") and not has_subject:
+        raise AirlightError("--wrap goes with the mask of a subject: add --subject FILE")
+    _near_range(o["near_range"])
+
+
+def _near_range(text: str) -> tuple[float, float]:
+    from airlight.look.near import check_range
+
+    try:
+        return check_range(text.split(","))
+    except AirlightError:
+        raise AirlightError(f"--near-range {text}: write two numbers, the first the smaller, as in 0.05,0.6") from None
 
 
 def asked_lights(ctx: click.Context) -> list[LightText]:
@@ -419,17 +483,30 @@ def asked_lights(ctx: click.Context) -> list[LightText]:
     return [*(() if alone else written), *angles]
 
 
-def read_planes(mask: str | None, depth: str | None, options: dict[str, Any]) -> "tuple[np.ndarray | None, np.ndarray | None]":
-    """The images of --mask (white emits) and --depth (larger is farther)."""
+def read_planes(
+    mask: str | None, depth: str | None, options: dict[str, Any], picture: "Picture"
+) -> "tuple[np.ndarray | None, np.ndarray | None]":
+    """The images of --mask (white emits) and --depth (larger is farther), this perhaps of a channel of the picture."""
     from airlight import files
 
     emits = None if mask is None else files.read_mask(mask, options["on_damage"])
     if emits is not None and options["mask_invert"]:
         emits = 1 - emits
     far = None if depth is None else files.read_mask(depth, options["on_damage"], depth=True)
+    if options.get("depth_layer") is not None:
+        far = picture.channel(options["depth_layer"])
     if far is not None and options["depth_near"] == "white":
         far = (far.max() if far.max() > 1 else 1) - far
     return emits, far
+
+
+def read_subject(subject: str | None, options: dict[str, Any], picture: "Picture") -> "np.ndarray | None":
+    """The image of --subject, or the picture's channel of --subject-layer: white hides shafts."""
+    from airlight import files
+
+    if options["subject_layer"] is not None:
+        return picture.channel(options["subject_layer"])
+    return None if subject is None else files.read_mask(subject, options["on_damage"])
 
 
 def _open_device(name: str | None) -> None:
@@ -456,23 +533,6 @@ def _check_outputs(outputs: Sequence[str | None], inputs: Sequence[str | None], 
             if os.path.realpath(path) in seen:
                 raise AirlightError(f"{path}: is named for two outputs; give each a name of its own")
             seen.add(os.path.realpath(path))
-
-
-def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
-    """The lights as numbers in the display window, `auto` found."""
-    at = None
-    if coarse is not None and any(w.position == "auto" for w in written):
-        from airlight.detect import find_light
-
-        found = find_light(coarse)
-        if found is None:
-            raise AirlightError(f"{picture.path}: no light found in the picture; give its place with --light X,Y")
-        at = found_at(picture, found.position)
-        say(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
-    return [
-        dataclasses.replace(w, position=f"{at[0]!r},{at[1]!r}") if at and w.position == "auto" else resolved(w, picture, origin)
-        for w in written
-    ]
 
 
 def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:

@@ -1,16 +1,23 @@
-"""How a light is written on the command line: `X,Y[;color=R,G,B][;strength=S]`, or `auto` for X,Y, or the angle of a parallel one."""
+"""How a light is written on the command line: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, or `auto` for X,Y, or the angle of a parallel one.
 
+`auto:2` is the second of the places where a picture's light may be, `auto:3+` the first three of them together.
+"""
+
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from airlight.errors import AirlightError
-from airlight.lights import Light, parse_position
+from airlight.lights import KINDS, Light, parse_position
 
 if TYPE_CHECKING:
     from airlight.files import Picture
     from airlight.files.images import Window
+
+
+_AUTO = re.compile(r"auto(?::([1-9]\d?)(\+)?)?")
 
 
 @dataclass(frozen=True)
@@ -21,16 +28,24 @@ class LightText:
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
     angle: float | None = None
+    kind: str | None = None  # see Light
 
     def light(self, x: float, y: float) -> Light:
-        return Light((x, y), self.color, self.strength)
+        return Light((x, y), self.color, self.strength, kind=self.kind)
+
+    @property
+    def searched(self) -> tuple[int, bool] | None:
+        """(rank, whether all of the better ones are meant too) of a light that is to be found; rank 0: the best, if it is good enough."""
+        found = _AUTO.fullmatch(self.position)
+        return (int(found[1] or 0), bool(found[2])) if found else None
 
     @property
     def text(self) -> str:
         """As `read_light` reads it."""
         color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
         place = self.position if self.angle is None else repr(self.angle)
-        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}")
+        kind = "" if self.kind is None else f";kind={self.kind}"
+        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind
 
 
 class LightType(click.ParamType):
@@ -62,7 +77,9 @@ def read_light(text: str, parallel: bool = False) -> LightText:
         Light.parallel(**known)
         return LightText("", **known)
     written = LightText(position, **known)
-    written.light(*(0.0, 0.0) if position == "auto" else parse_position(position, 1, 1))  # refuses bad values before any file is read
+    if position.startswith("auto") and written.searched is None:
+        raise AirlightError(f"cannot read {position!r}: write auto, auto:2 for the next place, or auto:3+ for the best three together")
+    written.light(*(0.0, 0.0) if written.searched else parse_position(position, 1, 1))  # refuses bad values before any file is read
     return written
 
 
@@ -77,11 +94,19 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = tuple(float(v) for v in value.split(","))
             elif name == "strength":
                 known[name] = float(value)
+            elif name == "kind" and form == "X,Y":
+                known[name] = _kind(value, text)
             else:
                 raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
         except ValueError:
             raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
     return position, known
+
+
+def _kind(value: str, text: str) -> str:
+    if value not in KINDS:
+        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(KINDS)}")
+    return value
 
 
 def _windows(picture: "Picture") -> "tuple[Window, Window]":

@@ -19,7 +19,7 @@ from airlight.cli.light import split_light
 from airlight.cli.options import check_given, gather, given, scene_options
 from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
-from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters, refuse_look
 
 if TYPE_CHECKING:
     from airlight.medium import Settled
@@ -215,7 +215,9 @@ def render(
         raise AirlightError("--resume goes with numbered frames: a film is written in one run")
     if given(ctx, "turntable") and given(ctx, "turn"):
         raise AirlightError("--turn and --turntable exclude each other; give one")
-    values = {name: value for name, value in gather(ctx, preset, medium).items() if name not in NOT_IN_SCENES}
+    gathered = gather(ctx, preset, medium)
+    refuse_look(gathered, "a scene")
+    values = {name: value for name, value in gathered.items() if name not in NOT_IN_SCENES}
     quality = presets.build(values)[Parameters].quality
     check_camera(ctx)
     size = _size(ctx, quality)

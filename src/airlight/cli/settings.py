@@ -13,7 +13,8 @@ from airlight.errors import AirlightError
 
 # Options of each command, beside the declared parameters, that shape the result; files by their names as written.
 _OPTIONS = {
-    "image": ("mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace"),
+    "image": ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_aware", "subject", "subject_layer")
+    + ("input_layer", "colorspace"),
     "render": ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
     + ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf"),
 }
@@ -28,21 +29,25 @@ def record(
     preset: str | None,
     instead: dict[str, Any] | None = None,
     standing: dict[str, Any] | None = None,
+    look: str | None = None,
 ) -> str:
     """One line of JSON: the values that are not the defaults, the lights as they were resolved, the preset's name.
 
     instead: values of options that go before those of the command line. standing: the defaults that a scene has of its own.
+    look: of a picture.
     """
     names, given = _OPTIONS[str(ctx.command.name)], ctx.params | (instead or {})
     defaults = {p.name: p.default for p in declared(scenes=True)} | (standing or {})
     options = {p.name: p.default for p in ctx.command.params if p.name in names}
     said = {name: presets.text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
-    said |= {name: given[name] for name in names if given[name] not in (None, False, options[name])}
+    said |= {name: given[name] for name in names if given[name] not in (None, options[name])}
     if ctx.command.name == "render":
         said |= {name: list(given[name]) for name in _LISTS["render"] if given[name]}
     for name, parallel in (("light", False), ("angle", True)):
         texts = [light.text for light in lights if (light.angle is not None) == parallel]
         said |= {name: texts} if texts else {}
+    if look is not None:
+        said["look"] = look
     preset = preset or ctx.meta.get(_PRESET)
     return json.dumps(said | ({"preset": preset} if preset else {}), sort_keys=True, default=str)
 
@@ -68,6 +73,8 @@ def recall(ctx: click.Context, _: click.Parameter, path: str | None) -> None:
         many = name in lists and isinstance(value, list) and value != []
         if name not in known or not all(isinstance(one, str if many else (str, int, float)) for one in (value if many else [value])):
             raise AirlightError(f"{path}: its settings hold {name!r}, unknown to this version of Airlight; use the one that wrote it")
+    if command == "image":
+        said.setdefault("look", "classic")  # as it was before there were looks
     # numbers as they would be typed, so that each option refuses what it cannot be
     said = {name: value if isinstance(value, (bool, list)) else str(value) for name, value in said.items()}
     ctx.meta[_PRESET] = said.pop("preset", None)

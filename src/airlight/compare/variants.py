@@ -9,7 +9,7 @@ import msgspec
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import IN_VIEW, NOT_IN_SCENES, OF_SCENES, Composite, InScene, March, Medium, Parameters, check_picture
+from airlight.parameters import IN_VIEW, NOT_IN_SCENES, OF_SCENES, Composite, InScene, March, Medium, Parameters, check_picture, refuse_look
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -58,6 +58,7 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
     """
     try:
         own = presets.written(text)
+        refuse_look(own, "a comparison of methods")
         named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
         _check_keys(named, in_scene)
         values = base | own

@@ -13,6 +13,7 @@ from airlight.files.colour import LUMINANCE, Profile, alpha_of, decode_codes
 from airlight.files.decode import decode, tell
 from airlight.files.repair import repair
 
+COARSE = 1500  # px of the longer side of a coarse copy, about
 OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
 
@@ -79,12 +80,26 @@ class Picture:
         """(..., 3) in the picture's linear RGB as linear Rec. 709."""
         return pixels if self.to_709 is None else pixels @ self.to_709.T.astype(np.float32)
 
+    def channel(self, name: str) -> np.ndarray:
+        """(H, W) float32: a further channel of an EXR, by its name in any case. Raises AirlightError where there is none."""
+        names = [one.lower() for one in self.extra_names]
+        if self.extra is None or name.lower() not in names:
+            there = ", ".join(self.extra_names[:8]) or "none"
+            close = difflib.get_close_matches(name, self.extra_names, 1)
+            hint = f"; did you mean {close[0]!r}?" if close else ""
+            raise AirlightError(f"{self.path}: has no channel {name!r} beside its colours{hint} (there is {there})")
+        return _finite(np.ascontiguousarray(self.extra[..., names.index(name.lower())][..., None]), self.path)[..., 0]
+
+    def from_rec709(self, pixels: np.ndarray) -> np.ndarray:
+        """The inverse of `rec709`."""
+        return pixels if self.to_709 is None else pixels @ np.linalg.inv(self.to_709).T.astype(np.float32)
+
     def linear(self, coarse: bool = False) -> np.ndarray:
         """(H, W, 3) float32 scene-linear, in the picture's own RGB; grey expanded; straight for integer formats, as stored for EXR.
 
-        coarse: only every n-th row and column, some 1,500 of the longer.
+        coarse: only every n-th row and column, some COARSE of the longer.
         """
-        step = max(1, max(self.width, self.height) // 1500) if coarse else 1
+        step = max(1, max(self.width, self.height) // COARSE) if coarse else 1
         return decode_codes(self.colour_codes[every(self.height, step), every(self.width, step)], self.profile, self.encoding == "linear")
 
 

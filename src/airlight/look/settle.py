@@ -65,6 +65,8 @@ def settle(
     strengths = [light.strength for light in lights]
     if max(strengths) <= 0 or look.strength <= 0:
         return Settled((), 0.0, shade, 0.0, 0.0)
+    if held is not None and not held.changes:
+        return dataclasses.replace(held, message="")
     seen: list[Seen] = []
     rays: list[int] = []
     for number, light in enumerate(lights):
@@ -78,7 +80,7 @@ def settle(
         seen.append(one)
         rays.append(count)
     if held is not None:
-        return held
+        return dataclasses.replace(held, message="")
     founds = [measure.found(small, one) for one in seen]
     holds = [1.0 if count else found.holds for found, count in zip(founds, rays, strict=True)]
     weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]

@@ -1,0 +1,62 @@
+"""One line, with its cure, where what was asked for gives nothing to see."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from airlight.cli.light import LightText
+from airlight.lights import parse_position
+from airlight.supervisor import say
+
+if TYPE_CHECKING:
+    from airlight.files import Picture
+
+FAR_AWAY = 20  # pictures: a light beyond was hardly meant to be there
+CODES = 2  # of 8 bits: what changes by no more is not seen
+
+
+def tell_far_away(written: Sequence[LightText], found: Sequence[LightText]) -> None:
+    """Say where a light lies so far away that pixels were meant. written: as typed; found: the same in numbers."""
+    for typed, light in zip(written, found, strict=False):
+        if typed.searched is not None or typed.angle is not None:
+            continue
+        x, y = parse_position(light.position, 1, 1)
+        if max(abs(x - 0.5), abs(y - 0.5)) > FAR_AWAY:
+            away = max(abs(x), abs(y))
+            say(f"the light {typed.position} lies {away:.0f} pictures away: where pixels are meant, write 400px,300px", prefix="")
+
+
+def tell_unchanged(picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> None:
+    """Say why nothing, or hardly anything, is to be seen. done: api.Rendered; look: None for the classic one; p: the sum's parameters."""
+    if done.message:
+        say(f"{picture.path}: {done.message}", prefix="")
+    elif changes_little(picture, done):
+        say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}", prefix="")
+
+
+def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
+    if not any(light.strength for light in lights) or (look is not None and look.strength == 0):
+        return "the strength is 0"
+    if look is not None:
+        return "--strength 2 shows more"
+    if p.exposure * p.weight == 0:
+        return "weight or exposure is 0"
+    if p.occlusion in ("luminance", "contrast") and sum(p.knee) / 2 >= 1:
+        return f"little or nothing is as bright as --threshold {sum(p.knee) / 2:g}; lower it"
+    if p.occlusion in ("alpha", "depth"):
+        return f"--occlusion {p.occlusion} lets little or no light through; try --occlusion luminance"
+    return "raise --exposure, lower --threshold, or leave the options of the sum out for the smart look"
+
+
+def changes_little(picture: "Picture", done: Any) -> bool:
+    """Whether no pixel of a coarse copy changes by more than CODES."""
+    import numpy as np
+
+    from airlight.files.colour import srgb_encode
+    from airlight.files.images import COARSE, every
+
+    step = max(1, max(picture.width, picture.height) // COARSE)
+    some = every(picture.height, step), every(picture.width, step)
+    if done.encoded is not None:
+        return int(np.abs(done.encoded[some].astype(np.int16) - picture.codes[..., :3][some]).max()) <= CODES
+    before, after = (srgb_encode(np.clip(v, 0, 1)) for v in (picture.linear(coarse=True), done.pixels[some]))
+    return float(np.abs(after - before).max()) <= (CODES + 0.5) / 255

@@ -1,0 +1,94 @@
+"""Finding a picture's lights for the command line: which are meant, which to ask about, and showing them."""
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from airlight.cli.light import LightText, found_at, resolved
+from airlight.errors import AirlightError
+from airlight.supervisor import say
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from airlight.files import Picture
+
+
+def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
+    """The lights as numbers in the display window, those to be searched for found; none where it is not clear enough which are meant."""
+    lights: list[LightText] = []
+    found: Any = None
+    for one in written:
+        if one.searched is None:
+            lights.append(resolved(one, picture, origin))
+            continue
+        if found is None:
+            from airlight.detect import find_lights
+
+            found = find_lights(coarse)
+        places = _chosen_places(found, *one.searched, picture)
+        if not places:
+            return []
+        for position, kind in places:
+            at = found_at(picture, position)
+            say(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
+            lights.append(dataclasses.replace(one, position=f"{at[0]!r},{at[1]!r}", kind=one.kind or kind))
+    return lights
+
+
+def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture") -> list[tuple[tuple[float, float], str]]:
+    """(position, kind) of the candidates that are meant, see `LightText.searched`; none, and a line that says why, where none will do."""
+    from airlight.detect import ACT, ASK
+
+    if not found or (rank == 0 and found[0].confidence < ASK):
+        say(f"{picture.path}: no light found, left as it is: give --light X,Y", prefix="")
+        return []
+    best = found[0]
+    if rank == 0 and best.confidence < ACT:
+        x, y, *_ = found_at(picture, best.position)
+        words = f"unsure, left as it is: perhaps at {x:.2f},{y:.2f} ({best.kind}, {best.confidence:.2f}); --light auto:1 takes it"
+        say(f"{picture.path}: {words}", prefix="")
+        return []
+    if all_of_them:
+        lamps = [(position, best.kind) for position in best.lamps]
+        return (lamps if len(lamps) > 1 else [(one.position, one.kind) for one in found])[:rank]
+    if rank > len(found):
+        there = f"only {len(found)} places look like a light"
+        raise AirlightError(f"{picture.path}: --light auto:{rank}: {there}; --candidates FILE shows them")
+    one = found[max(rank, 1) - 1]
+    if one.guess:
+        say("beyond the picture, by a guess: --light X,Y puts it elsewhere", prefix="")
+    return [(one.position, one.kind)]
+
+
+def show_candidates(sources: Sequence[str], path: str, o: dict[str, Any]) -> None:
+    """Write the sheet, or the list, of --candidates. o: the values of the command's options."""
+    from airlight import files
+    from airlight.detect import find_lights
+    from airlight.detect.sheet import draw_candidates
+    from airlight.files.sequence import numbered
+
+    if len(sources) != 1 or numbered(sources[0]) is not None:
+        raise AirlightError("--candidates shows one picture; name one")
+    is_list = path.lower().endswith(".json")
+    files.check_output(path, list(sources), o["overwrite"], image=not is_list)
+    picture = files.read_image(sources[0], o["on_damage"], o["input_layer"], o["colorspace"])
+    coarse = picture.rec709(picture.linear(coarse=True))
+    found = find_lights(coarse)
+    for number, one in enumerate(found, 1):
+        x, y, *_ = found_at(picture, one.position)
+        say(f"{number}: {x:.3f},{y:.3f}  {one.kind}, confidence {one.confidence:.2f}{', a guess' if one.guess else ''}", prefix="")
+    if not found:
+        say("no light found: give --light X,Y", prefix="")
+    if is_list:
+        places = [
+            {"position": found_at(picture, one.position)[:2], "kind": one.kind, "confidence": round(one.confidence, 4), "guess": one.guess}
+            | {"lamps": [found_at(picture, lamp)[:2] for lamp in one.lamps]}
+            for one in found
+        ]
+        with files.replacing(path, o["overwrite"]) as file:
+            file.write((json.dumps(places, indent=1) + "\n").encode())
+        return
+    codes = draw_candidates(coarse, found)
+    files.write_image(path, files.to_linear(codes)[0], encoded=codes, overwrite=o["overwrite"])
