@@ -129,12 +129,16 @@ class _Reference:
 
     def layer(self, linear: Array, small: measure.Small, settled: Settled, near: Array | None, white: float) -> tuple[Array, Array]:
         height, width = self.y.shape
-        sums = np.zeros((height, width, 4))
+        added_light, missing = np.zeros((height, width, 3)), np.zeros((height, width))
         for (rays, emits), one in zip(self.found, settled.lights, strict=True):
             s = one.settings
             amount = twin.ray_amount(*twin.at_points(rays, s.grid, *points(width, height)), emits, s)
-            sums[..., :3] += np.maximum(amount, 0)[..., None] * np.array(s.color)
-            sums[..., 3] += np.maximum(-amount, 0)
+            added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
+            missing += np.maximum(-amount, 0)
+        guide = twin.resized(small.guide, width, height)
+        base = guide[..., 0] * twin.lightness(self.y) + guide[..., 1]
+        add, take = twin.change(base, added_light, missing, settled.strength, settled.shade)
+        field = np.concatenate([add, take[..., None]], axis=-1)
         added, taken = np.empty(linear.shape, np.float32), np.empty(linear.shape[:2], np.float32)
         full = linear.shape[1], linear.shape[0]
         x = (np.arange(full[0]) + 0.5) / full[0]
@@ -146,13 +150,9 @@ class _Reference:
 
         def rows(first: int, last: int) -> None:
             color = np.maximum(linear[first:last], 0).astype(np.float64) / white
-            y = color @ twin.REC709
-            guide = at_rows(small.guide, first, last)
-            base = guide[..., 0] * twin.lightness(y) + guide[..., 1]
-            found = at_rows(sums, first, last)
-            hidden = 0.0 if near is None else at_rows(near, first, last)
-            amount, tint = twin.split(found[..., :3], found[..., 3], twin.visible(base, np.asarray(hidden)))
-            light, taken[first:last] = twin.lit(color, base, amount, tint, settled.strength, settled.shade)
+            found = at_rows(field, first, last)
+            hidden = np.zeros(color.shape[:2]) if near is None else at_rows(near, first, last)
+            light, taken[first:last] = twin.put(color, found[..., :3], found[..., 3], hidden)
             added[first:last] = white * light
 
         by_rows(rows, full[1])

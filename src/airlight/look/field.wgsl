@@ -1,23 +1,58 @@
-// The light that all lights add, RGB, and lack, at the pixels of the small copy, before anything hides it. Twin: ray_amount in
-// reference/look.py.
+// What all lights together add to and take from the pixels of the small copy. Each light adds to the sums of those before it; the last
+// makes of them the light that comes in, RGB, and the share of a pixel that is taken. Twins: ray_amount, change in reference/look.py.
+//! include "gpu/half.wgsl"
 //! include "look/rays.wgsl"
 override ADD: bool = false;   // to what earlier lights gave
+override LAST: bool = true;
+const MOST = 0.35;
+const EXTINCTION = 0.375;
+const DARK = vec2f(0.10, 0.28);
+const BRIGHT = vec3f(0.45, 0.80, 0.85);
+const SHADE_MOST = 0.3;
+const REC709 = vec3f(0.2126, 0.7152, 0.0722);
+
+struct Look {
+    strength: f32,            // solved
+    shade: f32,
+}
 
 @group(0) @binding(0) var<uniform> rays: Rays;
-@group(0) @binding(1) var bands: texture_2d<f32>;
-@group(0) @binding(2) var matte: texture_2d<f32>;
-@group(0) @binding(3) var bilinear: sampler;
-@group(0) @binding(4) var before: texture_2d<f32>;
-@group(0) @binding(5) var field: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(1) var<uniform> look: Look;
+@group(0) @binding(2) var bands: texture_2d<f32>;
+@group(0) @binding(3) var matte: texture_2d<f32>;
+@group(0) @binding(4) var small: texture_2d<f32>;
+@group(0) @binding(5) var guide: texture_2d<f32>; // slope and offset from L to its smoothed B; how near
+@group(0) @binding(6) var bilinear: sampler;
+@group(0) @binding(7) var before: texture_2d<f32>;
+@group(0) @binding(8) var field: texture_storage_2d<rgba16float, write>;
+
+/// The light that comes in, and the share that is taken, of the sums of added and missing light.
+fn change(base: f32, sums: vec4f) -> vec4f {
+    let light = dot(sums.rgb, REC709);
+    let shown = look.strength * smooth_step(base, DARK.x, DARK.y);
+    let rise = MOST * (1.0 - exp(-shown * light / MOST));
+    let hidden = EXTINCTION * look.shade * rise / MOST;
+    let risen = base + rise;
+    let amount = risen * risen * risen - base * base * base * (1.0 - hidden);
+    let less = look.shade * (1.0 - BRIGHT.z * smooth_step(base, BRIGHT.x, BRIGHT.y)) * shown * sums.a;
+    let root = 1.0 - SHADE_MOST * (1.0 - exp(-less / max(base, 0.12) / SHADE_MOST));
+    return vec4f(amount / max(light, 1e-9) * sums.rgb, 1.0 - root * root * root * (1.0 - hidden));
+}
 
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(field);
     if (any(id.xy >= size)) { return; }
-    let at = polar((vec2f(id.xy) + 0.5) / vec2f(size) * rays.box, rays);
+    let place = (vec2f(id.xy) + 0.5) / vec2f(size);
+    let at = polar(place * rays.box, rays);
     let found = vec4f(textureSampleLevel(bands, bilinear, band_place(at, rays), 0.0).rgb, at.x);
     let amount = ray_amount(found, textureLoad(matte, id.xy, 0).g, rays);
-    var out = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * dot(rays.color, vec3f(0.2126, 0.7152, 0.0722)));
-    if (ADD) { out += textureLoad(before, id.xy, 0); }
-    textureStore(field, id.xy, out);
+    var sums = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * dot(rays.color, REC709));
+    if (ADD) { sums += textureLoad(before, id.xy, 0); }
+    if (LAST) {
+        let smoothing = textureSampleLevel(guide, bilinear, place, 0.0);
+        let level = pow(max(dot(textureLoad(small, id.xy, 0).rgb, REC709), 1e-20), 1.0 / 3.0);
+        sums = change(smoothing.r * level + smoothing.g, sums) * (1.0 - smoothing.b);
+    }
+    textureStore(field, id.xy, vec4f(nearest_half(sums.rgb), nearest_half(sums.aaa).x));
 }

@@ -228,7 +228,7 @@ class Found:
 def found(small: Small, seen: Seen) -> Found:
     """Measure the rays where they can be seen."""
     assert seen.bands is not None and seen.distance is not None
-    weight = twin.visible(small.base, np.zeros_like(small.y)) * (1 - seen.emits)
+    weight = twin.visible(small.base) * (1 - seen.emits)
     total = max(float(weight.sum()), 1e-9)
     rest = twin.REST * max(float(seen.bands[..., 2].max()), 1e-6)
     out = twin.standing_out(seen.bands, rest)
@@ -240,29 +240,29 @@ def found(small: Small, seen: Seen) -> Found:
     return Found(deviation, fine_rms, rest, float(weight.mean()), float(np.clip(REACH[0] * half, *REACH[1:])))
 
 
-def amounts(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:
-    """((h, w, 2) added and missing light, (h, w, 3) tint) of all lights together, where they can be seen."""
+def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:
+    """((h, w, 3) added, (h, w) missing light) of all lights together, as `change` takes them."""
     added, missing = np.zeros((*small.y.shape, 3)), np.zeros_like(small.y)
     for seen, settings in lights:
         assert seen.bands is not None and seen.distance is not None
         amount = twin.ray_amount(seen.bands, seen.distance, seen.emits, settings)
         added += np.maximum(amount, 0)[..., None] * np.array(settings.color)
         missing += np.maximum(-amount, 0)
-    return twin.split(added, missing, twin.visible(small.base, small.hidden))
+    return added, missing
 
 
 class Contrast:
     """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture."""
 
-    def __init__(self, small: Small, amount: Array, tint: Array, shade: float) -> None:
+    def __init__(self, small: Small, added: Array, missing: Array, shade: float) -> None:
         few = np.s_[::2, ::2] if max(small.size) > SIDE // 2 else np.s_[:, :]
-        self.color, self.base = small.color[few], small.base[few]
-        self.amount, self.tint, self.shade = amount[few], tint[few], shade
+        self.color, self.base, self.near = small.color[few], small.base[few], small.hidden[few]
+        self.sums, self.shade = (added[few], missing[few]), shade
         self.before = oklab(self.color)
 
     def at(self, strength: float) -> float:
-        add, take = twin.lit(self.color, self.base, self.amount, self.tint, strength, self.shade)
-        after = oklab(self.color * (1 - take)[..., None] + add)
+        added, taken = twin.put(self.color, *twin.change(self.base, *self.sums, strength, self.shade), self.near)
+        after = oklab(self.color * (1 - taken)[..., None] + added)
         return float(np.percentile(100 * np.sqrt(np.square(after - self.before).sum(axis=-1)), 95))
 
     def solve(self, wanted: float) -> tuple[float, float]:

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
-from airlight.gpu.timing import Timer, compute
+from airlight.gpu.timing import Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
 from airlight.reference.look import BREADTHS, COARSE, DRAWN, RaySettings, Tones, coarse_sigma
 
-FIELDS = {"draft": 640, "normal": 1280, "final": 2560}  # px of the longer side of the copy on which rays are found, by quality
+FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
 RAYS = np.dtype(
     [("box", "f4", 2), ("light", "f4", 2)]
     + [(n, "f4") for n in ("start", "span", "nearest", "step", "surroundings", "tone_span")]
@@ -22,7 +22,7 @@ RAYS = np.dtype(
     + [(n, "f4") for n in ("fine", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist")]
     + [("color", "f4", 3), ("", "f4")]
 )
-LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("scale", "f4"), ("", "f4")])
+LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("", "f4", 2)])
 SHRINK, MATTE, BANDS, GLANCE, FIELD_SUM = (f"look/{name}.wgsl" for name in ("shrink", "matte", "bands", "glance", "field"))
 CODES, LAYER = "look/codes.wgsl", "look/layer.wgsl"
 
@@ -45,12 +45,13 @@ class _LightRays:
         self.steps = [device.pipeline(BANDS, entry) for entry in entries]
         self.counts = [(LINES // 32, 1), *((-(-count // 64), RADII) for count in (LINES, groups, groups, LINES + 2))]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1])
-        self.gather = device.pipeline(FIELD_SUM, "gather", ADD=number > 0)
+        self.gathers = [device.pipeline(FIELD_SUM, "gather", ADD=number > 0, LAST=last) for last in (False, True)]
         before = plan.lights[number - 1].field if number else self.bands
         self.matte_bind = device.bind(MATTE, self.uniform, plan.small, self.lets, sampler, self.matte)
         self.bands_bind = device.bind(BANDS, self.uniform, self.matte, sampler, self.pattern, *plan.lines, self.bands)
         self.glance_bind = device.bind(GLANCE, self.uniform, self.bands, sampler, plan.seen)
-        self.field_bind = device.bind(FIELD_SUM, self.uniform, self.bands, self.matte, sampler, before, self.field)
+        rest = plan.small, plan.guide, sampler, before, self.field
+        self.field_bind = device.bind(FIELD_SUM, self.uniform, plan.uniform, self.bands, self.matte, *rest)
 
 
 class LookPlan:
@@ -77,7 +78,10 @@ class LookPlan:
         self.lights: list[_LightRays] = []
         self.uniform = device.buffer(size=LOOK.itemsize, uniform=True)
         path = CODES if is_codes else LAYER
-        self.put = device.pipeline(path, "put", NEAR_GIVEN=near)
+        if is_codes:
+            self.put = device.raster(path, "cover", "put", "rgba8unorm", NEAR_GIVEN=near)
+        else:
+            self.put = device.pipeline(path, "put", NEAR_GIVEN=near)
         self.result = device.texture(*size, "rgba8unorm" if is_codes else "rgba16float")
         self.puts: dict[int, Any] = {}
         if is_codes:
@@ -169,20 +173,27 @@ class LookPlan:
             v["color"] = np.array(s.color) * s.weight
             self.device.queue.write_buffer(rays.uniform, 0, v.tobytes())
         values = np.zeros((), LOOK)
-        values["strength"], values["shade"], values["scale"] = strength, shade, 1 / self.white
+        values["strength"], values["shade"] = strength, shade
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         self.count = len(lights)
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from bands to `result`."""
-        for rays in self.lights[: self.count]:
-            self._run("field", encoder, rays.gather, rays.field_bind, self.field_size, timer)
+        for number, rays in enumerate(self.lights[: self.count], 1):
+            self._run("field", encoder, rays.gathers[number == self.count], rays.field_bind, self.field_size, timer)
         if self.count not in self.puts:
-            field, sampler = self.lights[self.count - 1].field, self.device.sampler()
-            common = [self.uniform, field, self.guide, self.near, sampler, self.picture]
-            rest = [self.noise, self.result] if self.is_codes else [self.result]
+            common = [self.lights[self.count - 1].field, self.near, self.device.sampler(), self.picture]
+            rest = [self.noise] if self.is_codes else [self.scale, self.result]
             self.puts[self.count] = self.device.bind(CODES if self.is_codes else LAYER, *common, *rest)
-        self._run("composite", encoder, self.put, self.puts[self.count], self.size, timer)
+        if not self.is_codes:
+            self._run("composite", encoder, self.put, self.puts[self.count], self.size, timer)
+            return
+        onto = {"view": self.result.create_view(), "load_op": "clear", "store_op": "store"}
+        run = encoder.begin_render_pass(color_attachments=[onto], **timing(timer, "composite", encoder))
+        run.set_pipeline(self.put)
+        run.set_bind_group(0, self.puts[self.count])
+        run.draw(3)
+        run.end()
 
     def read(self, profile: Any = None) -> Array:
         """Run the last passes: (H, W, 4) uint8 codes, or float16: what is added, white at 1, and the share that is taken."""

@@ -110,7 +110,7 @@ def settle(
         return Settled(found_lights, 0.0, shade, 0.0, 0.0, f"{why}; --rays 24 draws some")
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
     wanted = measure.VISIBLE * look.strength * share
-    strength, contrast = Contrast(small, *measure.amounts(small, pairs), shade).solve(wanted)
+    strength, contrast = Contrast(small, *measure.sums(small, pairs), shade).solve(wanted)
     drawn = max(rays)
     message = f"no gaps for light to come through: {drawn} rays drawn; --rays 0 for none" if drawn and look.rays is None else ""
     return Settled(found_lights, strength, shade, wanted, contrast, message)

@@ -216,32 +216,36 @@ def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> A
     return np.asarray(s.weight * k * fall * (1 - EMITTER * emits))
 
 
-def lit(color: Array, base: Array, amount: Array, tint: Array, strength: float, shade: float) -> tuple[Array, Array]:
-    """(add, take): what the light adds, (..., 3), and the share of the pixel that its air and missing light take.
+def visible(base: Array) -> Array:
+    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black."""
+    return smoothstep(base, *DARK)
 
-    color: (..., 3); base: B, its smoothed L; amount: (..., 2), added and missing light; tint: (..., 3), luminance 1.
+
+def change(base: Array, added: Array, missing: Array, strength: float, shade: float) -> tuple[Array, Array]:
+    """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...).
+
+    base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color.
     """
-    rise = MOST * (1 - np.exp(-strength * amount[..., 0] / MOST))
-    hidden = EXTINCTION * shade * rise / MOST
-    light = (base + rise) ** 3 - base**3 * (1 - hidden)
-    less = shade * (1 - BRIGHT[2] * smoothstep(base, *BRIGHT[:2])) * strength * amount[..., 1]
-    dim = (1 - SHADE_MOST * (1 - np.exp(-less / np.maximum(base, 0.12) / SHADE_MOST))) ** 3
-    under = color * (dim * (1 - hidden))[..., None]
-    add = light[..., None] * tint
-    room = WHITE - under
-    fits = np.where(room > 0, 1 / (1 + add / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
-    return add * fits[..., None], 1 - dim * (1 - hidden)
-
-
-def visible(base: Array, near: Array) -> Array:
-    """How much of a shaft is seen before a pixel: none before black, nor before what is near."""
-    return smoothstep(base, *DARK) * (1 - near)
-
-
-def split(added: Array, missing: Array, shown: Array) -> tuple[Array, Array]:
-    """((..., 2) added and missing light as far as it is shown, (..., 3) the tint of the added) from their sums over lights."""
     light = added @ REC709
-    return np.stack([light * shown, missing * shown], axis=-1), added / np.maximum(light, 1e-9)[..., None]
+    shown = strength * visible(base)
+    rise = MOST * (1 - np.exp(-shown * light / MOST))
+    hidden = EXTINCTION * shade * rise / MOST
+    amount = (base + rise) ** 3 - base**3 * (1 - hidden)
+    less = shade * (1 - BRIGHT[2] * smoothstep(base, *BRIGHT[:2])) * shown * missing
+    dim = (1 - SHADE_MOST * (1 - np.exp(-less / np.maximum(base, 0.12) / SHADE_MOST))) ** 3
+    return (amount / np.maximum(light, 1e-9))[..., None] * added, 1 - dim * (1 - hidden)
+
+
+def put(color: Array, add: Array, take: Array, near: Array) -> tuple[Array, Array]:
+    """(added, taken): what a pixel (..., 3) is given, and the share of it that is taken. near: (...), 1 where shafts pass behind.
+
+    One factor for all channels keeps the hue, and keeps the sum from passing WHITE.
+    """
+    taken = take * (1 - near)
+    room = WHITE - color * (1 - taken)[..., None]
+    given = add * (1 - near)[..., None]
+    fits = np.where(room > 0, 1 / (1 + given / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
+    return given * fits[..., None], taken
 
 
 def drawn_pattern(count: int, grid: RayGrid, seed: int, phase: float = 0.0) -> Array:
