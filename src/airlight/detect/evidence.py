@@ -15,6 +15,8 @@ PARTS_PER_LEVEL = 6
 LEAST_RADIUS = 0.004  # of the long side
 DISC_RADIUS = 0.09
 OPENING_SHARE = 0.02
+OPENING_TOUCH = 0.35
+TORN = 0.85
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,6 @@ class Part:
     level: float
     signal: Array
     company: float  # its share of what is as bright
-    whole: float  # its share of the wide opening that it is part of, torn by noise or shading
 
 
 def _levels(signal: Array) -> list[float]:
@@ -39,15 +40,18 @@ def _levels(signal: Array) -> list[float]:
     return [*above, *(white * level for level in LEVELS)]
 
 
-def _describe(mask: Array, signal: Array, level: float, company: float, parent: "Part | None" = None) -> Part:
+def _describe(mask: Array, signal: Array, level: float, company: float) -> Part:
     height, width = mask.shape
     y, x = np.nonzero(mask)
     area = len(x)
     on_frame = (x == 0).sum() + (x == width - 1).sum() + (y == 0).sum() + (y == height - 1).sum()
     centroid = ((x.mean() + 0.5) / width, (y.mean() + 0.5) / height)
     radius = float(np.sqrt(area / np.pi))
-    whole = area / mask.size / parent.share if parent and parent.share > OPENING_SHARE and parent.touch < 0.12 and _is_sharp(parent) else 1.0
-    return Part(mask, centroid, area / mask.size, radius, float(on_frame / (2 * np.pi * radius)), level, signal, company, whole)
+    return Part(mask, centroid, area / mask.size, radius, float(on_frame / (2 * np.pi * radius)), level, signal, company)
+
+
+def _is_opening(part: Part) -> bool:
+    return part.share >= OPENING_SHARE and part.touch < OPENING_TOUCH and _is_sharp(part)
 
 
 def _is_sharp(part: Part) -> bool:
@@ -67,6 +71,7 @@ def _parts(signals: Signals) -> list[Part]:
             marks, count = label(signal > level)
             cuts.append((level, marks, np.bincount(marks.ravel(), minlength=count + 1)))
         last = cuts[-1][0] / LEVELS[-1] * 0.68
+        openings: set[tuple[float, int]] = set()
         for k, (level, marks, areas) in enumerate(cuts):
             if level < last:
                 break
@@ -75,15 +80,23 @@ def _parts(signals: Signals) -> list[Part]:
                 if areas[i] < np.pi * (LEAST_RADIUS * signals.long_side) ** 2:
                     break
                 mask = marks == i
-                parent = _describe(lower[1] == lower[1][np.unravel_index(int(np.argmax(mask)), mask.shape)], signal, lower[0], 1.0)
-                if _plainness(parent) < 1:
-                    parts.append(_describe(mask, signal, level, areas[i] / areas[1:].sum(), parent))
+                number = lower[1].ravel()[int(np.argmax(mask))]
+                parent = _describe(lower[1] == number, signal, lower[0], lower[2][number] / lower[2][1:].sum())
+                if _plainness(parent) == 1:
+                    continue
+                if _is_opening(parent) and areas[i] < TORN * lower[2][number]:  # of which shading or noise shows a piece
+                    if (lower[0], number) in openings:
+                        continue
+                    openings.add((lower[0], number))
+                    parts.append(parent)
+                else:
+                    parts.append(_describe(mask, signal, level, areas[i] / areas[1:].sum()))
     return parts
 
 
 def _plainness(part: Part) -> float:
     """Tell a wide sky, cut by the frame, from a light: 0 a light, 1 a sky."""
-    return float(smoothstep(part.touch, 0.15, 0.35) * smoothstep(part.share, 0.06, 0.09))
+    return float(smoothstep(part.touch, 0.35, 0.6) * smoothstep(part.share, 0.06, 0.09))
 
 
 def _ring(mask: Array, inner: float, outer: float) -> Array:
@@ -157,13 +170,13 @@ def sources(signals: Signals) -> list[Candidate]:
         contrast = smoothstep(inside / max(float(np.median(part.signal)), 1e-4), 1.6, 2.8)
         lit = float(smoothstep(fade, 0.28, 0.48) * contrast)
         crisp = _crispness(part, signals)
-        lit *= float(smoothstep(part.company, 0.1, 0.35)) * float(0.5 + 0.5 * smoothstep(part.whole, 0.5, 1.0)) * (0.7 + 0.2 * max(fade, 0.0))
+        lit *= float(smoothstep(part.company, 0.1, 0.35)) * (0.7 + 0.2 * max(fade, 0.0))
         confidence = lit + (0.95 - lit) * crisp
         confidence *= (1 - _plainness(part)) * float(smoothstep(part.share, 0.4, 0.3))
-        if DEBUG and confidence > .02: print(f"  {'N' if part.signal is signals.whiteness else 'V'} {part.level:.2f} {part.centroid[0]:.2f},{part.centroid[1]:.2f} share {part.share:.4f} touch {part.touch:.2f} comp {part.company:.2f} whole {part.whole:.2f} fade {fade:.2f} contrast {contrast:.2f} lit {lit:.2f} crisp {crisp:.2f} conf {confidence:.2f}")
+        if DEBUG and confidence > .02: print(f"  {'N' if part.signal is signals.whiteness else 'V'} {part.level:.2f} {part.centroid[0]:.2f},{part.centroid[1]:.2f} share {part.share:.4f} touch {part.touch:.2f} comp {part.company:.2f} fade {fade:.2f} contrast {contrast:.2f} lit {lit:.2f} crisp {crisp:.2f} conf {confidence:.2f}")
         if confidence < 0.02:
             continue
-        if part.share >= OPENING_SHARE and part.touch < 0.12 and _is_sharp(part):
+        if _is_opening(part):
             kind, position = "opening", part.centroid
         elif part.touch < 0.12 and part.radius < DISC_RADIUS * signals.long_side:
             kind, position = "disc", part.centroid

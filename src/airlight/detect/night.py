@@ -23,7 +23,7 @@ def lamps(signals: Signals) -> list[Candidate]:
     lit = plane > 0.5
     if not lit.any():
         return []
-    count = label(lit)[1]
+    count = label(signals.value > 0.5 * white)[1]
     standing_out = float(np.maximum(plane[lit] - around[lit], 0).mean() / plane[lit].mean())
     in_strip = float(np.maximum(plane - 0.3, 0)[: max(1, round(0.12 * plane.shape[0]))].sum() / np.maximum(plane - 0.3, 0).sum())
     score = (
