@@ -135,7 +135,7 @@ def _behind_gaps(signals: Signals) -> list[Candidate]:
     column = float((upper * (np.arange(width) + 0.5)).sum() / max(upper.sum(), 1e-9) / width)
     position, fade = _above(signals, GUESS_OFFSET, column)
     if DEBUG: print("   gaps", position, column, share, cover, fade)
-    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(fade, 0.05, 0.15)), guess=True)]
+    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(signals.falloff(position, value > 0.3), 0.06, 0.16)), guess=True)]
 
 
 def _behind_sky(signals: Signals) -> list[Candidate]:

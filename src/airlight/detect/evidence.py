@@ -51,7 +51,7 @@ def _describe(mask: Array, signal: Array, level: float, company: float) -> Part:
 
 
 def _is_opening(part: Part) -> bool:
-    return part.share >= OPENING_SHARE and part.touch < OPENING_TOUCH and _is_sharp(part)
+    return part.share >= OPENING_SHARE and part.touch < OPENING_TOUCH and _is_sharp(part) and _evenness(part, 0.8, 0.55) > 0.55
 
 
 def _is_sharp(part: Part) -> bool:
@@ -160,6 +160,24 @@ def _weighted_middle(part: Part, signals: Signals) -> tuple[float, float]:
     return float(at[0] / width), float(at[1] / height)
 
 
+def _evenness(part: Part, high: float, low: float) -> float:
+    """The share of the part round this one, above `low` of its brightness, that lies above `high` of it."""
+    top = float(np.percentile(part.signal[part.mask], 90))
+    marks, _ = label(part.signal > low * top)
+    wide = marks == marks.ravel()[int(np.argmax(np.where(part.mask, part.signal, -1)))]
+    return float((part.signal[wide] > high * top).mean())
+
+
+def _spill(part: Part, signals: Signals) -> float:
+    """How much brighter, in perceptual steps, the surroundings are near a part than farther away."""
+    near = _ring(part.mask, max(2.0, 0.1 * part.radius), max(4.0, 0.35 * part.radius))
+    far = _ring(part.mask, max(5.0, 0.7 * part.radius), max(9.0, 1.2 * part.radius))
+    if not near.any() or not far.any():
+        return 1.0
+    steps = np.cbrt(signals.luminance)
+    return float(steps[near].mean() / max(float(steps[far].mean()), 1e-3))
+
+
 def sources(signals: Signals) -> list[Candidate]:
     """Rate bright parts as suns, openings and glares, by how the rest of the picture fades away from them."""
     found = []
@@ -170,13 +188,21 @@ def sources(signals: Signals) -> list[Candidate]:
         contrast = smoothstep(inside / max(float(np.median(part.signal)), 1e-4), 1.6, 2.8)
         lit = float(smoothstep(fade, 0.28, 0.48) * contrast)
         crisp = _crispness(part, signals)
+        opening = _is_opening(part)
+        if opening:
+            lit *= float(smoothstep(_spill(part, signals), 1.05, 1.25))
+        else:
+            lit *= float(smoothstep(_evenness(part, 0.95, 0.85), 0.42, 0.62))  # a light is clipped, or ends; a lit thing is shaded
+        lit *= float(smoothstep(fade - signals.falloff(part.centroid, hidden, logarithmic=False), -0.03, 0.04))  # not a lens's vignette
+        shown = signals.luminance[~hidden] > 0.01 * np.median(signals.luminance[part.mask])
+        lit *= float(smoothstep(shown.mean() if shown.size else 0.0, 0.04, 0.12))
         lit *= float(smoothstep(part.company, 0.1, 0.35)) * (0.7 + 0.2 * max(fade, 0.0))
         confidence = lit + (0.95 - lit) * crisp
         confidence *= (1 - _plainness(part)) * float(smoothstep(part.share, 0.4, 0.3))
         if DEBUG and confidence > .02: print(f"  {'N' if part.signal is signals.whiteness else 'V'} {part.level:.2f} {part.centroid[0]:.2f},{part.centroid[1]:.2f} share {part.share:.4f} touch {part.touch:.2f} comp {part.company:.2f} fade {fade:.2f} contrast {contrast:.2f} lit {lit:.2f} crisp {crisp:.2f} conf {confidence:.2f}")
         if confidence < 0.02:
             continue
-        if _is_opening(part):
+        if opening:
             kind, position = "opening", part.centroid
         elif part.touch < 0.12 and part.radius < DISC_RADIUS * signals.long_side:
             kind, position = "disc", part.centroid

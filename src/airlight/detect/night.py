@@ -7,6 +7,7 @@ from airlight.detect.signals import Signals, smoothstep
 from airlight.planes import Array, blur, label
 
 MOST_CONFIDENCE = 0.75  # several lights are never as sure as one
+DEBUG=False
 MOST_LAMPS = 6
 LAMP_SPACING = 0.05  # widths within which lamps are one
 LAMP_BLUR = 0.02  # of the long side: a lamp is smaller
@@ -21,11 +22,12 @@ def lamps(signals: Signals) -> list[Candidate]:
     plane = np.minimum((signals.luminance + signals.rgb.max(axis=2)) / (2 * max(white, 1e-6)), 1.5)
     around = blur(plane, LAMP_BLUR * signals.long_side)
     lit = plane > 0.5
-    if not lit.any():
+    if not lit.any() or lit.all():
         return []
     count = label(signals.value > 0.5 * white)[1]
     standing_out = float(np.maximum(plane[lit] - around[lit], 0).mean() / plane[lit].mean())
     in_strip = float(np.maximum(plane - 0.3, 0)[: max(1, round(0.12 * plane.shape[0]))].sum() / np.maximum(plane - 0.3, 0).sum())
+    texture = float(np.median(np.abs(plane - around)[~lit] / (around[~lit] + 1e-3)))
     score = (
         smoothstep(float(np.median(plane)), 0.25, 0.16)
         * smoothstep(standing_out, 0.42, 0.6)
@@ -33,8 +35,10 @@ def lamps(signals: Signals) -> list[Candidate]:
         * smoothstep(count, 100, 60)  # more is a texture
         * smoothstep(float(lit.mean()), 0.08, 0.05)
         * smoothstep(float((plane > DIM).mean()), 0.15, 0.35)  # a starry sky lights nothing
+        * smoothstep(texture, 0.3, 0.18)  # leaves in the sun
         * smoothstep(in_strip, 0.55, 0.35)  # gaps under the sky
     )
+    if DEBUG: print('   lamps', score, texture, standing_out, count, in_strip, np.median(plane), (plane>DIM).mean())
     if score <= 0:
         return []
     single = _single_lamps(plane)

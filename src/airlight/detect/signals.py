@@ -109,18 +109,20 @@ class Signals:
         y, x = np.indices(self.field.shape) + 0.5
         return x / self.field.shape[1], y / self.field.shape[1]
 
-    def falloff(self, position: tuple[float, float], hidden: Array | None = None) -> float:
+    def falloff(self, position: tuple[float, float], hidden: Array | None = None, logarithmic: bool = True) -> float:
         """Correlate the light field with -log distance from a position, 1 where the surroundings fade away from it.
 
         The mean of two correlations: over the picture as it is, and with each row's mean taken out, since a sky above a ground
-        fades downwards without a light's doing. `hidden` masks the light itself: only what it lights tells.
+        fades downwards without a light's doing. `hidden` masks the light itself: only what it lights tells. With the square of the
+        distance in place of its logarithm, it tells how well a lens's vignette would explain the same.
         """
         x, y = self._field_grid
         weight = np.ones_like(x) if hidden is None else 1 - shrink(hidden.astype(np.float32), FIELD_SIDE_PX).astype(np.float64)
         weight = np.where(weight > 0.5, weight, 0)
         if weight.sum() < 0.15 * weight.size:
             return 0.0
-        near = -0.5 * np.log((x - position[0]) ** 2 + (y - position[1] * self.aspect) ** 2 + FALLOFF_CORE**2)
+        squared = (x - position[0]) ** 2 + (y - position[1] * self.aspect) ** 2
+        near = -0.5 * np.log(squared + FALLOFF_CORE**2) if logarithmic else -squared
         total = 0.0
         for axis in (None, 1):
             norm = np.maximum(weight.sum(axis=axis, keepdims=True), 1e-9)
