@@ -113,9 +113,9 @@ def _roundness(mask: Array, radius: float) -> float:
     white = (np.stack([x - x.mean(), y - y.mean()]).T @ vectors) / np.sqrt(values)
     squared = (white**2).sum(axis=1)
     fourth = float((squared**2).mean() / max(squared.mean() ** 2, 1e-9))  # 4/3 for a disc, 1.4 for a square
-    slack = 0.15 / max(radius, 1.0)  # of whole pixels
+    slack = 0.12 / max(radius, 1.0)  # of whole pixels
     axes = float(np.sqrt(values[0] / values[1]))
-    return float(smoothstep(abs(fourth - 4 / 3), 0.05 + slack, 0.015 + slack) * smoothstep(axes, 0.6, 0.85))
+    return float(smoothstep(abs(fourth - 4 / 3), 0.04 + slack, 0.012 + slack) * smoothstep(axes, 0.6, 0.85))
 
 
 def _crispness(part: Part, signals: Signals) -> float:
@@ -133,9 +133,12 @@ def _crispness(part: Part, signals: Signals) -> float:
     even = smoothstep(float(np.percentile(inside, 20)) / peak, 0.7, 0.9)
     surroundings = signals.luminance[near]
     middle = float(np.median(surroundings))
-    smooth = smoothstep(float(np.percentile(surroundings, 80) - np.percentile(surroundings, 20)) / max(middle, 1e-9), 0.6, 0.25)
-    # a black surrounding shows no air, and no light in it
-    air = smoothstep(middle / float(np.median(signals.luminance[part.mask])), 0.002, 0.008)
+    unevenness = float(np.percentile(surroundings, 80) - np.percentile(surroundings, 20)) / max(middle, 1e-12)
+    smooth = smoothstep(unevenness, 0.6, 0.25)
+    # a black surrounding shows no air, and no light in it; but a sky far below a float picture's sun is finely graded, black is not
+    air = smoothstep(middle / float(np.median(signals.luminance[part.mask])), 0.0008, 0.002)
+    grain = float(np.median(np.abs(signals.luminance - box(signals.luminance, 2))[near])) / max(middle, 1e-12)
+    air = max(air, smoothstep(grain, 0.04, 0.01) if unevenness > 1e-4 else 0.0)
     step = smoothstep(level / peak, 0.75, 0.5)
     if DEBUG: print(f"     crisp {part.centroid[0]:.2f},{part.centroid[1]:.2f} R {radius:.1f} round {_roundness(part.mask, radius):.2f} even {even:.2f} smooth {smooth:.2f} air {air:.2f} step {step:.2f}")
     return float(_roundness(part.mask, radius) * even * smooth * air * step * smoothstep(part.company, 0.15, 0.4))
@@ -194,9 +197,9 @@ def sources(signals: Signals) -> list[Candidate]:
         else:
             lit *= float(smoothstep(_evenness(part, 0.95, 0.85), 0.42, 0.62))  # a light is clipped, or ends; a lit thing is shaded
         lit *= float(smoothstep(fade - signals.falloff(part.centroid, hidden, logarithmic=False), -0.03, 0.04))  # not a lens's vignette
-        shown = signals.luminance[~hidden] > 0.01 * np.median(signals.luminance[part.mask])
+        shown = signals.luminance[~hidden] > 0.005 * np.median(signals.luminance[part.mask])
         lit *= float(smoothstep(shown.mean() if shown.size else 0.0, 0.04, 0.12))
-        lit *= float(smoothstep(part.company, 0.1, 0.35)) * (0.7 + 0.2 * max(fade, 0.0))
+        lit *= float(smoothstep(part.company, 0.2, 0.55)) * (0.7 + 0.2 * max(fade, 0.0))
         confidence = lit + (0.95 - lit) * crisp
         confidence *= (1 - _plainness(part)) * float(smoothstep(part.share, 0.4, 0.3))
         if DEBUG and confidence > .02: print(f"  {'N' if part.signal is signals.whiteness else 'V'} {part.level:.2f} {part.centroid[0]:.2f},{part.centroid[1]:.2f} share {part.share:.4f} touch {part.touch:.2f} comp {part.company:.2f} fade {fade:.2f} contrast {contrast:.2f} lit {lit:.2f} crisp {crisp:.2f} conf {confidence:.2f}")
@@ -227,14 +230,15 @@ def skyline_glows(signals: Signals) -> list[Candidate]:
         peak = float(warmth[y, x])
         if peak < 0.5:
             break
-        inner = slice(max(0, x - round(0.15 * width)), x + round(0.15 * width) + 1)
-        below = warmth[y + round(0.03 * width) : y + round(0.12 * width), inner]
+        inner = slice(max(0, x - round(0.2 * width)), x + round(0.2 * width) + 1)
+        below = warmth[y + round(0.03 * width) : y + round(0.18 * width), inner]
         above = warmth[max(0, y - round(0.12 * width)) : max(0, y - round(0.01 * width)), inner]
         if below.size > 20 and above.size > 20:
+            split = float(np.median(signals.value[:y]) / max(float(np.median(signals.value[y + 1 :])), 1e-6)) if 0 < y < height - 1 else 0.0
             dark = float((below < 0.12 * peak).mean())
             over = float(np.median(above) / max(np.median(below), 1e-3))
             local = peak / max(float(far[y, x]), 1e-3)
-            score = smoothstep(dark, 0.6, 0.9) * smoothstep(over, 1.5, 3) * smoothstep(local, 1.5, 3) * smoothstep(peak, 0.55, 0.85)
+            score = smoothstep(split, 2, 4) * smoothstep(dark, 0.6, 0.9) * smoothstep(over, 1.5, 3) * smoothstep(local, 1.5, 3) * smoothstep(peak, 0.55, 0.85)
             found.append(Candidate(((x + 0.5) / width, (y + 0.5) / height), "glow", float(0.75 * score * spread)))
         rows, columns = np.indices(left.shape)
         left[np.hypot(rows - y, columns - x) < 0.06 * width] = 0

@@ -13,6 +13,7 @@ COPY_SIDE_PX = 400
 FIELD_SIDE_PX = 64  # of the light field, which is smooth
 SIGNAL_BLUR = 0.003  # of the long side: below it lie noise and glints
 WHITE_PERCENTILE = 99.95
+CODE_STEP = 3e-4  # the darkest 8-bit sRGB code above black, linear
 FALLOFF_CORE = 0.03  # widths within which a light's field no longer grows
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
@@ -55,6 +56,9 @@ class Signals:
         white = float(np.percentile(luminance, WHITE_PERCENTILE))
         if white <= 0:
             white = float(luminance.max())
+        typical = float(np.percentile(luminance, 90))
+        if 0 < typical < CODE_STEP * white:  # a range that no 8-bit picture holds: as a camera would, let the light itself clip
+            white = typical / (10 * CODE_STEP)
         if white <= 0 or luminance.max() - luminance.min() < 1e-3 * luminance.max():
             return None
         return cls((linear / white).astype(np.float32))
