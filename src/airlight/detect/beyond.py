@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from airlight.detect.ranking import Candidate
-from airlight.detect.signals import Signals, smoothstep
+from airlight.detect.signals import FIELD_SIDE_PX, Signals, smoothstep
 from airlight.planes import Array, blur, box, label, shrink
 
 GUESS_OFFSET = 0.12  # of the height: how far above the frame a light is guessed behind gaps
 SKY_OFFSET = 0.10  # the same behind a bright sky
 TOP_STRIP = 0.12  # of the height
 SIDE_PX = 200  # of the copy that directions are measured on
-CELL_PX = 7  # of its cells, one direction each
+CELL_PX = 9  # of its cells, one direction each
 GRADIENT_BLUR = 0.04  # of the long side: shading is smooth, what is drawn on it is not
 BEAM_BLUR = 0.01
 AIM_DEG = 8.0  # deviation at which a direction no longer speaks for a point
@@ -71,8 +71,8 @@ def _meeting(directions: Directions, aspect: float) -> tuple[tuple[float, float]
     """Search the point beyond the frame where most directions meet: (x, y) normalised, the share that does, and how much
     larger that is than the share that is parallel. None where they meet within the frame, or best at infinity."""
     diagonal = float(np.hypot(1, aspect))
-    turns = np.radians(np.arange(0, 360, 5.0))
-    radii = diagonal * np.geomspace(0.1, FARTHEST, 18)
+    turns = np.radians(np.arange(0, 360, 6.0))
+    radii = diagonal * np.geomspace(0.1, FARTHEST, 12)
     a, r = (v.ravel() for v in np.meshgrid(turns, radii))
     px, py = 0.5 + r * np.cos(a), aspect / 2 + r * np.sin(a)
     share = directions.agreement(px, py)
@@ -104,10 +104,8 @@ def _converging(signals: Signals) -> list[Candidate]:
             score = smoothstep(share, 0.4, 0.65) * smoothstep(margin, 0.1, 0.25) * (0.5 + 0.4 * smoothstep(fade, 0.1, 0.4))
         else:
             score = 0.8 * smoothstep(share, 0.45, 0.7) * smoothstep(margin, 0.08, 0.2) * smoothstep(fade, 0.3, 0.6)
-        if DEBUG: print("   beams" if axial else "   shading", position, f"share {share:.2f} margin {margin:.2f} fade {fade:.2f} score {score:.2f}")
         found.append(Candidate(position, "beyond", float(score)))
     return found
-DEBUG = False
 
 
 def _above(signals: Signals, offset: float, column: float) -> tuple[tuple[float, float], float]:
@@ -134,8 +132,7 @@ def _behind_gaps(signals: Signals) -> list[Candidate]:
     upper = np.maximum(upper - np.median(upper), 0)
     column = float((upper * (np.arange(width) + 0.5)).sum() / max(upper.sum(), 1e-9) / width)
     position, fade = _above(signals, GUESS_OFFSET, column)
-    if DEBUG: print("   gaps", position, column, share, cover, fade)
-    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(signals.falloff(position, value > 0.3), 0.06, 0.16)), guess=True)]
+    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(signals.falloff(position, shrink((value > 0.3).astype(np.float32), FIELD_SIDE_PX)), 0.06, 0.16)), guess=True)]
 
 
 def _behind_sky(signals: Signals) -> list[Candidate]:
@@ -157,7 +154,6 @@ def _behind_sky(signals: Signals) -> list[Candidate]:
     if score <= 0:
         return []
     position, fade = _above(signals, SKY_OFFSET, float((np.nonzero(sky)[1].mean() + 0.5) / width))
-    if DEBUG: print("   sky", position, share, top, step, fade)
     return [Candidate(position, "beyond", float(0.6 * score * smoothstep(fade, 0.3, 0.55)), guess=True)]
 
 

@@ -7,7 +7,6 @@ from airlight.detect.signals import Signals, smoothstep
 from airlight.planes import Array, blur, label
 
 MOST_CONFIDENCE = 0.75  # several lights are never as sure as one
-DEBUG=False
 MOST_LAMPS = 6
 LAMP_SPACING = 0.05  # widths within which lamps are one
 LAMP_BLUR = 0.02  # of the long side: a lamp is smaller
@@ -38,7 +37,6 @@ def lamps(signals: Signals) -> list[Candidate]:
         * smoothstep(texture, 0.3, 0.18)  # leaves in the sun
         * smoothstep(in_strip, 0.55, 0.35)  # gaps under the sky
     )
-    if DEBUG: print('   lamps', score, texture, standing_out, count, in_strip, np.median(plane), (plane>DIM).mean())
     if score <= 0:
         return []
     single = _single_lamps(plane)

@@ -105,7 +105,7 @@ class Signals:
 
     @cached_property
     def field(self) -> Array:
-        """The light that the surroundings receive, in perceptual steps; what is a light itself is left out by `falloff`'s mask."""
+        """The light that the surroundings receive, in perceptual steps; what shines itself is left out by `falloff`."""
         return np.cbrt(np.minimum(shrink(self.luminance, FIELD_SIDE_PX), 1.0))
 
     @cached_property
@@ -117,12 +117,12 @@ class Signals:
         """Correlate the light field with -log distance from a position, 1 where the surroundings fade away from it.
 
         The mean of two correlations: over the picture as it is, and with each row's mean taken out, since a sky above a ground
-        fades downwards without a light's doing. `hidden` masks the light itself: only what it lights tells. With the square of the
+        fades downwards without a light's doing. `hidden` is the share of each of the field's cells that the
+        light itself covers: only what it lights tells. With the square of the
         distance in place of its logarithm, it tells how well a lens's vignette would explain the same.
         """
         x, y = self._field_grid
-        weight = np.ones_like(x) if hidden is None else 1 - shrink(hidden.astype(np.float32), FIELD_SIDE_PX).astype(np.float64)
-        weight = np.where(weight > 0.5, weight, 0)
+        weight = np.ones_like(x) if hidden is None else np.where(hidden < 0.5, 1 - hidden, 0)
         if weight.sum() < 0.15 * weight.size:
             return 0.0
         squared = (x - position[0]) ** 2 + (y - position[1] * self.aspect) ** 2
