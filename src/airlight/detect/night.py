@@ -40,9 +40,15 @@ def lamps(signals: Signals) -> list[Candidate]:
     if score <= 0:
         return []
     single = _single_lamps(plane)
-    density = blur(np.clip(plane - around, 0, CAP), CLUSTER_BLUR * signals.long_side)
+    density = _blur_in_black(np.clip(plane - around, 0, CAP), CLUSTER_BLUR * signals.long_side)
     score *= smoothstep(len(single), 1, 3)
     return [Candidate(_place(density), "lamps", float(MOST_CONFIDENCE * score), lamps=single)]
+
+
+def _blur_in_black(plane: Array, sigma: float) -> Array:
+    """Blur as if black lay beyond the frame: a repeated border would count a lamp at it twice."""
+    margin = round(3 * sigma) + 1
+    return blur(np.pad(plane, margin), sigma)[margin:-margin, margin:-margin]
 
 
 def _place(plane: Array) -> tuple[float, float]:
@@ -54,7 +60,7 @@ def _place(plane: Array) -> tuple[float, float]:
 def _single_lamps(plane: Array) -> tuple[tuple[float, float], ...]:
     """The brightest lamps, each the middle of its surroundings, none nearer than LAMP_SPACING to another."""
     height, width = plane.shape
-    power = blur(plane, 0.008 * max(plane.shape))
+    power = _blur_in_black(plane, 0.008 * max(plane.shape))
     y, x = np.indices(plane.shape) + 0.5
     found: list[tuple[float, float]] = []
     most = float(power.max())

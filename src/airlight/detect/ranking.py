@@ -61,7 +61,7 @@ def _distinct(found: list[Candidate], aspect: float) -> list[Candidate]:
     """Sort candidates, raise those that another kind of evidence agrees with, and drop the lesser of two at one place."""
     raised = []
     for one in found:
-        others = [o.confidence for o in found if o.kind != one.kind and _distance(one, o, aspect) < AGREEING]
+        others = [o.confidence for o in found if o.kind != one.kind != "lamps" and _distance(one, o, aspect) < AGREEING]
         support = max(others, default=0.0) * SUPPORT
         raised.append(dataclasses.replace(one, confidence=one.confidence + (1 - one.confidence) * support * one.confidence))
     ranked: list[Candidate] = []

@@ -38,6 +38,7 @@ def linear_copy(image: Any) -> Array:
     else:
         image = to_linear(image)[0]
     small = shrink(np.maximum(image.astype(np.float64 if image.dtype.itemsize > 4 else np.float32, copy=False), 0), COPY_SIDE_PX)
+    small = np.where(small > 1e-12 * small.max(), small, 0)  # no remainders of running sums
     return np.repeat(small, 3, axis=2) if small.shape[2] == 1 else small
 
 
