@@ -131,14 +131,15 @@ def _behind_gaps(signals: Signals) -> list[Candidate]:
     upper = np.cbrt(value[: round(0.5 * height)]).mean(axis=0)
     upper = np.maximum(upper - np.median(upper), 0)
     column = float((upper * (np.arange(width) + 0.5)).sum() / max(upper.sum(), 1e-9) / width)
-    position, fade = _above(signals, GUESS_OFFSET, column)
-    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(signals.falloff(position, shrink((value > 0.3).astype(np.float32), FIELD_SIDE_PX)), 0.06, 0.16)), guess=True)]
+    position, _ = _above(signals, GUESS_OFFSET, column)
+    fade = signals.falloff(position, shrink((value > 0.3).astype(np.float32), FIELD_SIDE_PX))  # of what the gaps light
+    return [Candidate(position, "beyond", float(0.8 * score * smoothstep(fade, 0.06, 0.16)), guess=True)]
 
 
 def _behind_sky(signals: Signals) -> list[Candidate]:
     """Guess a light above the frame where a wide bright sky reaches its top and ends at a skyline."""
     whiteness = signals.whiteness
-    height, width = whiteness.shape
+    width = whiteness.shape[1]
     marks, count = label(whiteness > 0.7 * float(np.percentile(whiteness, 99.95)))
     if not count:
         return []

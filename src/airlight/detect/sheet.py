@@ -29,15 +29,14 @@ def draw_candidates(image: Array, candidates: Sequence[Candidate]) -> Codes:
 
     codes = encode_codes(shrink(image, SIDE_PX), np.uint8, dither=False).astype(np.float32)
     height, width = codes.shape[:2]
-    long_side = max(height, width)
+    long_side, frame = max(height, width), np.array([width, height], np.float64)
     ring, line, size = RING * long_side, max(1.0, LINE * long_side), max(12, round(TEXT * long_side))
     y, x = np.indices((height, width)) + 0.5
     texts = []
     taken: list[tuple[float, float, float, float]] = []
-    for number, one in reversed(list(enumerate(candidates, 1))):  # the best on top
-        color = np.array(SURE if one.confidence >= ACT else ASKED if one.confidence >= ASK else UNLIKELY, np.float32)
-        real = np.array([one.position[0] * width, one.position[1] * height])
-        at = np.clip(real, ring + 2 * line, np.maximum([width, height] - np.float64(ring + 2 * line), ring))
+    for one in reversed(candidates):  # the best on top
+        real = np.array(one.position) * frame
+        at = np.clip(real, ring + 2 * line, np.maximum(frame - ring - 2 * line, ring))
         shape = np.abs(np.hypot(x - at[0], y - at[1]) - ring)
         for lamp in one.lamps:
             shape = np.minimum(shape, np.abs(np.hypot(x - lamp[0] * width, y - lamp[1] * height) - 0.35 * ring))
@@ -46,26 +45,29 @@ def draw_candidates(image: Array, candidates: Sequence[Candidate]) -> Codes:
             shape = np.minimum(shape, np.hypot(x - real[0], y - real[1]) - line)
         else:
             shape = np.minimum(shape, _arrow(x, y, at, real, ring))
-        _stroke(codes, shape, line, color)
+        _stroke(codes, shape, line, np.array(_ink(one), np.float32))
     for number, one in enumerate(candidates, 1):
         text = f"{number}  {one.kind}{' (a guess)' if one.guess else ''}  {one.confidence:.2f}"
         roi = oiio.ImageBufAlgo.text_size(text, size)
         wide = int(roi.xend - roi.xbegin) if roi.defined else 0
-        real = np.array([one.position[0] * width, one.position[1] * height])
-        at = np.clip(real, ring, np.maximum([width, height] - np.float64(ring), ring))
+        real = np.array(one.position) * frame
+        at = np.clip(real, ring, np.maximum(frame - ring, ring))
         place = _free_place(at, ring, (wide + size, 1.7 * size), (width, height), taken)
         taken.append(place)
         left, top, right, bottom = (round(v) for v in place)
         under = codes[max(0, top) : bottom, max(0, left) : right]
         under[:] = PAPER * under + (1 - PAPER) * DARK
-        color = SURE if one.confidence >= ACT else ASKED if one.confidence >= ASK else UNLIKELY
-        texts.append((left + size // 2, top + round(1.25 * size), text, tuple(c / 255 for c in color)))
+        texts.append((left + size // 2, top + round(1.25 * size), text, tuple(c / 255 for c in _ink(one))))
     sheet = oiio.ImageBuf(np.ascontiguousarray(np.clip(np.rint(codes), 0, 255).astype(np.uint8)))
     for left, base, text, ink in texts:
         if not oiio.ImageBufAlgo.render_text(sheet, left, base, text, size, "", ink):
             reason = " ".join(sheet.geterror().split())
             raise MachineError(f"this OpenImageIO cannot draw text ({reason})")
     return np.asarray(sheet.get_pixels(oiio.UINT8))
+
+
+def _ink(one: Candidate) -> tuple[int, int, int]:
+    return SURE if one.confidence >= ACT else ASKED if one.confidence >= ASK else UNLIKELY
 
 
 def _stroke(codes: Array, distance: Array, half_width: float, color: Array) -> None:
