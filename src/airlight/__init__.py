@@ -7,7 +7,9 @@ if TYPE_CHECKING:
     from airlight.api import add_light_shafts as add_light_shafts
     from airlight.api import light_shafts as light_shafts
     from airlight.api import occlusion_fraction as occlusion_fraction
+    from airlight.detect import Candidate as Candidate
     from airlight.detect import find_light as find_light
+    from airlight.detect import find_lights as find_lights
     from airlight.errors import AirlightError as AirlightError
     from airlight.errors import AirlightWarning as AirlightWarning
     from airlight.errors import MachineError as MachineError
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 _HOME = {
     "api": ("add_light_shafts", "light_shafts", "occlusion_fraction"),
-    "detect": ("find_light",),
+    "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),
     "parameters": ("Composite", "Parameters"),
