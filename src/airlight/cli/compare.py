@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from airlight.compare.variants import Variant
 
 WIDTH = 480  # of a scene
-_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"} | (NOT_IN_SCENES - OF_LOOK)
+_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"}
+_PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "exclude"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.files.colour import by_rows
+from airlight.files.colour import by_rows, srgb_decode, to_linear
 from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
 from airlight.look.settle import FINENESS, Settled, settle
 from airlight.parameters import Look
-from airlight.planes import shrink
+from airlight.planes import shrink, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
 
@@ -70,7 +70,11 @@ def apply(
     fineness = FINENESS if look.fineness is None else look.fineness
     if renderer is None:
         linear = twin_pixels(pixels)
-        copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
+        if is_codes:
+            side = shrunk_size(width, height, FIELDS[quality])
+            copy = srgb_decode(twin.mean_codes(pixels[..., :3].astype(np.float64) / 255, *side))
+        else:
+            copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
         planes = _Reference(copy, fineness)
         settled = settle(small, (width, height), lights, look, planes.bands, **options)
         if not settled.changes:
@@ -82,7 +86,7 @@ def apply(
         given = np.empty((height, width, 4), pixels.dtype)
         given[..., :3] = pixels
         given[..., 3] = 255 if is_codes else 1
-    plan.upload(given, small.guide, hidden, white, profile)
+    plan.upload(given, small.guide, hidden, white)
 
     def bands(number: int, grid: RayGrid, tones: Tones, parts: Array, pattern: Array | None) -> tuple[Array, Array]:
         seen: tuple[Array, Array] = plan.see(number, grid, tones, parts, fineness, pattern, profile)
@@ -108,8 +112,6 @@ def apply(
 
 def twin_pixels(pixels: Array) -> Array:
     """(H, W, 3) float32 linear of pixels as `apply` takes them."""
-    from airlight.files.colour import to_linear
-
     return to_linear(pixels[..., :3])[0] if pixels.dtype == np.uint8 else pixels[..., :3]
 
 
@@ -125,7 +127,7 @@ class _Reference:
         weighted, emits = twin.matte(self.y, tones, twin.resized(parts, width, height), grid)
         rays = twin.bands(*twin.scan(weighted, emits, grid), grid, self.fineness, pattern)
         self.found.append((rays, emits))
-        return twin.at_points(rays, grid, *points(parts.shape[1], parts.shape[0]))
+        return twin.at_points(rays, grid, *map(measure.few, points(parts.shape[1], parts.shape[0])))
 
     def layer(self, linear: Array, small: measure.Small, settled: Settled, near: Array | None, white: float) -> tuple[Array, Array]:
         height, width = self.y.shape

@@ -41,25 +41,38 @@ fn scan(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-/// A neighbour's number, all the way round or not; beyond the ends there is none, which the count itself says.
-fn neighbour(at: i32, count: i32) -> i32 {
-    if (rays.inside == 1u) { return (at + count) % count; }
-    return select(count, at, at >= 0 && at < count);
+/// Gaussian weights one after the other, from the middle outwards: each is the one before times a factor that itself shrinks evenly.
+struct Falloff {
+    weight: f32,
+    factor: f32,
+    shrinks: f32,
+}
+
+fn falloff(sigma: f32) -> Falloff {
+    let q = exp(-0.5 / max(sigma * sigma, 1e-6));
+    return Falloff(1.0, q, q * q);
+}
+
+/// How much a neighbour counts: all the way round, or nothing beyond the first and the last.
+fn counts(at: i32, count: u32) -> f32 {
+    return select(0.0, 1.0, INSIDE || (at >= 0 && at < i32(count)));
 }
 
 @compute @workgroup_size(64)
 fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
-    let reach = i32(ceil(3.0 * rays.fine));
     let row = id.y * LINES;
-    var sum = vec2f(0.0);
-    for (var i = -reach; i <= reach; i++) {
-        let at = neighbour(i32(id.x) + i, i32(LINES));
-        if (at < i32(LINES)) {
-            let q = f32(i) / max(rays.fine, 1e-3);
-            sum += exp(-0.5 * q * q) * vec2f(raw[row + u32(at)].x, 1.0);
-        }
+    let own = raw[row + id.x];
+    let line = i32(id.x);
+    var sum = vec2f(own.x, 1.0);
+    var f = falloff(rays.fine);
+    for (var i = 1; i <= i32(ceil(3.0 * rays.fine)); i++) {
+        f = Falloff(f.weight * f.factor, f.factor * f.shrinks, f.shrinks);
+        let before = f.weight * counts(line - i, LINES);
+        let after = f.weight * counts(line + i, LINES);
+        sum += before * vec2f(raw[row + (u32(line - i) & (LINES - 1u))].x, 1.0);
+        sum += after * vec2f(raw[row + (u32(line + i) & (LINES - 1u))].x, 1.0);
     }
-    smoothed[row + id.x] = vec2f(sum.x / sum.y, raw[row + id.x].y);
+    smoothed[row + id.x] = vec2f(sum.x / sum.y, own.y);
 }
 
 @compute @workgroup_size(64)
@@ -72,45 +85,41 @@ fn group_lines(@builtin(global_invocation_id) id: vec3u) {
     grouped[id.y * GROUPS + id.x] = sum;
 }
 
-fn mean_over_groups(group: u32, row: u32, sigma: f32) -> f32 {
-    let reach = i32(ceil(3.0 * sigma));
-    var sum = vec2f(0.0);
-    for (var i = -reach; i <= reach; i++) {
-        let at = neighbour(i32(group) + i, i32(GROUPS));
-        if (at < i32(GROUPS)) {
-            let q = f32(i) / max(sigma, 1e-3);
-            sum += exp(-0.5 * q * q) * grouped[row * GROUPS + u32(at)];
-        }
+fn mean_over_groups(group: i32, row: u32, sigma: f32) -> f32 {
+    var sum = grouped[row + u32(group)];
+    var f = falloff(sigma);
+    for (var i = 1; i <= i32(ceil(3.0 * sigma)); i++) {
+        f = Falloff(f.weight * f.factor, f.factor * f.shrinks, f.shrinks);
+        sum += f.weight * counts(group - i, GROUPS) * grouped[row + (u32(group - i) & (GROUPS - 1u))];
+        sum += f.weight * counts(group + i, GROUPS) * grouped[row + (u32(group + i) & (GROUPS - 1u))];
     }
     return sum.x / max(sum.y, 1e-9);
 }
 
 @compute @workgroup_size(64)
 fn mean_lines(@builtin(global_invocation_id) id: vec3u) {
-    means[id.y * GROUPS + id.x] = vec2f(mean_over_groups(id.x, id.y, rays.narrow), mean_over_groups(id.x, id.y, rays.wide));
+    let row = id.y * GROUPS;
+    means[row + id.x] = vec2f(mean_over_groups(i32(id.x), row, rays.narrow), mean_over_groups(i32(id.x), row, rays.wide));
 }
 
 /// Values of groups at a line, linearly.
 fn between_groups(line: u32, row: u32) -> vec2f {
     let at = (f32(line) + 0.5) / f32(COARSE) - 0.5;
     let first = i32(floor(at));
-    var low = first;
-    var high = first + 1;
-    if (rays.inside == 1u) {
-        low = (low + i32(GROUPS)) % i32(GROUPS);
-        high = high % i32(GROUPS);
-    } else {
-        low = max(low, 0);
-        high = min(high, i32(GROUPS) - 1);
+    var low = u32(first) & (GROUPS - 1u);
+    var high = u32(first + 1) & (GROUPS - 1u);
+    if (!INSIDE) {
+        low = u32(max(first, 0));
+        high = u32(min(first + 1, i32(GROUPS) - 1));
     }
-    return mix(means[row * GROUPS + u32(low)], means[row * GROUPS + u32(high)], at - f32(first));
+    return mix(means[row * GROUPS + low], means[row * GROUPS + high], at - f32(first));
 }
 
 @compute @workgroup_size(64)
 fn stand_out(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= LINES + 2u) { return; }
-    var line = (id.x + LINES - 1u) % LINES;
-    if (rays.inside == 0u) { line = min(max(id.x, 1u) - 1u, LINES - 1u); }
+    var line = (id.x + LINES - 1u) & (LINES - 1u);
+    if (!INSIDE) { line = min(max(id.x, 1u) - 1u, LINES - 1u); }
     let share = smoothed[id.y * LINES + line].x;
     let mean = between_groups(line, id.y);
     let fine = share - mean.x;

@@ -1,9 +1,10 @@
 // What all lights together add to and take from the pixels of the small copy. Each light adds to the sums of those before it; the last
-// makes of them the light that comes in, RGB, and the share of a pixel that is taken. Twins: ray_amount, change in reference/look.py.
+// makes of them the light that comes in, RGB, and the share of a pixel that is taken. Twin: change in reference/look.py.
 //! include "gpu/half.wgsl"
 //! include "look/rays.wgsl"
 override ADD: bool = false;   // to what earlier lights gave
 override LAST: bool = true;
+const EMITTER = 0.97;
 const MOST = 0.35;
 const EXTINCTION = 0.375;
 const DARK = vec2f(0.10, 0.28);
@@ -18,13 +19,12 @@ struct Look {
 
 @group(0) @binding(0) var<uniform> rays: Rays;
 @group(0) @binding(1) var<uniform> look: Look;
-@group(0) @binding(2) var bands: texture_2d<f32>;
-@group(0) @binding(3) var matte: texture_2d<f32>;
-@group(0) @binding(4) var small: texture_2d<f32>;
-@group(0) @binding(5) var guide: texture_2d<f32>; // slope and offset from L to its smoothed B; how near
-@group(0) @binding(6) var bilinear: sampler;
-@group(0) @binding(7) var before: texture_2d<f32>;
-@group(0) @binding(8) var field: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(2) var amounts: texture_2d<f32>;
+@group(0) @binding(3) var matte: texture_2d<f32>;  // E g, E, L
+@group(0) @binding(4) var guide: texture_2d<f32>; // slope and offset from L to its smoothed B; how near
+@group(0) @binding(5) var bilinear: sampler;
+@group(0) @binding(6) var before: texture_2d<f32>;
+@group(0) @binding(7) var field: texture_storage_2d<rgba16float, write>;
 
 /// The light that comes in, and the share that is taken, of the sums of added and missing light.
 fn change(base: f32, sums: vec4f) -> vec4f {
@@ -44,15 +44,14 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(field);
     if (any(id.xy >= size)) { return; }
     let place = (vec2f(id.xy) + 0.5) / vec2f(size);
-    let at = polar(place * rays.box, rays);
-    let found = vec4f(textureSampleLevel(bands, bilinear, band_place(at, rays), 0.0).rgb, at.x);
-    let amount = ray_amount(found, textureLoad(matte, id.xy, 0).g, rays);
+    let at = band_place(polar(place * rays.box, rays), rays);
+    let own = textureLoad(matte, id.xy, 0);
+    let amount = textureSampleLevel(amounts, bilinear, at, 0.0).r * (1.0 - EMITTER * own.g);
     var sums = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * dot(rays.color, REC709));
     if (ADD) { sums += textureLoad(before, id.xy, 0); }
     if (LAST) {
         let smoothing = textureSampleLevel(guide, bilinear, place, 0.0);
-        let level = pow(max(dot(textureLoad(small, id.xy, 0).rgb, REC709), 1e-20), 1.0 / 3.0);
-        sums = change(smoothing.r * level + smoothing.g, sums) * (1.0 - smoothing.b);
+        sums = change(smoothing.r * own.b + smoothing.g, sums) * (1.0 - smoothing.b);
     }
     textureStore(field, id.xy, vec4f(nearest_half(sums.rgb), nearest_half(sums.aaa).x));
 }

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
-LINES, RADII = 1024, 256  # of a grid: angles, and distances at which the sum is kept
-STEPS = 2  # of the sum from one kept distance to the next
+LINES, RADII = 1024, 128  # of a grid: angles, and distances at which the sum is kept
+STEPS = 4  # of the sum from one kept distance to the next
 NEAR = 0.15  # diagonals: emitters at this distance from the light count half
 FARTHEST = 40.0  # diagonals: lights beyond are put there, whose rays are parallel to a pixel
 WIDE = math.radians(120)  # an angle of view from which blurs over angles keep their size; narrower views have finer ones

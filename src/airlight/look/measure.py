@@ -16,6 +16,7 @@ from airlight.reference import look as twin
 from airlight.reference.look import REC709, RaySettings, Tones
 
 SIDE = 400  # px of the copy's longer side
+GLANCED = 2  # every how many-th of its pixels, along each axis, is looked at for rays and contrast
 AROUND = (0.25, 0.5)  # within which the light's own tone, and that of its surroundings, are looked for
 BLACK = 1e-4  # luminance
 HOLDS = 0.012  # a part that comes as near to the light holds it
@@ -172,9 +173,14 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
     return float(r), float(g), float(b)
 
 
+def few(plane: Array) -> Array:
+    """The pixels of a plane of the small copy that are glanced at."""
+    return plane[::GLANCED, ::GLANCED]
+
+
 @dataclass
 class Seen:
-    """One light before the small copy: what it emits through, and its bands there, (h, w, 3), with their distances from it."""
+    """One light before the small copy: what it emits through, and its bands at the `few` pixels, (h, w, 3), with their distances."""
 
     grid: RayGrid
     tones: Tones
@@ -228,7 +234,7 @@ class Found:
 def found(small: Small, seen: Seen) -> Found:
     """Measure the rays where they can be seen."""
     assert seen.bands is not None and seen.distance is not None
-    weight = twin.visible(small.base) * (1 - seen.emits)
+    weight = few(twin.visible(small.base) * (1 - seen.emits))
     total = max(float(weight.sum()), 1e-9)
     rest = twin.REST * max(float(seen.bands[..., 2].max()), 1e-6)
     out = twin.standing_out(seen.bands, rest)
@@ -241,23 +247,23 @@ def found(small: Small, seen: Seen) -> Found:
 
 
 def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:
-    """((h, w, 3) added, (h, w) missing light) of all lights together, as `change` takes them."""
-    added, missing = np.zeros((*small.y.shape, 3)), np.zeros_like(small.y)
+    """((h, w, 3) added, (h, w) missing light) of all lights together, as `change` takes them, of the `few` pixels."""
+    added, missing = np.zeros((*few(small.y).shape, 3)), np.zeros_like(few(small.y))
     for seen, settings in lights:
         assert seen.bands is not None and seen.distance is not None
-        amount = twin.ray_amount(seen.bands, seen.distance, seen.emits, settings)
+        amount = twin.ray_amount(seen.bands, seen.distance, few(seen.emits), settings)
         added += np.maximum(amount, 0)[..., None] * np.array(settings.color)
         missing += np.maximum(-amount, 0)
     return added, missing
 
 
 class Contrast:
-    """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture."""
+    """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture, of the `few`
+    pixels. added, missing: `sums`."""
 
     def __init__(self, small: Small, added: Array, missing: Array, shade: float) -> None:
-        few = np.s_[::2, ::2] if max(small.size) > SIDE // 2 else np.s_[:, :]
-        self.color, self.base, self.near = small.color[few], small.base[few], small.hidden[few]
-        self.sums, self.shade = (added[few], missing[few]), shade
+        self.color, self.base, self.near = few(small.color), few(small.base), few(small.hidden)
+        self.sums, self.shade = (added, missing), shade
         self.before = oklab(self.color)
 
     def at(self, strength: float) -> float:

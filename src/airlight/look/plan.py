@@ -9,49 +9,64 @@ import numpy as np
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
-from airlight.look.measure import SIDE
+from airlight.look.measure import GLANCED, SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
 from airlight.reference.look import BREADTHS, COARSE, DRAWN, RaySettings, Tones, coarse_sigma
 
 FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
+GROUPS = LINES // COARSE
 RAYS = np.dtype(
     [("box", "f4", 2), ("light", "f4", 2)]
     + [(n, "f4") for n in ("start", "span", "nearest", "step", "surroundings", "tone_span")]
-    + [("inside", "u4")]
-    + [(n, "f4") for n in ("fine", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist")]
+    + [(n, "f4") for n in ("fine", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist", "")]
     + [("color", "f4", 3), ("", "f4")]
 )
 LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("", "f4", 2)])
-SHRINK, MATTE, BANDS, GLANCE, FIELD_SUM = (f"look/{name}.wgsl" for name in ("shrink", "matte", "bands", "glance", "field"))
-CODES, LAYER = "look/codes.wgsl", "look/layer.wgsl"
+MATTE_CODES, MATTE_LINEAR, BANDS, GLANCE, AMOUNTS, SUMS, CODES, LAYER = (
+    f"look/{name}.wgsl" for name in ("matte_codes", "matte_linear", "bands", "glance", "amounts", "field", "codes", "layer")
+)
 
 
 class _LightRays:
     """One light's matte, lines and bands."""
 
     def __init__(self, plan: "LookPlan", number: int) -> None:
-        device = plan.device
+        device, sampler = plan.device, plan.device.sampler()
+        self.plan, self.number = plan, number
         self.values = np.zeros((), RAYS)
         self.uniform = device.buffer(size=RAYS.itemsize, uniform=True)
         self.lets = device.texture(*plan.small_size, "rgba16float", target=False)
         self.matte = device.texture(*plan.field_size, "rgba16float")
         self.bands = device.texture(LINES + 2, RADII, "rgba16float")
+        self.amounts = device.texture(LINES + 2, RADII, "rgba16float")
         self.pattern = device.buffer(size=4 * LINES)
         self.field = device.texture(*plan.field_size, "rgba16float")
-        sampler, groups = device.sampler(), LINES // COARSE
-        self.emit = device.pipeline(MATTE, "emit")
-        entries = ("scan", "smooth_lines", "group_lines", "mean_lines", "stand_out")
-        self.steps = [device.pipeline(BANDS, entry) for entry in entries]
-        self.counts = [(LINES // 32, 1), *((-(-count // 64), RADII) for count in (LINES, groups, groups, LINES + 2))]
-        self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1])
-        self.gathers = [device.pipeline(FIELD_SUM, "gather", ADD=number > 0, LAST=last) for last in (False, True)]
+        self.aim(True)
+        path, *picture = (MATTE_CODES, plan.picture) if plan.is_codes else (MATTE_LINEAR, plan.picture, plan.scale)
         before = plan.lights[number - 1].field if number else self.bands
-        self.matte_bind = device.bind(MATTE, self.uniform, plan.small, self.lets, sampler, self.matte)
+        self.matte_bind = device.bind(path, self.uniform, self.lets, sampler, self.matte, *picture)
         self.bands_bind = device.bind(BANDS, self.uniform, self.matte, sampler, self.pattern, *plan.lines, self.bands)
         self.glance_bind = device.bind(GLANCE, self.uniform, self.bands, sampler, plan.seen)
-        rest = plan.small, plan.guide, sampler, before, self.field
-        self.field_bind = device.bind(FIELD_SUM, self.uniform, plan.uniform, self.bands, self.matte, *rest)
+        self.amounts_bind = device.bind(AMOUNTS, self.uniform, self.bands, self.amounts)
+        rest = plan.guide, sampler, before, self.field
+        self.field_bind = device.bind(SUMS, self.uniform, plan.uniform, self.amounts, self.matte, *rest)
+
+    def aim(self, inside: bool) -> None:
+        """Choose the pipelines for a light in the picture, or beyond it."""
+        plan, device = self.plan, self.plan.device
+        full, small = plan.size, plan.field_size
+        shrinks = max(n / m for n, m in zip(full, small, strict=True))
+        taps = math.ceil(shrinks / 2) if plan.is_codes else 1 if full == small else math.ceil(shrinks) + 1
+        path = MATTE_CODES if plan.is_codes else MATTE_LINEAR
+        self.emit = device.pipeline(path, "emit", TAPS=max(taps, 1), INSIDE=inside)
+        entries = {"scan": (LINES // 32, 1)}
+        for entry, count in (("smooth_lines", LINES), ("group_lines", GROUPS), ("mean_lines", GROUPS), ("stand_out", LINES + 2)):
+            entries[entry] = -(-count // 64), RADII
+        self.steps = [(device.pipeline(BANDS, entry, INSIDE=inside), counts) for entry, counts in entries.items()]
+        self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1], INSIDE=inside)
+        self.settle = device.pipeline(AMOUNTS, "settle")
+        self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
 
 
 class LookPlan:
@@ -63,34 +78,28 @@ class LookPlan:
     def __init__(self, device: Device, size: tuple[int, int], is_codes: bool, near: bool = False, quality: str = "normal") -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
         self.small_size = shrunk_size(*size, SIDE)
+        self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
         self.field_size = shrunk_size(*size, FIELDS[quality])
         self.picture = device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
-        self.small = device.texture(*self.field_size, "rgba16float")
         self.guide = device.texture(*self.small_size, "rgba16float", target=False)
         self.near = device.texture(*size, "r16float", target=False) if near else self.guide
-        self.seen = device.buffer(size=16 * self.small_size[0] * self.small_size[1])
-        groups = LINES // COARSE
-        self.lines = [device.buffer(size=8 * RADII * count) for count in (LINES, LINES, groups, groups)]
+        self.seen = device.buffer(size=16 * self.glance_size[0] * self.glance_size[1])
+        self.lines = [device.buffer(size=8 * RADII * count) for count in (LINES, LINES, GROUPS, GROUPS)]
         self.scale = device.buffer(size=16, uniform=True)
-        taps = 1 if self.field_size == size else math.ceil(max(n / m for n, m in zip(size, self.field_size, strict=True))) + 1
-        self.shrink = device.pipeline(SHRINK, "shrink", TAPS=taps, CODES=is_codes)
-        self.shrink_bind = device.bind(SHRINK, self.scale, self.picture, self.small)
-        self.lights: list[_LightRays] = []
         self.uniform = device.buffer(size=LOOK.itemsize, uniform=True)
-        path = CODES if is_codes else LAYER
+        self.lights: list[_LightRays] = []
+        self.count = 0
         if is_codes:
-            self.put = device.raster(path, "cover", "put", "rgba8unorm", NEAR_GIVEN=near)
+            self.put = device.raster(CODES, "cover", "put", "rgba8unorm", NEAR_GIVEN=near)
+            tile = np.full((256, 256, 4), 255, np.uint8)
+            tile[..., :3] = np.minimum(np.floor(256 * dither()), 255)
+            self.noise = device.texture(256, 256, "rgba8unorm", target=False)
+            device.write(self.noise, tile, 256 * 4)
         else:
-            self.put = device.pipeline(path, "put", NEAR_GIVEN=near)
+            self.put = device.pipeline(LAYER, "put", NEAR_GIVEN=near)
         self.result = device.texture(*size, "rgba8unorm" if is_codes else "rgba16float")
         self.puts: dict[int, Any] = {}
-        if is_codes:
-            tile = np.ones((256, 256, 4), np.float32)
-            tile[..., :3] = dither()
-            self.noise = device.texture(256, 256, "rgba32float", target=False)
-            device.write(self.noise, tile, 256 * 16)
         self.timer: Timer | None = None
-        self.white = 1.0
 
     def _run(self, label: str, encoder: Any, pipeline: Any, bind: Any, size: tuple[int, int], timer: Timer | None) -> None:
         compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), label, timer)
@@ -109,14 +118,12 @@ class LookPlan:
         if timer and profile is not None:
             profile += timer.milliseconds()
 
-    def upload(self, picture: Array, guide: Array, near: Array | None, white: float = 1.0, profile: Any = None) -> None:
+    def upload(self, picture: Array, guide: Array, near: Array | None, white: float = 1.0) -> None:
         """picture: (H, W, 4), as the texture holds it; guide: (h, w, 2) of the small copy; near: (H, W) where it was planned for, else
         (h, w) or None."""
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
-        self.white = white
         self.device.queue.write_buffer(self.scale, 0, np.array([1 / white, 0, 0, 0], np.float32).tobytes())
         self.hide(guide, near)
-        self.submit(profile, self.record_shrink)
 
     def hide(self, guide: Array, near: Array | None) -> None:
         """What smooths the picture's lightness, and how near things are; arguments as `upload`."""
@@ -128,19 +135,17 @@ class LookPlan:
             self.device.write(self.near, near.astype(np.float16), 2 * self.size[0])
         self.device.write(self.guide, values, 8 * self.small_size[0])
 
-    def record_shrink(self, encoder: Any, timer: Timer | None = None) -> None:
-        self._run("small copy", encoder, self.shrink, self.shrink_bind, self.field_size, timer)
-
     def see(
         self, number: int, grid: RayGrid, tones: Tones, parts: Array, fineness: float, pattern: Array | None = None, profile: Any = None
     ) -> tuple[Array, Array]:
-        """The bands of light `number` at the small copy's pixels, (h, w, 3), and their distances from it, (h, w)."""
+        """The bands of light `number` at every GLANCED-th pixel of the small copy, (h, w, 3), and their distances from it, (h, w)."""
         while len(self.lights) <= number:
             self.lights.append(_LightRays(self, len(self.lights)))
         rays = self.lights[number]
+        rays.aim(grid.inside)
         v = rays.values
         v["box"], v["light"], v["start"], v["span"] = grid.box, grid.light, grid.start, grid.span
-        v["nearest"], v["step"], v["inside"] = grid.nearest, grid.step, grid.inside
+        v["nearest"], v["step"] = grid.nearest, grid.step
         v["surroundings"], v["tone_span"] = tones.surroundings, tones.span
         v["fine"] = grid.lines(fineness)
         v["narrow"], v["wide"] = (coarse_sigma(grid, degrees) for degrees in BREADTHS)
@@ -156,12 +161,12 @@ class LookPlan:
 
         def record(encoder: Any, timer: Timer | None) -> None:
             self._run("matte", encoder, rays.emit, rays.matte_bind, self.field_size, timer)
-            for pipeline, count in zip(rays.steps, rays.counts, strict=True):
-                compute(encoder, pipeline, rays.bands_bind, count, "rays", timer)
-            self._run("glance", encoder, rays.glance, rays.glance_bind, self.small_size, timer)
+            for pipeline, counts in rays.steps:
+                compute(encoder, pipeline, rays.bands_bind, counts, "rays", timer)
+            self._run("glance", encoder, rays.glance, rays.glance_bind, self.glance_size, timer)
 
         self.submit(profile, record)
-        width, height = self.small_size
+        width, height = self.glance_size
         seen = np.frombuffer(queue.read_buffer(self.seen), np.float32).reshape(height, width, 4).astype(np.float64)
         return seen[..., :3], seen[..., 3]
 
@@ -180,6 +185,7 @@ class LookPlan:
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from bands to `result`."""
         for number, rays in enumerate(self.lights[: self.count], 1):
+            self._run("amounts", encoder, rays.settle, rays.amounts_bind, (LINES + 2, RADII), timer)
             self._run("field", encoder, rays.gathers[number == self.count], rays.field_bind, self.field_size, timer)
         if self.count not in self.puts:
             common = [self.lights[self.count - 1].field, self.near, self.device.sampler(), self.picture]

@@ -1,15 +1,12 @@
 // One light's rays: the share of emitters on the way from the light along lines of equal angle, what of it stands out against the means
 // over neighbouring lines, and what of that a pixel is given. Twins: the functions of the same names in reference/look.py.
+override INSIDE: bool = true; // the light lies in the picture: its lines go all the way round
 const LINES = 1024u;          // twins of these: look/grid.py, reference/look.py
-const RADII = 256u;
-const STEPS = 2u;
+const RADII = 128u;
+const STEPS = 4u;
 const COARSE = 8u;            // lines that the wide means take together
 const NEAR = 0.15;            // diagonals
 const EMITS = vec2f(0.45, 0.85);
-const SOFT = 0.012;
-const CONTRAST = 0.45;
-const MIST = 2.2;
-const EMITTER = 0.97;
 const TURN = 6.283185307179586;
 
 struct Rays {                 // distances in picture diagonals
@@ -21,7 +18,6 @@ struct Rays {                 // distances in picture diagonals
     step: f32,                // between kept distances
     surroundings: f32,        // luminances about the light
     tone_span: f32,           // ln(light / surroundings)
-    inside: u32,              // the lines go all the way round
     fine: f32,                // sigma over lines
     narrow: f32,              // sigmas over groups of lines
     wide: f32,
@@ -52,7 +48,7 @@ fn nearness_weight(distance: f32) -> f32 {
 
 /// The distance at which a ray of this unit direction enters the picture.
 fn entry(direction: vec2f, rays: Rays) -> f32 {
-    if (rays.inside == 1u) { return 0.0; }
+    if (INSIDE) { return 0.0; }
     var at = 0.0;
     if (direction.x != 0.0) { at = max(at, min(-rays.light.x / direction.x, (rays.box.x - rays.light.x) / direction.x)); }
     if (direction.y != 0.0) { at = max(at, min(-rays.light.y / direction.y, (rays.box.y - rays.light.y) / direction.y)); }
@@ -64,7 +60,7 @@ fn polar(p: vec2f, rays: Rays) -> vec2f {
     let d = p - rays.light;
     var turn = atan2(d.y, d.x) - rays.start;
     turn -= TURN * floor(turn / TURN);
-    if (rays.inside == 0u && turn > 0.5 * rays.span + 0.5 * TURN) { turn -= TURN; }
+    if (!INSIDE && turn > 0.5 * rays.span + 0.5 * TURN) { turn -= TURN; }
     return vec2f(length(d), turn * (f32(LINES) / rays.span) - 0.5);
 }
 
@@ -72,11 +68,4 @@ fn polar(p: vec2f, rays: Rays) -> vec2f {
 fn band_place(at: vec2f, rays: Rays) -> vec2f {
     let row = clamp((at.x - rays.nearest) / rays.step - 1.0, 0.0, f32(RADII - 1u));
     return vec2f((at.y + 1.5) / f32(LINES + 2u), (row + 0.5) / f32(RADII));
-}
-
-/// The signed amount of light that the rays add or lack; w of found: the distance from the light.
-fn ray_amount(found: vec4f, emits: f32, rays: Rays) -> f32 {
-    let smooth_light = rays.mist * MIST * found.z / (found.z + rays.rest);
-    let k = tanh(CONTRAST * (found.y / (found.z + rays.rest) / rays.deviation + smooth_light));
-    return k * exp(-found.w / rays.length) * smooth_step(found.w, 0.0, SOFT) * (1.0 - EMITTER * emits);
 }

@@ -78,6 +78,19 @@ def resized(plane: Array, width: int, height: int) -> Array:
     return bilinear(plane, *np.meshgrid(x, y))
 
 
+def mean_codes(codes: Array, width: int, height: int) -> Array:
+    """(height, width, 3): codes (H, W, 3), averaged as such by bilinear samples, two pixels apart at most."""
+    shrinks = max(codes.shape[1] / width, codes.shape[0] / height)
+    taps = max(1, math.ceil(shrinks / 2))
+    total = np.zeros((height, width, 3))
+    for j in range(taps):
+        y = (np.arange(height) + (j + 0.5) / taps) * (codes.shape[0] / height) - 0.5
+        for i in range(taps):
+            x = (np.arange(width) + (i + 0.5) / taps) * (codes.shape[1] / width) - 0.5
+            total += bilinear(codes, *np.meshgrid(x, y))
+    return total / taps**2
+
+
 def matte(y: Array, tones: Tones, parts: Array, grid: RayGrid) -> tuple[Array, Array]:
     """(E g, E), (H, W) each: what emits, and that weighted by how near it is. y: luminance; parts: (H, W), 1 for what may emit."""
     height, width = y.shape
