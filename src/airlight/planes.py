@@ -15,9 +15,13 @@ def shrunk_size(width: int, height: int, side: int) -> tuple[int, int]:
 
 
 def shrink(plane: Array, side: int) -> Array:
-    """The means over areas, of a copy whose longer side is at most `side` px; borders of areas count by their share."""
+    """The means over areas, of a copy whose longer side is at most `side` px."""
+    return shrink_to(plane, *shrunk_size(plane.shape[1], plane.shape[0], side))
+
+
+def shrink_to(plane: Array, columns: int, rows: int) -> Array:
+    """The means over areas, of a copy of so many pixels, no more than there are; borders of areas count by their share."""
     height, width = plane.shape[:2]
-    columns, rows = shrunk_size(width, height, side)
     if (rows, columns) == (height, width):
         return plane.astype(np.float32, copy=False)
     return _means(_means(plane, rows, 0), columns, 1).astype(np.float32, copy=False)

@@ -14,7 +14,7 @@ from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
 from airlight.look.settle import FINENESS, Settled, settle
 from airlight.parameters import Look
-from airlight.planes import shrink, shrunk_size
+from airlight.planes import shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
 
@@ -28,15 +28,6 @@ class Applied:
     codes: npt.NDArray[np.uint8] | None = None
     added: npt.NDArray[np.float32] | None = None
     taken: npt.NDArray[np.float32] | None = None
-
-
-def prepared(
-    coarse: Array, bounded: bool, near: Array | None, masked: Array | None
-) -> tuple[measure.Small, float, Array | None]:
-    """(the small copy, white, what may emit in it). coarse: the picture (h, w, 3), Rec. 709, smaller will do; bounded: integers."""
-    white = 1.0 if bounded else measure.white_of(shrink(np.nan_to_num(coarse, posinf=6e4), measure.SIDE))
-    small = measure.small_copy(coarse, white, near)
-    return small, white, None if masked is None else shrink(masked, measure.SIDE)
 
 
 def apply(
@@ -62,7 +53,9 @@ def apply(
     """
     height, width = pixels.shape[:2]
     is_codes = pixels.dtype == np.uint8
-    small, white, lets = prepared(coarse, is_codes or not float_output, near, masked)
+    white = measure.white_of(coarse) if float_output and not is_codes else 1.0
+    small = measure.small_copy(coarse, white, near, (width, height))
+    lets = None if masked is None else shrink_to(masked, *small.size)
     hidden = near
     if near is None and measure.wants_haze(lights):
         small.near = hidden = measure.haze_nearness(small)

@@ -11,7 +11,7 @@ import numpy as np
 
 from airlight.lights import Light
 from airlight.look.grid import Array, RayGrid, points
-from airlight.planes import blur, box, label, shrink
+from airlight.planes import blur, box, label, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import REC709, RaySettings, Tones
 
@@ -52,7 +52,7 @@ def oklab(color: Array) -> Array:
 
 def white_of(color: Array) -> float:
     """White of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
-    bright = float(np.percentile(color.max(axis=-1), 99))
+    bright = float(np.percentile(np.nan_to_num(color[::3, ::3].max(axis=-1), posinf=6e4), 99))
     return max(bright / 8.0, 1.0) if bright > 1 else min(bright / 0.05, 1.0) if bright > 0 else 1.0
 
 
@@ -87,9 +87,12 @@ class Small:
         return np.zeros_like(self.y) if self.near is None else self.near
 
 
-def small_copy(color: Array, white: float = 1.0, near: Array | None = None) -> Small:
-    """The copy of a picture (H, W, 3), Rec. 709, and of its nearness (H, W)."""
-    return Small(shrink(color, SIDE) / white, None if near is None else shrink(near, SIDE))
+def small_copy(color: Array, white: float = 1.0, near: Array | None = None, size: tuple[int, int] | None = None) -> Small:
+    """The copy of a picture (H, W, 3), Rec. 709, and of its nearness (H, W). size: (width, height) of the picture, if color has fewer
+    pixels."""
+    width, height = size or (color.shape[1], color.shape[0])
+    to = shrunk_size(width, height, SIDE)
+    return Small(shrink_to(color, *to) / white, None if near is None else shrink_to(near, *to))
 
 
 def tones(small: Small, grid: RayGrid) -> Tones:
