@@ -258,7 +258,7 @@ def test_lit_as_a_layer(renderer: airlight.Renderer, near: bool) -> None:
 
 @pytest.mark.parametrize("near", [False, True])
 def test_lit_as_codes(renderer: airlight.Renderer, near: bool) -> None:
-    """The dither decides alike but where the sum with its grain comes to a whole code within the rounding: in one of five hundred, by one."""
+    """The dither decides alike but where the sum with its grain is a whole code within the rounding: in one of five hundred, by one."""
     picture = np.rint(255 * srgb_encode(np.minimum(floats(structured(*SIZE)), 1))).astype(np.uint8)
     plan, (small, hidden), seen = fields(renderer, True, near, ["inside", "above"], picture)
     found = plan.read()
