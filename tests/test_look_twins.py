@@ -16,7 +16,7 @@ from airlight.files import to_linear
 from airlight.files.colour import encode_codes, srgb_encode
 from airlight.lights import Light
 from airlight.look.apply import apply
-from airlight.look.grid import LINES, RADII, RayGrid, points
+from airlight.look.grid import RADII, RayGrid, points
 from airlight.look.measure import small_copy
 from airlight.look.plan import FIELDS, LookPlan
 from airlight.noise import dither

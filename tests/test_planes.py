@@ -55,8 +55,8 @@ def test_box_is_the_mean_over_a_square(width: int, height: int, radius: int, see
 
 @pytest.mark.parametrize("sigma", [0.3, 0.8, 1.5, 3.0, 3.05, 3.7, 4.0, 4.7, 8.0, 20.0])
 def test_blur_is_close_to_a_gaussian(sigma: float) -> None:
-    """Of a point, its sum and place kept; of a line within 10 % of the Gaussian's peak, of a point 19 %, the deviation 5 %: boxes have whole
-    widths, and three of them are flatter. Up to 3 px, where the kernel is the Gaussian itself, 1 %."""
+    """Of a point, its sum and place kept; of a line within 10 % of the Gaussian's peak, of a point 19 %, the deviation 5 %: boxes have
+    whole widths, and three of them are flatter. Up to 3 px, where the kernel is the Gaussian itself, 1 %."""
     size = 2 * math.ceil(5 * sigma) + 1
     point = np.zeros((size, size))
     point[size // 2, size // 2] = 1
