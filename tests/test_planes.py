@@ -38,6 +38,16 @@ def test_shrink_against_areas() -> None:
     np.testing.assert_allclose(shrink(plane, 10), expected, atol=1e-6)
 
 
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 3e38])
+def test_shrink_keeps_what_is_no_number_to_its_area(bad: float) -> None:
+    """One pixel of each kind in 40 x 60: all but the areas that it touches are as without it."""
+    plane = np.random.default_rng(0).random((40, 60)).astype(np.float32)
+    spoilt = plane.copy()
+    spoilt[17, 23] = bad
+    off = np.nonzero(shrink(plane, 25) != shrink(spoilt, 25))
+    assert 1 <= len(off[0]) <= 4 and all(np.ptp(axis) <= 1 for axis in off)
+
+
 def test_shrink_leaves_what_is_small_enough() -> None:
     plane = np.random.default_rng(0).random((5, 8)).astype(np.float32)
     assert np.array_equal(shrink(plane, 8), plane) and np.array_equal(shrink(plane, 100), plane)
