@@ -18,6 +18,8 @@ from airlight.planes import shrink
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
 
+HALF_MAX = 65504.0  # what the passes' textures hold at most
+
 
 @dataclass
 class Applied:
@@ -70,7 +72,7 @@ def apply(
     fineness = FINENESS if look.fineness is None else look.fineness
     if renderer is None:
         linear = twin_pixels(pixels)
-        copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
+        copy = np.clip(np.nan_to_num(shrink(linear, FIELDS[quality]) / white), 0, HALF_MAX).astype(np.float64)
         planes = _Reference(copy, fineness)
         settled = settle(small, (width, height), lights, look, planes.bands, **options)
         if not settled.changes:
@@ -145,7 +147,7 @@ class _Reference:
             return twin.bilinear(plane, px, py)
 
         def rows(first: int, last: int) -> None:
-            color = np.maximum(linear[first:last], 0).astype(np.float64) / white
+            color = np.clip(np.nan_to_num(linear[first:last].astype(np.float64) / white), 0, HALF_MAX)
             y = color @ twin.REC709
             guide = at_rows(small.guide, first, last)
             base = guide[..., 0] * twin.lightness(y) + guide[..., 1]
