@@ -97,7 +97,7 @@ def test_black_stays_black(renderer: airlight.Renderer) -> None:
     assert np.abs(change.codes[inner]).max() < 1
 
 
-TO_WARM = pytest.mark.xfail(reason="rings that are neither warm nor blue are drawn to a warm white, by 34 and 29 degrees")
+TO_WARM = pytest.mark.xfail(reason="rings that are neither warm nor blue are drawn to a warm white, by 34 and 29 degrees", strict=True)
 RINGS = [WARM, BLUE, (1.0, 0.4, 0.2), (1.0, 0.75, 0.35), (0.7, 0.8, 1.0)]
 
 
@@ -131,15 +131,18 @@ def test_a_given_colour_is_the_light_s(renderer: airlight.Renderer) -> None:
     np.testing.assert_allclose(added / added[1], (0.2, 1.0, 0.4), atol=0.01)
 
 
+COARSE = pytest.mark.xfail(reason="where nothing is bright, the brightest grains are taken for gaps: the full contrast", strict=True)
+
+
 @pytest.mark.parametrize("kind", ["disc", "opening"])
-@pytest.mark.parametrize("name", ["even", "noise", "a square on black"])
+@pytest.mark.parametrize("name", ["even", "noise", pytest.param("coarse noise", marks=COARSE), "a square on black", "a square on grey"])
 def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name: str, kind: str) -> None:
     rng = np.random.default_rng(1)
     picture = np.full((HEIGHT, WIDTH, 3), 0.3, np.float32)
-    if name == "noise":
-        picture += rng.normal(0, 0.02, picture.shape).astype(np.float32)
-    if name == "a square on black":
-        picture[:] = 0
+    if "noise" in name:
+        picture += rng.normal(0, 0.02 if name == "noise" else 0.1, picture.shape).astype(np.float32)
+    if "square" in name:
+        picture[:] = 0 if name == "a square on black" else 0.02
         picture[120:160, 220:260] = 1
     change = shone(renderer, picture, Light((0.5, 0.44), kind=kind))
     assert np.array_equal(change.after, change.before)

@@ -224,9 +224,9 @@ def test_white_of_floats() -> None:
     assert measure.white_of(picture) == measure.white_of(7 * picture) == measure.white_of(0.06 * picture) == 1
     assert measure.white_of(1e5 * picture) == pytest.approx(100 * measure.white_of(1e3 * picture))
     assert measure.white_of(1e-5 * picture) == pytest.approx(0.01 * measure.white_of(1e-3 * picture))
-    scales = np.geomspace(1e-3, 1e3, 4001)
+    scales = np.geomspace(1e-3, 1e3, 1001)
     whites = [measure.white_of(s * picture) for s in scales]
-    assert np.abs(np.diff(np.log(whites))).max() < 0.004 and np.all(np.diff(whites) >= 0)
+    assert np.abs(np.diff(np.log(whites))).max() < 0.015 and np.all(np.diff(whites) >= 0)
     assert measure.white_of(np.zeros((3, 3, 3))) == 1
 
 

@@ -4,11 +4,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from look_goldens import LIGHTS, blocks, changed, goldens, photograph
+from look_goldens import LIGHTS, PHOTOS, blocks, changed, goldens, photograph
 from look_scenes import Change, rays_share, shone
 
 import airlight
+from airlight.files import read_image
 from airlight.parameters import Look
+from airlight.planes import shrink
 from airlight.reference.look import WHITE
 
 FULL = ["casa-mila", "beacon-street-sunset", "hill-sunset", "dandelions", "tea-gardens-mist", "night-light-frames"]
@@ -71,6 +73,18 @@ def test_neither_blown_out_nor_much_brighter(renderer: airlight.Renderer, change
     picture = photograph(name, 640)
     codes = shone(renderer, picture, LIGHTS[name], Look(strength=1.6)).applied.codes
     assert codes is None or not np.any((codes > 254) & (picture <= 254))
+
+
+NIGHT = pytest.mark.xfail(reason="small lamps emit less in a smaller copy, since emission is found of means: 2.4 codes", strict=True)
+
+
+@pytest.mark.parametrize("name", ["casa-mila", "beacon-street-sunset", pytest.param("night-light-frames", marks=NIGHT)])
+def test_half_the_size_is_the_half(renderer: airlight.Renderer, name: str) -> None:
+    """Of 1,280 and 640 px: within a code on average, eight in 99 of 100 values."""
+    full = shrink(read_image(PHOTOS / f"{name}.jpg").linear(), 1280)
+    one, half = shone(renderer, full, LIGHTS[name]), shone(renderer, shrink(full, 640), LIGHTS[name])
+    off = np.abs(Change(shrink(one.after, 640), half.after, half.applied).codes)
+    assert off.mean() < 1 and np.percentile(off, 99) < 8
 
 
 @pytest.mark.parametrize("name", LIGHTS)
