@@ -18,6 +18,8 @@ from airlight.planes import shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
 
+HALF_MAX = 65504.0  # what the passes' textures hold at most
+
 
 @dataclass
 class Applied:
@@ -66,7 +68,7 @@ def apply(
             side = shrunk_size(width, height, FIELDS[quality])
             copy = srgb_decode(twin.mean_codes(pixels[..., :3].astype(np.float64) / 255, *side))
         else:
-            copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
+            copy = np.clip(np.nan_to_num(shrink(linear, FIELDS[quality]) / white), 0, HALF_MAX).astype(np.float64)
         planes = _Reference(copy)
         settled = settle(small, (width, height), lights, look, planes.bands, **options)
         if not settled.changes:
@@ -145,7 +147,7 @@ class _Reference:
             return twin.bilinear(plane, px, py)
 
         def rows(first: int, last: int) -> None:
-            color = np.maximum(linear[first:last], 0).astype(np.float64) / white
+            color = np.clip(np.nan_to_num(linear[first:last].astype(np.float64) / white), 0, HALF_MAX)
             found = at_rows(field, first, last)
             hidden = np.zeros(color.shape[:2]) if near is None else at_rows(near, first, last)
             light, taken[first:last] = twin.put(color, found[..., :3], found[..., 3], hidden)
