@@ -130,7 +130,7 @@ class _Reference:
         added_light, missing = np.zeros((height, width, 3)), np.zeros((height, width))
         for (rays, emits), one in zip(self.found.values(), settled.lights, strict=True):
             s = one.settings
-            amount = twin.ray_amount(*twin.at_points(rays, s.grid, *points(width, height)), emits, s)
+            amount = twin.amounts_at(rays, s, *points(width, height)) * (1 - twin.EMITTER * emits)
             added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
             missing += np.maximum(-amount, 0)
         guide = twin.resized(small.guide, width, height)

@@ -15,7 +15,7 @@ WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
 DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all
 MOST = 0.35  # of L: what no shaft exceeds
-BREADTHS = (2.5, 12.0)  # degrees: of the means over angles that a ray is compared with
+BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
 FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
@@ -151,6 +151,12 @@ def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
     return across(share, sigma, grid.inside) / across(np.ones((1, LINES)), sigma, grid.inside)
 
 
+def breadths(fineness: float) -> tuple[float, float]:
+    """The narrow and the wide mean, degrees: always wider than the rays themselves."""
+    narrow, wide = (degrees * max(1.0, fineness / from_here) for degrees, from_here in BREADTHS)
+    return narrow, wide
+
+
 def coarse_sigma(grid: RayGrid, degrees: float) -> float:
     """The Gaussian of a wide mean in groups of COARSE lines: less the variance that grouping them and going back between groups adds."""
     variance = grid.lines(degrees) ** 2 - (COARSE**2 - 1) / 12 - COARSE**2 / 6
@@ -179,7 +185,7 @@ def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern:
     pattern: (LINES,), drawn rays, which stand out instead; of the picture's own only the narrow is left, and less of it.
     """
     smoothed = smooth(share, grid, fineness)
-    narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in BREADTHS)
+    narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in breadths(fineness))
     fine, all_of_it = smoothed - narrow, 2 * smoothed - narrow - wide
     if pattern is not None:
         all_of_it = DRAWN[0] * fine + DRAWN[1] * pattern * wide
@@ -227,6 +233,13 @@ def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> A
     k = np.tanh(CONTRAST * (standing_out(found, s.rest) / s.deviation + smooth_light))
     fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, SOFT)
     return np.asarray(s.weight * k * fall * (1 - EMITTER * emits))
+
+
+def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
+    """`ray_amount`, found on the grid's own places, at points in diagonals, before emitters take their part."""
+    distance = s.grid.nearest + (np.arange(RADII) + 1)[:, None] * s.grid.step
+    found = ray_amount(rays, distance, np.zeros_like(distance), s)
+    return at_points(found[..., None], s.grid, x, y)[0][..., 0]
 
 
 def visible(base: Array) -> Array:
