@@ -55,11 +55,14 @@ def settle(
     bands: Bands,
     *,
     additive: bool = False,
+    grey: bool = False,
     masked: Array | None = None,
     held: Settled | None = None,
 ) -> Settled:
-    """Look at each light through `bands`, and solve the strength. size: (width, height) of the whole picture; additive: nothing is to be
-    taken from the picture unless a shade is given; masked: (h, w), what may emit; held: of a frame before, kept as it is.
+    """Look at each light through `bands`, and solve the strength.
+
+    size: (width, height) of the whole picture; additive: nothing is to be taken from it unless a shade is given; grey: it has no colours,
+    and gets none but those asked for; masked: (h, w), what may emit; held: of a frame before, kept as it is.
     """
     shade = look.shade if look.shade is not None else 0.0 if additive else SHADE
     strengths = [light.strength for light in lights]
@@ -82,9 +85,9 @@ def settle(
         if held is None:
             founds.append(measure.found(small, one))
         if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away
-            plain = dataclasses.replace(one)
-            plain.bands, plain.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
-            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, plain).fine)
+            usual = dataclasses.replace(one)
+            usual.bands, usual.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
+            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, usual).fine)
             bands(number, one.grid, one.tones, one.parts, fineness, pattern)
         seen.append(one)
         rays.append(count)
@@ -94,6 +97,7 @@ def settle(
     weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]
     share = max(h for h, strength in zip(holds, strengths, strict=True) if strength > 0)
     most = max(weights)
+    plain = grey and look.warmth is None
     found_lights = tuple(
         LightLook(
             RaySettings(
@@ -104,7 +108,7 @@ def settle(
                 length=found.length if look.length is None else look.length,
                 mist=look.mist,
                 weight=weight / most if most > 0 else 0.0,
-                color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, look.warmth),
+                color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),
             ),
             one.kind,
             found,
@@ -114,8 +118,9 @@ def settle(
     )
     if share < LEAST:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
-        why = "what lies round the light is black: no air shows there" if dark else "nothing stands before the light: no shafts"
-        return Settled(found_lights, 0.0, shade, 0.0, 0.0, f"{why}; --rays 24 draws some")
+        black = "what lies round the light is black: no air shows there; --look classic puts the plain sum on it"
+        clear = "nothing stands before the light: no shafts; --rays 24 draws some"
+        return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
     wanted = measure.VISIBLE * look.strength * share
     strength, contrast = Contrast(small, *measure.sums(small, pairs), shade).solve(wanted)

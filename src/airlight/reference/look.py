@@ -219,7 +219,8 @@ class RaySettings:
     color: tuple[float, float, float]
 
 
-MIST = 2.2  # deviations: the smooth light's weight at mist 1
+MIST = 0.8  # of a full ray: the smooth light where it is whole, at mist 1
+ENDS = 0.12  # of the lines of a light beyond the picture, either side: drawn rays fade there, where they graze its border
 
 
 def standing_out(found: Array, rest: float) -> Array:
@@ -228,11 +229,11 @@ def standing_out(found: Array, rest: float) -> Array:
 
 
 def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> Array:
-    """The signed amount of light, -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
+    """The signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
     smooth_light = s.mist * MIST * found[..., 2] / (found[..., 2] + s.rest)
-    k = np.tanh(CONTRAST * (standing_out(found, s.rest) / s.deviation + smooth_light))
+    amount = np.tanh(CONTRAST * standing_out(found, s.rest) / s.deviation) + smooth_light
     fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, SOFT)
-    return np.asarray(s.weight * k * fall * (1 - EMITTER * emits))
+    return np.asarray(s.weight * amount * fall * (1 - EMITTER * emits))
 
 
 def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
@@ -291,5 +292,8 @@ def drawn_pattern(count: int, grid: RayGrid, seed: int, phase: float = 0.0) -> A
         first = at.astype(int)
         way = smoothstep(at - first, 0.0, 1.0)
         total += share * (value[first] * (1 - way) + value[first + 1] * way)
+    if not grid.inside:
+        side = np.abs(np.linspace(-1, 1, LINES))
+        total = (total - total.mean()) * smoothstep(1 - side, 0.0, 2 * ENDS)
     total -= total.mean()
     return np.asarray(total / max(float(total.std()), 1e-9))
