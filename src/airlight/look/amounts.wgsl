@@ -1,7 +1,7 @@
 // The signed amount of light that one light's rays add or lack, on its grid. Twin: ray_amount in reference/look.py.
 //! include "look/rays.wgsl"
 const SOFT = 0.012;
-const CONTRAST = 0.45;
+const CONTRAST = 0.40;
 const MIST = 0.8;
 
 @group(0) @binding(0) var<uniform> rays: Rays;

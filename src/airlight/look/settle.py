@@ -14,8 +14,9 @@ from airlight.parameters import Look
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 
-FINENESS, SHADE, DRAWN_RAYS = 0.45, 0.8, 24  # where none are given
+FINENESS, SHADE, DRAWN_RAYS = 0.55, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
+NARROW = {"lamps": 0.45}  # of the length: small lights do not reach far
 LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
 Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
@@ -105,7 +106,7 @@ def settle(
                 tones=one.tones,
                 deviation=max(found.deviation, LEAST_DEVIATION),
                 rest=found.rest,
-                length=found.length if look.length is None else look.length,
+                length=found.length * NARROW.get(one.kind, 1.0) if look.length is None else look.length,
                 mist=look.mist,
                 weight=weight / most if most > 0 else 0.0,
                 color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),

@@ -13,18 +13,21 @@ from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
 REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
-DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all
+DARK = (0.14, 0.40)  # L: air before what is darker than the first shows no light, before the second all
 MOST = 0.35  # of L: what no shaft exceeds
 BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
 FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
-CONTRAST = 0.45  # of tanh: how soon a ray that stands out is at its full
+FINE = 1.0  # weight of what stands out against the narrow mean, beside that of the narrow against the wide
+CONTRAST = 0.40  # of tanh: how soon a ray that stands out is at its full
+SKY = (0.55, 0.85, 0.5)  # L: where shafts are seen less, from, to, by how much: in a clear sky they look like flare
 BRIGHT = (0.45, 0.80, 0.85)  # L: where missing light darkens less, from, to, by how much: dark bands on a bright sky look like dirt
 EMITTER = 0.97  # of a shaft is not seen before what emits
 SHADE_MOST = 0.3  # of L: what missing light takes at most
-EXTINCTION = 0.375  # of the shade: how much of what lies behind a shaft its air hides
+EXTINCTION = 0.15  # of the shade: how much of what lies behind a shaft its air hides
+SURFACE = (0.6, 0.15, 0.40)  # share of a shaft that lights the surface behind it instead of the air: at most; L from, to
 
 
 @dataclass(frozen=True)
@@ -186,7 +189,7 @@ def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern:
     """
     smoothed = smooth(share, grid, fineness)
     narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in breadths(fineness))
-    fine, all_of_it = smoothed - narrow, 2 * smoothed - narrow - wide
+    fine, all_of_it = smoothed - narrow, FINE * (smoothed - narrow) + narrow - wide
     if pattern is not None:
         all_of_it = DRAWN[0] * fine + DRAWN[1] * pattern * wide
     return np.stack([fine, all_of_it, wide], axis=-1)
@@ -244,12 +247,13 @@ def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
 
 
 def visible(base: Array) -> Array:
-    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black."""
-    return smoothstep(base, *DARK)
+    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky."""
+    return smoothstep(base, *DARK) * (1 - SKY[2] * smoothstep(base, *SKY[:2]))
 
 
 def change(base: Array, added: Array, missing: Array, strength: float, shade: float) -> tuple[Array, Array]:
-    """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...).
+    """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...), below 0 what
+    the light on its surface gives.
 
     base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color.
     """
@@ -257,20 +261,23 @@ def change(base: Array, added: Array, missing: Array, strength: float, shade: fl
     shown = strength * visible(base)
     rise = MOST * (1 - np.exp(-shown * light / MOST))
     hidden = EXTINCTION * shade * rise / MOST
-    amount = (base + rise) ** 3 - base**3 * (1 - hidden)
+    amount = (base + rise) ** 3 - base**3
+    on_surface = SURFACE[0] * smoothstep(base, *SURFACE[1:])
+    gain = on_surface * amount / np.maximum(base, SURFACE[1]) ** 3
+    in_air = (1 - on_surface) * amount + base**3 * hidden
     less = shade * (1 - BRIGHT[2] * smoothstep(base, *BRIGHT[:2])) * shown * missing
     dim = (1 - SHADE_MOST * (1 - np.exp(-less / np.maximum(base, 0.12) / SHADE_MOST))) ** 3
-    return (amount / np.maximum(light, 1e-9))[..., None] * added, 1 - dim * (1 - hidden)
+    return (in_air / np.maximum(light, 1e-9))[..., None] * added, 1 - dim * (1 - hidden) - gain
 
 
 def put(color: Array, add: Array, take: Array, near: Array) -> tuple[Array, Array]:
     """(added, taken): what a pixel (..., 3) is given, and the share of it that is taken. near: (...), 1 where shafts pass behind.
 
-    One factor for all channels keeps the hue, and keeps the sum from passing WHITE.
+    One factor for all channels keeps the hue, and the sum from passing WHITE.
     """
-    taken = take * (1 - near)
+    taken = np.maximum(take, 0) * (1 - near)
     room = WHITE - color * (1 - taken)[..., None]
-    given = add * (1 - near)[..., None]
+    given = (add + np.maximum(-take, 0)[..., None] * color) * (1 - near)[..., None]
     fits = np.where(room > 0, 1 / (1 + given / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
     return given * fits[..., None], taken
 
