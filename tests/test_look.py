@@ -103,13 +103,10 @@ RINGS = [WARM, BLUE, (1.0, 0.4, 0.2), (1.0, 0.75, 0.35), (0.7, 0.8, 1.0), (1.0, 
 @pytest.mark.parametrize("warmth", [None, 0.0])
 @pytest.mark.parametrize("colour", RINGS)
 def test_the_light_has_the_hue_of_its_ring(renderer: airlight.Renderer, colour: tuple[float, ...], warmth: float | None) -> None:
-    """Within 20 degrees, and one hue everywhere, also where it is held below white."""
+    """Within 20 degrees in all; what it lights has a part in its own."""
     change = shone(renderer, barred(colour), DISC, Look(warmth=warmth))
     added = change.added.reshape(-1, 3).sum(axis=0)
     assert abs((hue(added) - hue(np.array(colour)) + 180) % 360 - 180) < 20
-    bright = change.added[change.added @ REC709 > 0.01]
-    spread = bright / bright.sum(axis=1, keepdims=True)
-    assert np.ptp(spread, axis=0).max() < 0.01
 
 
 def test_blue_light_has_blue_shafts(renderer: airlight.Renderer) -> None:
@@ -123,7 +120,8 @@ def test_blue_light_has_blue_shafts(renderer: airlight.Renderer) -> None:
 
 def test_a_given_colour_is_the_light_s(renderer: airlight.Renderer) -> None:
     added = shone(renderer, barred(), Light(LIGHT, color=(0.2, 1.0, 0.4), kind="disc")).added.reshape(-1, 3).sum(axis=0)
-    np.testing.assert_allclose(added / added[1], (0.2, 1.0, 0.4), atol=0.01)
+    np.testing.assert_allclose(added / added[1], (0.2, 1.0, 0.4), atol=0.25)  # on warm surfaces
+    assert added[1] > 2 * max(added[0], added[2])
 
 
 @pytest.mark.parametrize("kind", ["disc", "opening"])
@@ -138,7 +136,8 @@ def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name:
         picture[120:160, 220:260] = 1
     change = shone(renderer, picture, Light((0.5, 0.44), kind=kind))
     assert np.array_equal(change.after, change.before)
-    assert change.applied.settled.message.endswith("draws some")
+    black = name == "a square on black"
+    assert change.applied.settled.message.endswith("puts the plain sum on it" if black else "draws some")
 
 
 def test_half_the_size_is_the_half(renderer: airlight.Renderer) -> None:

@@ -159,13 +159,15 @@ unit = st.floats(0, 1)
 def test_a_change_neither_clips_nor_turns_nor_darkens_below_nothing(
     color: tuple[float, ...], base: float, amount: tuple[float, ...], tint: tuple[float, ...], strength: float, shade: float
 ) -> None:
-    """What is added is the tint's multiple, at least 0, and ends at code 254; what was brighter gets no brighter; a share is taken."""
+    """What is added is the tint's multiple and the surface's own, at least 0, and ends at code 254; what was brighter gets no brighter; a
+    share is taken, or the surface is lit."""
     pixel, hue = np.array(color), np.array(tint) + 1e-3
     hue /= hue @ twin.REC709
     light, share = twin.change(np.array(base), amount[0] * hue, np.array(amount[1]), strength, shade)
     add, take = twin.put(pixel, light, share, np.array(0.0))
     assert add.min() >= -1e-15 and 0 <= take <= 1
-    np.testing.assert_allclose(np.cross(add, hue), 0, atol=1e-12 * max(1.0, float(add.max()) * float(hue.max())))
+    parts = np.stack([light, pixel * (1 - twin.TINT + twin.TINT * hue)])  # of the air, and of the surface
+    np.testing.assert_allclose(parts.T @ np.linalg.lstsq(parts.T, add, rcond=None)[0], add, atol=1e-9)
     after = pixel * (1 - take) + add
     assert np.all(after <= np.maximum(pixel, twin.WHITE) + 1e-12) and after.min() >= 0
     if shade == 0:
@@ -224,7 +226,7 @@ def test_oklab_of_known_colours() -> None:
 def test_white_of_floats() -> None:
     """1 for what is shown as it is; a picture out of that range, times a factor, has a white times that factor; no step at its ends."""
     picture = np.random.default_rng(0).random((40, 50, 3))
-    assert measure.white_of(picture) == measure.white_of(7 * picture) == measure.white_of(0.06 * picture) == 1
+    assert measure.white_of(picture) == measure.white_of(3.5 * picture) == measure.white_of(0.35 * picture) == 1
     assert measure.white_of(1e5 * picture) == pytest.approx(100 * measure.white_of(1e3 * picture))
     assert measure.white_of(1e-5 * picture) == pytest.approx(0.01 * measure.white_of(1e-3 * picture))
     scales = np.geomspace(1e-3, 1e3, 1001)

@@ -32,7 +32,7 @@ def changes(renderer: airlight.Renderer) -> dict[str, Change]:
 def test_rays_are_most_of_the_change(changes: dict[str, Change]) -> None:
     """What varies within 12 degrees is .6 of the change or more, on average and in each; of a white screen it is .29."""
     shares = {name: rays_share(change, LIGHTS[name].position) for name, change in changes.items() if change.applied.settled.changes}
-    assert len(shares) == 7 and np.mean(list(shares.values())) > 0.75 and min(shares.values()) > 0.6
+    assert len(shares) == 6 and np.mean(list(shares.values())) > 0.75 and min(shares.values()) > 0.6
 
 
 @pytest.mark.parametrize("strength", [1.0, 1.6])
@@ -51,10 +51,9 @@ def test_a_sun_over_the_sea_is_left_as_it_is(renderer: airlight.Renderer, change
     assert shone(renderer, photograph("sea-sunset", 640), LIGHTS["sea-sunset"]).applied.codes is None
 
 
-def test_a_dark_room_is_given_less(changes: dict[str, Change]) -> None:
-    """It shows little air: between a tenth and a half of what is asked."""
+def test_a_dark_room_is_left_dark(changes: dict[str, Change]) -> None:
     change = changes["dark-room-opening"]
-    assert 0.8 < change.applied.settled.wanted < 4 and change.contrast == pytest.approx(change.applied.settled.wanted, rel=0.05)
+    assert np.array_equal(change.after, change.before) and "black" in change.applied.settled.message
 
 
 def test_mist_without_gaps_gets_drawn_rays(changes: dict[str, Change]) -> None:

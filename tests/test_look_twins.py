@@ -206,7 +206,7 @@ COLORS /= (COLORS @ twin.REC709)[:, None]  # the GPU takes missing light from a 
 
 
 def settings_of(grid: RayGrid, number: int) -> twin.RaySettings:
-    return twin.RaySettings(grid, TONES, 0.04 + 0.02 * number, 0.05, 0.4, 0.3 * number, 1 - 0.3 * number, tuple(COLORS[number]))
+    return twin.RaySettings(grid, TONES, 0.04 + 0.02 * number, 0.05, 0.4, 0.3 * number, 0.02, 1 - 0.3 * number, tuple(COLORS[number]))
 
 
 def fields(renderer: Any, codes: bool, near: bool, places: list[str], picture: np.ndarray) -> tuple[LookPlan, Any, list[Passes]]:

@@ -1,6 +1,5 @@
 // The signed amount of light that one light's rays add or lack, on its grid. Twin: ray_amount in reference/look.py.
 //! include "look/rays.wgsl"
-const SOFT = 0.012;
 const CONTRAST = 0.40;
 const MIST = 0.8;
 
@@ -15,5 +14,5 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     let distance = rays.nearest + f32(id.y + 1u) * rays.step;
     let total = found.z + rays.rest;
     let amount = tanh(CONTRAST * found.y / total / rays.deviation) + rays.mist * MIST * found.z / total;
-    textureStore(amounts, id.xy, vec4f(amount * exp(-distance / rays.length) * smooth_step(distance, 0.0, SOFT), 0.0, 0.0, 1.0));
+    textureStore(amounts, id.xy, vec4f(amount * exp(-distance / rays.length) * smooth_step(distance, 0.0, rays.soft), 0.0, 0.0, 1.0));
 }

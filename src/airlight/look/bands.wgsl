@@ -65,8 +65,10 @@ fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
     let own = raw[row + id.x];
     let line = i32(id.x);
     var sum = vec2f(own.x, 1.0);
-    var f = falloff(rays.fine);
-    for (var i = 1; i <= i32(ceil(3.0 * rays.fine)); i++) {
+    let distance = rays.nearest + f32(id.y + 1u) * rays.step;
+    let sigma = max(rays.fine, min(rays.thinnest / distance, rays.broadest));
+    var f = falloff(sigma);
+    for (var i = 1; i <= i32(ceil(3.0 * sigma)); i++) {
         f = Falloff(f.weight * f.factor, f.factor * f.shrinks, f.shrinks);
         let before = f.weight * counts(line - i, LINES);
         let after = f.weight * counts(line + i, LINES);

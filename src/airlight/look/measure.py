@@ -36,8 +36,9 @@ REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show s
 LIGHT_ENOUGH = (0.75, 1.0)  # ln of the light's tone over its surroundings', from which something shines: noise has less
 FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.20, 0.35)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
 GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviation of L that counts as texture
+SHOWN = (0.3, 4.0)  # the 99th percentile of pictures of floats that are shown as they are
 VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
-STRONGEST = 2.5
+STRONGEST = 8.0
 HAZE = (0.4, 0.7)  # nearness without a depth map: at most, and where the haze makes an end of it
 SOFT_EDGE = 0.03  # diagonals over which emission falls off where mist blurs all gaps
 CONES = np.array(
@@ -56,7 +57,7 @@ def oklab(color: Array) -> Array:
 def white_of(color: Array) -> float:
     """White of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
     bright = float(np.percentile(np.nan_to_num(color[::3, ::3].max(axis=-1), posinf=6e4), 99))
-    return max(bright / 8.0, 1.0) if bright > 1 else min(bright / 0.05, 1.0) if bright > 0 else 1.0
+    return max(bright / SHOWN[1], 1.0) if bright > 1 else min(bright / SHOWN[0], 1.0) if bright > 0 else 1.0
 
 
 @dataclass

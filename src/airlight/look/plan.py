@@ -12,15 +12,15 @@ from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import GLANCED, SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
-from airlight.reference.look import COARSE, DRAWN, RaySettings, Tones, breadths, coarse_sigma
+from airlight.reference.look import COARSE, DRAWN, THINNEST, RaySettings, Tones, breadths, coarse_sigma
 
 FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
 GROUPS = LINES // COARSE
 RAYS = np.dtype(
     [("box", "f4", 2), ("light", "f4", 2)]
     + [(n, "f4") for n in ("start", "span", "nearest", "step", "surroundings", "tone_span")]
-    + [(n, "f4") for n in ("fine", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist", "")]
-    + [("color", "f4", 3), ("", "f4")]
+    + [(n, "f4") for n in ("fine", "thinnest", "broadest", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist", "soft")]
+    + [("", "f4", 2), ("color", "f4", 3), ("", "f4")]
 )
 LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("", "f4", 2)])
 MATTE_CODES, MATTE_LINEAR, BANDS, GLANCE, AMOUNTS, SUMS, CODES, LAYER = (
@@ -147,10 +147,10 @@ class LookPlan:
         v["box"], v["light"], v["start"], v["span"] = grid.box, grid.light, grid.start, grid.span
         v["nearest"], v["step"] = grid.nearest, grid.step
         v["surroundings"], v["tone_span"] = tones.surroundings, tones.span
-        v["fine"] = grid.lines(fineness)
+        v["fine"], v["thinnest"], v["broadest"] = grid.lines(fineness), THINNEST[0] * LINES / grid.span, grid.lines(THINNEST[1])
         v["narrow"], v["wide"] = (coarse_sigma(grid, degrees) for degrees in breadths(fineness))
         v["own"], v["drawn"] = DRAWN if pattern is not None else (0.0, 0.0)
-        v["deviation"] = v["rest"] = v["length"] = 1.0
+        v["deviation"] = v["rest"] = v["length"] = v["soft"] = 1.0
         queue = self.device.queue
         queue.write_buffer(rays.uniform, 0, v.tobytes())
         if pattern is not None:
@@ -174,7 +174,7 @@ class LookPlan:
         """Set what was measured of the lights seen, in their order."""
         for rays, s in zip(self.lights, lights, strict=False):
             v = rays.values
-            v["deviation"], v["rest"], v["length"], v["mist"] = s.deviation, s.rest, s.length, s.mist
+            v["deviation"], v["rest"], v["length"], v["mist"], v["soft"] = s.deviation, s.rest, s.length, s.mist, s.soft
             v["color"] = np.array(s.color) * s.weight
             self.device.queue.write_buffer(rays.uniform, 0, v.tobytes())
         values = np.zeros((), LOOK)

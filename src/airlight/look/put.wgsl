@@ -1,6 +1,7 @@
 // What a pixel is given of the change at its place, and what is taken of it. Twin: put in reference/look.py.
 override NEAR_GIVEN: bool = false; // how near things are is known at every pixel
 const WHITE = 0.9911;
+const TINT = 0.5;
 
 @group(0) @binding(0) var field: texture_2d<f32>;  // the light that comes in, RGB; the share that is taken, below 0 given
 @group(0) @binding(1) var near: texture_2d<f32>;
@@ -10,7 +11,8 @@ fn changed(color: vec3f, place: vec2f) -> vec4f {
     var change = textureSampleLevel(field, bilinear, place, 0.0);
     if (NEAR_GIVEN) { change *= 1.0 - textureSampleLevel(near, bilinear, place, 0.0).r; }
     let taken = max(change.a, 0.0);
-    let given = change.rgb + max(-change.a, 0.0) * color;
+    let tint = change.rgb / max(dot(change.rgb, vec3f(0.2126, 0.7152, 0.0722)), 1e-9);
+    let given = change.rgb + max(-change.a, 0.0) * color * (1.0 - TINT + TINT * tint);
     let room = WHITE - color * (1.0 - taken);
     let fits = room / max(room + given, vec3f(1e-6));
     return vec4f(given * max(min(fits.r, min(fits.g, fits.b)), 0.0), taken);

@@ -19,6 +19,8 @@ struct Rays {                 // distances in picture diagonals
     surroundings: f32,        // luminances about the light
     tone_span: f32,           // ln(light / surroundings)
     fine: f32,                // sigma over lines
+    thinnest: f32,            // the same times the distance, at least
+    broadest: f32,            // but no more of that
     narrow: f32,              // sigmas over groups of lines
     wide: f32,
     own: f32,                 // share of the picture's own fine rays beside drawn ones; 0: none are drawn
@@ -27,6 +29,7 @@ struct Rays {                 // distances in picture diagonals
     rest: f32,
     length: f32,
     mist: f32,
+    soft: f32,                // nearer to the light rays run together
     color: vec3f,             // times the light's weight
 }
 

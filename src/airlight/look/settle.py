@@ -16,7 +16,7 @@ from airlight.reference.look import RaySettings, Tones
 
 FINENESS, SHADE, DRAWN_RAYS = 0.55, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
-NARROW = {"lamps": 0.45}  # of the length: small lights do not reach far
+SMALL_LENGTH, SMALL_SOFT = 0.5, 0.16  # of lamps, which do not reach far: of the length; diagonals within which they have no rays yet
 LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
 Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
@@ -106,8 +106,9 @@ def settle(
                 tones=one.tones,
                 deviation=max(found.deviation, LEAST_DEVIATION),
                 rest=found.rest,
-                length=found.length * NARROW.get(one.kind, 1.0) if look.length is None else look.length,
+                length=found.length * (SMALL_LENGTH if one.kind == "lamps" else 1.0) if look.length is None else look.length,
                 mist=look.mist,
+                soft=SMALL_SOFT if one.kind == "lamps" else twin.SOFT,
                 weight=weight / most if most > 0 else 0.0,
                 color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),
             ),

@@ -13,13 +13,15 @@ from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
 REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
-DARK = (0.14, 0.40)  # L: air before what is darker than the first shows no light, before the second all
+DARK = (0.15, 0.40)  # L: air before what is darker than the first shows no light, before the second all
 MOST = 0.35  # of L: what no shaft exceeds
 BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
+THINNEST = (0.004, 4.0)  # diagonals of a ray's sigma at least, so that none is a scratch near the light; but no more than these degrees
 FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
+TINT = 0.5  # of the light's colour that is seen on a surface, the rest is white
 FINE = 1.0  # weight of what stands out against the narrow mean, beside that of the narrow against the wide
 CONTRAST = 0.40  # of tanh: how soon a ray that stands out is at its full
 SKY = (0.55, 0.85, 0.5)  # L: where shafts are seen less, from, to, by how much: in a clear sky they look like flare
@@ -148,10 +150,19 @@ def across(rays: Array, sigma: float, round_trip: bool) -> Array:
     return np.asarray(np.fft.irfft(product, size, axis=1)[:, 2 * reach : 2 * reach + count])
 
 
+def fine_sigmas(grid: RayGrid, fineness: float) -> Array:
+    """(RADII,): the Gaussian of rays in lines, by distance: wider than `fineness` where that would be a thin scratch."""
+    distance = grid.nearest + (np.arange(RADII) + 1) * grid.step
+    thinnest = THINNEST[0] / distance * (LINES / grid.span)
+    return np.maximum(grid.lines(fineness), np.minimum(thinnest, grid.lines(THINNEST[1])))
+
+
 def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
     """C': C over neighbouring lines, fineness in degrees."""
-    sigma = grid.lines(fineness)
-    return across(share, sigma, grid.inside) / across(np.ones((1, LINES)), sigma, grid.inside)
+    out = np.empty_like(share)
+    for row, sigma in enumerate(fine_sigmas(grid, fineness)):
+        out[row] = across(share[row : row + 1], sigma, grid.inside)[0] / across(np.ones((1, LINES)), sigma, grid.inside)[0]
+    return out
 
 
 def breadths(fineness: float) -> tuple[float, float]:
@@ -209,8 +220,11 @@ def at_points(rays: Array, grid: RayGrid, x: Array, y: Array) -> tuple[Array, Ar
 
 @dataclass(frozen=True)
 class RaySettings:
-    """What turns one light's bands into amounts. deviation: the rms that what stands out has; rest: see REST; length: diagonals; mist:
-    share of the smooth light; weight: of this light among several; color: of the added light, luminance 1; tones: about the light."""
+    """What turns one light's bands into amounts.
+
+    deviation: the rms of what stands out; rest: see REST; length: diagonals; mist: share of the smooth light; soft: see SOFT; weight: of
+    this light among several; color: of the added light, luminance 1; tones: about the light.
+    """
 
     grid: RayGrid
     tones: Tones
@@ -218,6 +232,7 @@ class RaySettings:
     rest: float
     length: float
     mist: float
+    soft: float
     weight: float
     color: tuple[float, float, float]
 
@@ -235,7 +250,7 @@ def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> A
     """The signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
     smooth_light = s.mist * MIST * found[..., 2] / (found[..., 2] + s.rest)
     amount = np.tanh(CONTRAST * standing_out(found, s.rest) / s.deviation) + smooth_light
-    fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, SOFT)
+    fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, s.soft)
     return np.asarray(s.weight * amount * fall * (1 - EMITTER * emits))
 
 
@@ -277,7 +292,8 @@ def put(color: Array, add: Array, take: Array, near: Array) -> tuple[Array, Arra
     """
     taken = np.maximum(take, 0) * (1 - near)
     room = WHITE - color * (1 - taken)[..., None]
-    given = (add + np.maximum(-take, 0)[..., None] * color) * (1 - near)[..., None]
+    tint = add / np.maximum(add @ REC709, 1e-9)[..., None]
+    given = (add + np.maximum(-take, 0)[..., None] * color * (1 - TINT + TINT * tint)) * (1 - near)[..., None]
     fits = np.where(room > 0, 1 / (1 + given / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
     return given * fits[..., None], taken
 
