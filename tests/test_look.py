@@ -121,7 +121,7 @@ def test_blue_light_has_blue_shafts(renderer: airlight.Renderer) -> None:
 def test_a_given_colour_is_the_light_s(renderer: airlight.Renderer) -> None:
     added = shone(renderer, barred(), Light(LIGHT, color=(0.2, 1.0, 0.4), kind="disc")).added.reshape(-1, 3).sum(axis=0)
     np.testing.assert_allclose(added / added[1], (0.2, 1.0, 0.4), atol=0.25)  # on warm surfaces
-    assert added[1] > 2 * max(added[0], added[2])
+    assert added[1] > 1.8 * max(added[0], added[2])
 
 
 @pytest.mark.parametrize("kind", ["disc", "opening"])
