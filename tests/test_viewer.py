@@ -3,8 +3,10 @@
 import logging
 import os
 import shlex
+import shutil
 import subprocess
 import sys
+import time
 import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,14 +26,18 @@ from airlight.composite.blend import Rule, blend
 from airlight.composite.mix import LinearComposite
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
-from airlight.files.colour import srgb_encode
+from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.gpu.device import open_device
-from airlight.parameters import IN_VIEW, Medium
+from airlight.lights import Light
+from airlight.look.apply import apply
+from airlight.look.measure import oklab
+from airlight.parameters import IN_VIEW, Look, Medium
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
 
 SIZE, SCENE_SIZE = (1280, 720), (800, 560)
+CLASSIC = {"look": "classic"}
 
 
 class Driver:
@@ -114,7 +120,8 @@ def drawn_without_errors(caplog: pytest.LogCaptureFixture) -> Iterator[None]:
     """rendercanvas logs what fails in a frame or in a handler, and goes on."""
     with caplog.at_level(logging.WARNING):
         yield
-    bad = [r.getMessage() + str(r.exc_text or "") for r in caplog.records if r.name.startswith(("rendercanvas", "pygfx", "wgpu"))]
+    records = [*caplog.get_records("setup"), *caplog.get_records("call")]
+    bad = [r.getMessage() + str(r.exc_text or "") for r in records if r.name.startswith(("rendercanvas", "pygfx", "wgpu"))]
     assert not bad
 
 
@@ -152,10 +159,11 @@ def hands(kept: Driver, photo: str) -> Driver:
     kept.state.shafts, kept.state.timing = True, False
     kept.state.sources = (*st.SCENES, photo)
     kept.state.command = kept.state.path = ""
-    st.reset(kept.state)
+    st.set_values(kept.state, CLASSIC)
+    kept.frame(2)
     for name in [n.removeprefix("group ") for n in kept.places if n.startswith("group ")]:
         inside = {"Method": "method", "Occlusion": "occlusion", "Composite": "mix", "Shafts in the scene": "region", "Times": "passes"}
-        if {**inside, "Presets and settings": "preset"}.get(name) in kept.places:
+        if {**inside, "Presets and settings": "preset", "Look": "look"}.get(name) in kept.places:
             kept.open_group(name)
     kept.frame(2)
     return kept
@@ -178,10 +186,11 @@ def test_the_private_event_queue_of_rendercanvas_is_as_known(hands: Driver) -> N
 
 
 def test_each_parameter_of_a_picture_has_a_widget(hands: Driver) -> None:
-    for group in ("Method", "Occlusion", "Composite"):
+    groups = ("Method", "Occlusion", "Composite", "Look")
+    for group in groups:
         hands.open_group(group)
-    assert {d.name for d in declared()} <= set(hands.places)
-    for group in ("Composite", "Occlusion", "Method"):
+    assert {d.name for d in declared() if d.group != "look"} | {"look"} <= set(hands.places)
+    for group in reversed(groups):
         hands.open_group(group)
 
 
@@ -204,7 +213,7 @@ def test_dragging_a_slider(hands: Driver, name: str) -> None:
     after = hands.frame(2)
     assert np.abs(after[:, 360:].astype(int) - before[:, 360:]).max() > 2  # the picture follows
     hands.click("reset shafts")
-    assert st.values(hands.state) == {}
+    assert st.values(hands.state) == CLASSIC
     assert np.array_equal(hands.frame(2)[:, 360:], before[:, 360:])
 
 
@@ -220,9 +229,9 @@ def test_what_does_not_go_with_a_method_is_reset_or_told() -> None:
     state = ViewerState("x.png", True)
     st.set_values(state, {"method": "radial", "scale": 0.5, "normalization": "listing"})
     st.change(state, "method", "bands")
-    assert st.values(state) == {"method": "bands"}
+    assert st.values(state) == {"method": "bands", **CLASSIC}
     st.change(state, "scale", 0.5)
-    assert state.is_error and "scale" in state.message and st.values(state) == {"method": "bands"}
+    assert state.is_error and "scale" in state.message and st.values(state) == {"method": "bands", **CLASSIC}
 
 
 def test_unset_parameters_show_what_they_are(hands: Driver) -> None:
@@ -241,12 +250,354 @@ def test_unset_parameters_show_what_they_are(hands: Driver) -> None:
     hands.open_group("Occlusion")
 
 
+# the smart look
+
+
+@pytest.fixture(scope="module")
+def trees() -> np.ndarray:
+    """(H, W, 3) uint8: a low sun at 0.3, 0.4 behind trunks."""
+    y, x = np.mgrid[:180, :280]
+    sky = 0.3 + 0.6 * np.exp(-((x - 84) ** 2 + (y - 72) ** 2) / 5000)
+    sky[x % 36 < 10] = 0.12
+    sky[np.hypot(x - 84, y - 72) < 9] = 1
+    sky[130:] *= 0.5
+    return np.rint(255 * np.clip(sky[..., None] * (1, 0.9, 0.75), 0, 1)).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def forest(folder: Path, trees: np.ndarray) -> str:
+    path = str(folder / "forest.png")
+    write_image(path, None, encoded=trees)
+    return path
+
+
+@pytest.fixture
+def smart(hands: Driver, forest: str) -> Driver:
+    """A picture as it is shown unless the sum is asked for, its light where the sun is."""
+    st.reset(hands.state)
+    hands.viewer.open(forest, [Lamp((0.3, 0.4), kind="disc")])
+    hands.state.held = False
+    hands.state.candidates_shown = True
+    hands.frame(2)
+    for group, inside in (("Light", "light 0"), ("More of the look", "fineness"), ("View", "debug")):
+        if inside in hands.places:
+            hands.open_group(group)
+    return hands
+
+
+def applied(driver: Driver, pixels: np.ndarray, **look: Any) -> Any:
+    """What the look makes of these pixels with the driver's lights."""
+    from airlight import Renderer
+    from airlight.files import to_linear
+
+    lights = [Light(lamp.place, lamp.color, lamp.strength, kind=lamp.kind) for lamp in driver.state.lamps]
+    linear = to_linear(pixels)[0] if pixels.dtype == np.uint8 else pixels
+    return apply(Renderer(), pixels, linear, lights, Look(**look), float_output=pixels.dtype != np.uint8)
+
+
+def seen_change(after: np.ndarray, before: np.ndarray) -> float:
+    """The 95th percentile of what 8-bit codes change by, in hundredths of OKLab."""
+    first, second = (oklab(srgb_decode(codes / 255)) for codes in (before, after))
+    return float(np.percentile(100 * np.sqrt(np.square(second - first).sum(axis=-1)), 95))
+
+
+def test_a_picture_has_the_smart_look_at_once(smart: Driver, forest: str, trees: np.ndarray) -> None:
+    smart.viewer.open(forest)
+    smart.frame(2)
+    state = smart.state
+    assert state.is_smart and st.values(state) == {} and state.lamps[0].place == pytest.approx((0.3, 0.4), abs=0.06)
+    seen = read_image(smart.viewer.screenshot()).codes
+    assert np.array_equal(seen, applied(smart, trees).codes)
+    words = st.command_line(state)[1:]
+    words[words.index("-o") + 1] = out = str(Path(forest).with_name("forest-out.png"))
+    assert main([*words, "-y"]) == 0 and np.array_equal(read_image(out).codes, seen)
+    assert {"strength", "warmth", "length", "save picture", "split", "candidates"} <= set(smart.places)
+    assert not {"fineness", "samples", "light 0", "path", "debug"} & set(smart.places)  # folded
+
+
+def test_sliders_of_the_look(smart: Driver, trees: np.ndarray) -> None:
+    state = smart.state
+    smart.drag(smart.where("strength", 0.5), smart.where("strength", 0.25))
+    assert state.look.strength == pytest.approx(0.5, abs=0.06)
+    assert state.settled["warmth"] == pytest.approx(0.6 * 0.35, abs=0.15)
+    shown = state.settled["warmth"]
+    smart.click("warmth auto")
+    assert state.look.warmth == pytest.approx(shown, abs=1e-3)
+    smart.frame(2)
+    now = {"strength": state.look.strength, "warmth": state.look.warmth}
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees, **now).codes)
+    smart.open_group("More of the look")
+    assert set(smart.places) >= st.LOOK
+    smart.drag(smart.where("mist", 0.0), smart.where("mist", 0.5))
+    assert 0.3 < state.look.mist < 0.7
+    for fineness in (1.2, None, 0.8):
+        st.change(state, "fineness", fineness)
+        smart.frame(2)
+    st.change(state, "mist", 0.25)
+    now |= {"mist": 0.25, "fineness": 0.8}
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees, **now).codes)
+    smart.click("reset look")
+    assert st.values(state) == {}
+    smart.open_group("More of the look")
+
+
+def test_smart_classic_smart(smart: Driver) -> None:
+    first = smart.frame(2)[:, 360:]
+    smart.open_group("More of the look")
+    smart.choose("look", "classic")
+    assert not smart.state.is_smart and "samples" in smart.places
+    classic = smart.frame(2)[:, 360:]
+    assert np.abs(classic.astype(int) - first).max() > 10
+    st.change(smart.state, "density", 0.5)
+    assert np.abs(smart.frame(2)[:, 360:].astype(int) - classic).max() > 2
+    smart.open_group("Look")
+    smart.choose("look", "smart")
+    assert smart.state.is_smart and "--density" not in st.command_line(smart.state)
+    assert np.array_equal(smart.frame(2)[:, 360:], first)
+    assert not st.change(smart.state, "strength", 0.0) and np.abs(smart.frame(2)[:, 360:].astype(int) - first).max() > 10
+
+
+@pytest.mark.parametrize("values", [{"density": 0.97}, presets.load("vesper"), {"blend": "add"}])
+def test_what_names_the_sum_shows_the_sum(values: dict[str, Any]) -> None:
+    state = ViewerState("a.png", True)
+    st.set_values(state, values)
+    assert not state.is_smart and "--look" in st.command_line(state)
+    st.set_values(state, {**values, "look": "smart"})
+    assert state.is_smart and st.command_line(state) == ["airlight", "image", "a.png", "-o", "a-shafts.png"]
+
+
+def test_floats_and_sixteen_bits_have_the_smart_look(smart: Driver, folder: Path, trees: np.ndarray) -> None:
+    linear = ((trees / 255.0) ** 2.2 * 3).astype(np.float32)
+    write_image(folder / "look.exr", linear, overwrite=True, bits=32)
+    smart.viewer.open(str(folder / "look.exr"), [Lamp((0.3, 0.4), kind="disc")])
+    smart.frame(2)
+    found = applied(smart, linear)
+    wanted = srgb_encode(np.clip(linear * (1 - found.taken[..., None]) + found.added, 0, 1))
+    assert found.taken.max() == 0 and found.added.max() > 0.01
+    assert np.abs(read_image(smart.viewer.screenshot()).codes / 255 - wanted).max() <= 1.5 / 255  # half floats
+    light = controls.to_canvas((0.3, 0.4), smart.viewer.area())
+    smart.drag(light, (light[0] + 20, light[1]))
+    deep = trees.astype(np.uint16) * 257
+    write_image(folder / "look16.png", None, encoded=deep, overwrite=True, bits=16)
+    smart.viewer.open(str(folder / "look16.png"), [Lamp((0.3, 0.4), kind="disc")])
+    smart.frame(2)
+    assert np.abs(read_image(smart.viewer.screenshot()).codes.astype(int) - applied(smart, trees).codes).max() <= 1
+
+
+def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarray) -> None:
+    import OpenImageIO as oiio
+
+    source, out = str(folder / "grey-trees.png"), str(folder / "grey-out.png")
+    oiio.ImageBuf(np.ascontiguousarray(trees[..., 1:2])).write(source)
+    smart.viewer.open(source, [Lamp((0.3, 0.4), kind="disc")])
+    smart.frame(2)
+    seen = read_image(smart.viewer.screenshot()).codes
+    words = st.command_line(smart.state)[1:]
+    words[words.index("-o") + 1] = out
+    assert main(words) == 0
+    off = np.abs(seen.astype(int) - read_image(out).codes)  # by another dither
+    assert np.ptp(seen, axis=2).max() <= 1 and off.max() <= 2 and off.mean() < 0.6
+    assert np.abs(seen.astype(int) - trees[..., 1:2]).max() > 10 and smart.state.settled["warmth"] == 0
+
+
+def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A photograph larger than the canvas; the machine is a GPU or none."""
+    source = str(Path(__file__).parents[1] / "examples/photos/beacon-street-sunset.jpg")
+    smart.viewer.open(source, [Lamp((0.872, 0.459), kind="disc")])
+    smart.frame(3)
+    view, device = smart.viewer.picture, smart.viewer.device
+    assert view.view is view.whole and max(view.draft.size) < 1000  # it waits
+    at = controls.to_canvas((0.872, 0.459), smart.viewer.area())
+    smart.event("pointer_move", at)
+    smart.event("pointer_down", at, button=1, buttons=(1,))
+    smart.event("pointer_move", (at[0] - 5, at[1]), buttons=(1,))
+    for name in ("texture", "buffer", "bind", "pipeline"):
+        if name != "pipeline":
+            monkeypatch.setattr(device, name, lambda *_, **__: pytest.fail("something is made for a frame"))
+    for i in range(2, 5):
+        smart.event("pointer_move", (at[0] - 5 * i, at[1]), buttons=(1,))
+        assert view.view is view.draft and smart.viewer.dots() == []
+    monkeypatch.undo()
+    draft, (x, y, width, height) = smart.frame(), (int(v) for v in smart.viewer.area())
+    smart.event("pointer_up", (at[0] - 20, at[1]), button=1)
+    rest = smart.frame(3)
+    assert view.view is view.whole
+    smart.canvas.submit_event({"event_type": "key_down", "key": " ", "modifiers": ()})
+    before = smart.frame(2)
+    smart.canvas.submit_event({"event_type": "key_up", "key": " ", "modifiers": ()})
+    inside = np.s_[y : y + height, x : x + width]
+    assert seen_change(draft[inside], before[inside]) == pytest.approx(seen_change(rest[inside], before[inside]), rel=0.1)
+    assert np.abs(draft[inside].astype(int) - rest[inside]).mean() < 1.5
+    assert view.whole.settled.contrast == pytest.approx(8, rel=0.02)
+
+
+class Places:
+    """Candidates as detect finds them."""
+
+    class One:
+        guess = False
+        lamps = ()
+
+        def __init__(self, position: tuple[float, float], kind: str, confidence: float) -> None:
+            self.position, self.kind, self.confidence = position, kind, confidence
+
+    unsure = (One((0.3, 0.4), "glow", 0.38), One((0.7, 0.2), "opening", 0.3), One((0.5, -0.4), "beyond", 0.2))
+
+
+def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(st, "find_lights", lambda _: Places.unsure)
+    smart.viewer.open(forest)
+    smart.frame(2)
+    state, viewer = smart.state, smart.viewer
+    assert "unsure: perhaps at 0.30,0.40 (0.38)" in state.doubt and "message" in smart.places and state.lamps[0].kind == "glow"
+    assert [number for number, _ in viewer.dots()] == [1, 2]
+    dots = smart.frame()
+    smart.click("candidates")
+    assert viewer.dots() == [] and np.abs(smart.frame(2)[:, 360:].astype(int) - dots[:, 360:]).max() > 50
+    smart.click("candidates")
+    beyond, away = controls.clamped(viewer.dots()[1][1], viewer.area(), app.EDGE)
+    assert beyond[1] == viewer.area()[1] + app.EDGE and away == pytest.approx((0, -1))
+    smart.drag(beyond, beyond, 1)
+    smart.event("double_click", beyond, button=1)  # the same click, perhaps
+    assert (state.lamps[0].place, state.lamps[0].kind, state.ask) == ((0.5, -0.4), "beyond", "")
+    smart.frame(2)
+    smart.drag(viewer.dots()[1][1], viewer.dots()[1][1], 1)
+    assert (state.lamps[0].place, state.lamps[0].kind) == ((0.7, 0.2), "opening")
+    light = controls.to_canvas((0.7, 0.2), viewer.area())
+    smart.drag(light, (light[0] + 8, light[1]))
+    assert state.lamps[0].kind == "opening"  # still at it
+    light = controls.to_canvas(state.lamps[0].place, viewer.area())
+    smart.drag(light, (light[0] - 120, light[1] + 60))
+    assert state.lamps[0].kind is None
+
+
+def test_a_picture_without_a_light_asks_for_it(smart: Driver, folder: Path, codes: np.ndarray) -> None:
+    grey = np.full_like(codes, 90)
+    write_image(folder / "grey.png", None, encoded=grey, overwrite=True)
+    smart.viewer.open(str(folder / "grey.png"))
+    smart.frame(2)
+    assert "no light found" in smart.state.doubt and smart.state.lamps[0].place == (0.5, 0.25) and "message" in smart.places
+    smart.event("double_click", controls.to_canvas((0.6, 0.7), smart.viewer.area()), button=1)
+    smart.frame(2)
+    assert "no light" not in smart.state.doubt and "nothing stands before the light" in smart.state.doubt  # it declines
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, grey)
+
+
+def test_a_picture_stays_as_it_is_until_its_light_is_put_somewhere(
+    smart: Driver, forest: str, trees: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(st, "find_lights", lambda _: [])
+    smart.viewer.open(forest)
+    smart.frame(2)
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, trees)
+    assert not [word for word in st.command_line(smart.state) if word.startswith("--light")]
+    at = controls.to_canvas((0.5, 0.25), smart.viewer.area())
+    smart.drag(at, controls.to_canvas((0.3, 0.4), smart.viewer.area()))
+    assert smart.state.doubt == "" and "--light=0.3,0.4" in st.command_line(smart.state)
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
+
+
+def test_what_belongs_to_the_other_look_is_refused(smart: Driver, photo: str) -> None:
+    with pytest.raises(AirlightError, match="belongs to the classic look"):
+        app.Viewer(smart.canvas, photo, values={"density": 0.5, "strength": 2.0})
+    with pytest.raises(AirlightError, match="a scene"):
+        app.Viewer(smart.canvas, "table", values={"strength": 2.0})
+
+
+def test_keys_show_the_picture_without_shafts(smart: Driver, trees: np.ndarray) -> None:
+    def press(key: str, kind: str = "key_down") -> np.ndarray:
+        smart.canvas.submit_event({"event_type": kind, "key": key, "modifiers": ()})
+        smart.frame(2)
+        return read_image(smart.viewer.screenshot()).codes
+
+    lit = read_image(smart.viewer.screenshot()).codes
+    assert np.array_equal(press(" "), trees) and np.array_equal(press(" "), trees)  # keys repeat
+    assert np.array_equal(press(" ", "key_up"), lit) and not np.array_equal(lit, trees)
+    assert np.array_equal(press("b"), trees) and np.array_equal(press("b"), lit)
+    smart.click("split")
+    seen = read_image(smart.viewer.screenshot()).codes
+    assert np.array_equal(seen[:, :138], trees[:, :138]) and np.array_equal(seen[:, 142:], lit[:, 142:])
+    smart.click("split")
+
+
+def saved(driver: Driver) -> str:
+    """The line that says what became of saving."""
+    for _ in range(2000):
+        driver.frame()
+        if driver.viewer.saving is None and not driver.state.asked:
+            return driver.state.message
+        time.sleep(0.02)
+    pytest.fail("it does not end")
+
+
+@pytest.mark.parametrize("look", ["smart", "classic"])
+def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, codes: np.ndarray, look: str) -> None:
+    """A JPEG with a title and a colour profile, and 16 bits with transparency."""
+    jpeg, deep = folder / f"{look}.jpg", folder / f"{look}16.png"
+    shutil.copy(Path(__file__).parents[1] / "examples/photos/sea-sunset.jpg", jpeg)
+    alpha = np.linspace(0.2, 1, codes.shape[0] * codes.shape[1], dtype=np.float32).reshape(codes.shape[:2])
+    write_image(deep, None, encoded=codes.astype(np.uint16) * 257, alpha=alpha, bits=16)
+    for source in (jpeg, deep):
+        smart.viewer.open(str(source), [Lamp((0.31, 0.42))])
+        st.change(smart.state, "look", look)
+        smart.canvas.submit_event({"event_type": "key_down", "key": "s", "modifiers": ("Control",)})
+        smart.frame()
+        assert "saving" in smart.state.message
+        ours = source.with_name(f"{source.stem}-shafts{source.suffix}")
+        assert saved(smart) == f"{ours} saved" and not smart.state.is_error
+        words = st.command_line(smart.state)[1:]
+        theirs = source.with_name(f"theirs{source.suffix}")
+        words[words.index("-o") + 1] = str(theirs)
+        assert main([*words, "-y"]) == 0
+        assert ours.read_bytes() == theirs.read_bytes()
+    assert read_image(ours).bits == 16 and read_image(ours).alpha is not None
+    smart.state.asked.append(("save", ""))
+    assert saved(smart) == f"{folder / look}16-shafts-2.png saved"
+    deep.unlink()
+    smart.state.asked.append(("save", ""))
+    assert "not saved" in saved(smart) and smart.state.is_error
+
+
+def test_saving_an_array(folder: Path, codes: np.ndarray) -> None:
+    other = Driver(app.from_array(codes), folder, lamps=[Lamp((0.3, 0.4))], values=CLASSIC)
+    other.state.asked.append(("save", ""))
+    assert saved(other) == f"{folder / 'array-shafts.png'} saved"
+    assert np.array_equal(read_image(folder / "array-shafts.png").codes, read_image(other.viewer.screenshot()).codes)
+
+
+def test_the_source_of_the_look_and_two_lights(smart: Driver, trees: np.ndarray) -> None:
+    smart.open_group("View")
+    assert "debug" in smart.places
+    smart.choose("debug", "source")
+    emits = read_image(smart.viewer.screenshot()).codes
+    assert np.ptp(emits, axis=2).max() == 0 and emits[72, 84, 0] > 200 and emits[150, 250, 0] < 60
+    smart.choose("debug", "none")
+    smart.open_group("View")
+    smart.state.lamps.append(Lamp((0.8, 0.2), (1.0, 0.5, 0.2)))
+    smart.frame(2)
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
+    at = controls.to_canvas((0.8, 0.2), smart.viewer.area())
+    smart.drag(at, (at[0] - 30, at[1] + 30))
+    assert smart.state.current == 1 and smart.state.message == ""
+    for size in ((500, 300), (60, 40), SIZE):
+        smart.canvas.set_logical_size(*size)
+        smart.frame(2)
+    assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
+
+
+def test_marks_beyond_the_canvas_are_drawn_at_its_border() -> None:
+    area = (344.0, 0.0, 900.0, 700.0)
+    assert controls.clamped((500.0, 300.0), area, 14) == ((500.0, 300.0), None)
+    mark, away = controls.clamped((500.0, -86.0), area, 14)
+    assert mark == (500.0, 14.0) and away == (0.0, -1.0)
+
+
 # the picture
 
 
 def test_the_picture_is_that_of_airlight_image(hands: Driver, photo: str, folder: Path) -> None:
     out = folder / "out.png"
-    assert main(["image", photo, "-o", str(out), "--light", "0.3,0.4", "-y"]) == 0
+    assert main(["image", photo, "-o", str(out), "--light", "0.3,0.4", "-y", "--look", "classic"]) == 0
     name = hands.viewer.screenshot()
     assert np.array_equal(read_image(name).codes, read_image(out).codes)
 
@@ -255,6 +606,7 @@ def test_the_picture_is_that_of_airlight_image(hands: Driver, photo: str, folder
 def test_a_float_picture_is_that_of_airlight_image(folder: Path, hands: Driver, codes: np.ndarray, options: dict[str, Any]) -> None:
     source, out = folder / "sun.exr", folder / "sun-out.exr"
     write_image(source, (codes / 255.0).astype(np.float32) ** 2 * 3, overwrite=True, bits=32)
+    options = options | CLASSIC
     args = [word for key, v in options.items() for word in (f"--{key}", str(v))]
     assert main(["image", str(source), "-o", str(out), "--light", "0.3,0.4", "-y", *args]) == 0
     hands.viewer.open(str(source), [Lamp((0.3, 0.4))])
@@ -423,7 +775,7 @@ def test_a_press_is_whose_it_lies_on_however_late_the_frame(hands: Driver) -> No
 def test_presets_in_the_panel(hands: Driver) -> None:
     hands.open_group("Presets and settings")
     hands.choose("preset", "vesper")
-    assert hands.state.preset == "vesper" and st.values(hands.state) == {
+    assert hands.state.preset == "vesper" and st.values(hands.state) == CLASSIC | {
         key: v for key, v in presets.load("vesper").items() if v != next(d.default for d in declared(scenes=True) if d.name == key)
     }
     hands.choose("preset", "none")
@@ -467,6 +819,7 @@ def test_save_and_load(hands: Driver, folder: Path) -> None:
     hands.click("save")
     assert hands.state.is_error and "exists" in hands.state.message
     st.reset(hands.state)
+    hands.frame(2)
     hands.click("load")
     assert st.values(hands.state) == said
     hands.open_group("Presets and settings")
@@ -516,7 +869,8 @@ def test_the_command_says_what_is_shown(wanted: dict[str, Any], places: list[tup
     with image_command.image.make_context("image", words[2:]) as ctx:
         values = gather(ctx, None)
         lights = image_command.asked_lights(ctx)
-    assert values == {d.name: st.value(state, d.name) for d in declared() if st.value(state, d.name) != d.default}
+    said = {d.name: st.value(state, d.name) for d in st.shown(state) if st.value(state, d.name) != d.default}
+    assert values == {name: v for name, v in said.items() if (name, v) != ("look", "smart")}  # which is the default
     assert ctx.params["sources"] == ("a picture.png",)
     for light, place in zip(lights, places, strict=True):
         assert [float(v) for v in light.position.split(",")] == pytest.approx(place, abs=1e-5)
@@ -566,11 +920,12 @@ def test_no_window_without_a_display(photo: str) -> None:
 def test_command_line(photo: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = folder / "panel.png"
     assert main(["view", photo, "--screenshot", str(out), "--light", "0.6,0.5", "--density", "0.4"]) == 0
+    assert main(["view", photo, "--screenshot", str(out), "-y", "--light", "auto:1;strength=2", "--light", "0.6,0.5;kind=glow"]) == 0
     assert read_image(out).codes.shape == (720, 1280, 3)
     assert main(["view", photo, "--screenshot", str(out)]) == 2
     assert main(["view", str(folder / "none.png"), "--screenshot", str(out), "-y"]) == 2
     assert main(["view", photo, "--screenshot", str(out), "-y", "--preset", "nonsense"]) == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 3
+    assert len([line for line in capsys.readouterr().err.strip().splitlines() if not line.startswith("light at")]) == 3
 
 
 def test_an_array_in_a_notebook(codes: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -598,12 +953,17 @@ def test_an_array_in_a_notebook(codes: np.ndarray, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow(hands: Driver) -> None:
+@pytest.mark.parametrize("look", ["classic", "smart"])
+def test_memory_does_not_grow(hands: Driver, look: str) -> None:
     """300 frames of lights, sliders, methods, presets and sizes, over and over."""
 
     def turn(i: int) -> None:
         state = hands.state
         state.lamps[0].place = (0.1 + 0.8 * (i % 10) / 10, 0.4)
+        if look == "smart":
+            st.change(state, "look", "smart")
+            st.change(state, "strength", 0.5 + 0.1 * (i % 10))
+            hands.viewer.dragging = 0 if i % 20 < 10 else None
         st.change(state, "density", 0.5 + 0.04 * (i % 10))
         if i % 15 == 0:
             st.change(state, "method", ("radial", "epipolar", "bands")[i // 15 % 3])
@@ -621,6 +981,7 @@ def test_memory_does_not_grow(hands: Driver) -> None:
         turn(i)
     grown, objects = resident() - first, tracemalloc.get_traced_memory()[0] - python
     tracemalloc.stop()
+    hands.viewer.dragging = None
     hands.canvas.set_logical_size(*SIZE)
     assert grown < 0.05 * first, f"{grown / 2**20:.1f} MiB more than {first / 2**20:.0f}"
     assert objects < 8 << 20

@@ -86,12 +86,15 @@ def _lamps(written: Sequence[LightText], source: str) -> list[Any]:
     from airlight.viewer.app import is_image
     from airlight.viewer.state import Lamp
 
-    given = [light for light in written if light.position != "auto"]
+    given = [light for light in written if light.searched is None or light.searched[0]]
     if not given:
         return []
     if not is_image(source):
         raise AirlightError("--light is for pictures: a scene has lights of its own, which the panel moves")
+    from airlight.cli.finding import resolve_lights
     from airlight.files import read_image
 
     picture = read_image(source)
-    return [Lamp(one.position, one.color, one.strength) for one in (place(light, picture) for light in given)]
+    coarse = picture.rec709(picture.linear(coarse=True)) if any(light.searched for light in given) else None
+    placed = [place(light, picture) for light in resolve_lights(given, picture, "top", coarse)]
+    return [Lamp(one.position, one.color, one.strength, kind=one.kind) for one in placed]

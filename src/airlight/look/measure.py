@@ -156,8 +156,8 @@ def haze_nearness(small: Small) -> Array:
     return HAZE[0] * (1 - twin.smoothstep(far, 0.0, HAZE[1]))
 
 
-def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
-    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
+def ring_color(small: Small, tone: Tones, grid: RayGrid) -> Array:
+    """Measure the colour of the ring about a light, (3,), where it is not clipped."""
     x, y = points(*small.size)
     distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
     rank = np.log(np.maximum(small.y, 1e-5) / tone.surroundings) / tone.span
@@ -167,13 +167,23 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
     if bright.sum() > 0.02 * weight.sum() and bright.sum() > 1:
         weight = bright
     ring = (small.color * weight[..., None]).sum(axis=(0, 1)) / max(weight.sum(), 1e-9) if weight.sum() > 0 else np.ones(3)
-    ring = np.maximum(ring, 1e-4)
+    return np.asarray(np.maximum(ring, 1e-4))
+
+
+def own_warmth(ring: Array, kind: str) -> float:
+    """Tell how far a light whose ring has this colour is drawn to a warm white where no warmth is given."""
     warm = math.log(ring[0] / ring[2])
+    need = float(np.clip(1 - warm / WARM_LINE[0], 0, 1))
+    aside = abs(math.log(ring[1] / math.sqrt(ring[0] * ring[2])) - warm * WARM_LINE[1] / WARM_LINE[0])
+    meant = float(twin.smoothstep(np.array(aside), *ASIDE))
+    return WARMTH[kind] * (PALE + (1 - PALE) * need) * (1 - meant) if warm > BLUE else 0.0
+
+
+def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
+    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
+    ring = ring_color(small, tone, grid)
     if warmth is None:
-        need = float(np.clip(1 - warm / WARM_LINE[0], 0, 1))
-        aside = abs(math.log(ring[1] / math.sqrt(ring[0] * ring[2])) - warm * WARM_LINE[1] / WARM_LINE[0])
-        meant = float(twin.smoothstep(np.array(aside), *ASIDE))
-        warmth = WARMTH[kind] * (PALE + (1 - PALE) * need) * (1 - meant) if warm > BLUE else 0.0
+        warmth = own_warmth(ring, kind)
     toward = WARM if warmth >= 0 else WARM[::-1]
     ring, toward = ring / (ring @ REC709), toward / (toward @ REC709)
     mixed = np.exp((1 - abs(warmth)) * np.log(ring) + abs(warmth) * np.log(toward)) ** PURER

@@ -72,15 +72,26 @@ class _LightRays:
 class LookPlan:
     """All passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
 
-    picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear). Call `upload`, for each light `see`, then `settle` and `read`.
+    picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear), the caller's own if given; small_size: of the copy that is
+    measured. Call `upload`, for each light `see`, then `settle` and `read`.
     """
 
-    def __init__(self, device: Device, size: tuple[int, int], is_codes: bool, near: bool = False, quality: str = "normal") -> None:
+    def __init__(
+        self,
+        device: Device,
+        size: tuple[int, int],
+        is_codes: bool,
+        near: bool = False,
+        quality: str = "normal",
+        *,
+        picture: Any = None,
+        small_size: tuple[int, int] | None = None,
+    ) -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
-        self.small_size = shrunk_size(*size, SIDE)
+        self.small_size = small_size or shrunk_size(*size, SIDE)
         self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
         self.field_size = shrunk_size(*size, FIELDS[quality])
-        self.picture = device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
+        self.picture = picture or device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
         self.guide = device.texture(*self.small_size, "rgba16float", target=False)
         self.near = device.texture(*size, "r16float", target=False) if near else self.guide
         self.seen = device.buffer(size=16 * self.glance_size[0] * self.glance_size[1])

@@ -1,5 +1,6 @@
 """The viewer on any canvas of rendercanvas: a window, a browser, a notebook, or none at all."""
 
+import math
 import os
 import time
 from collections.abc import Sequence
@@ -10,9 +11,10 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
-from airlight.parameters import IN_WORLD, check_picture
+from airlight.parameters import IN_WORLD, check_picture, chosen_look, refuse_look
 from airlight.viewer import controls
 from airlight.viewer import state as st
+from airlight.viewer.saving import Saving
 from airlight.viewer.state import Lamp, ViewerState
 
 SIZE = (1280, 720)
@@ -21,6 +23,10 @@ LONGEST_STEP = 0.25  # s that time goes on between two frames at most
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
 WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
+DOUBLE = 0.7  # s within which two clicks may be a double one
+DOT = 9  # logical px, the radius of a candidate's ring
+APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
+EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
 
@@ -53,14 +59,21 @@ class Viewer:
         self.device = shared_device(device)
         self.scene: Any = None
         self.picture: Any = None
+        self.read: Any = None  # the picture as it was read
         self.dragging: int | str | None = None
+        self.saving: Saving | None = None
+        self.adapter = device
         self.linger = LINGER
         self.last: float | None = None
         path = source if isinstance(source, str) else source.path
-        self.state = ViewerState(source=path, is_image=True)
+        self.state = ViewerState(source=path, is_image=not isinstance(source, str) or is_image(source))
+        if values and self.state.is_image:
+            chosen_look(values, values.get("look"))
+        elif values:
+            refuse_look(values, "a scene")
         if values:
             st.set_values(self.state, values)
-        if not isinstance(source, str) or is_image(source):
+        if self.state.is_image:
             check_picture(self.state.parameters.method)
         self.open(source, lamps)
         context = canvas.get_wgpu_context()
@@ -79,16 +92,24 @@ class Viewer:
     def open(self, source: str | Picture, lamps: Sequence[Lamp] = ()) -> None:
         """Show another picture or scene. Raises AirlightError, and goes on showing the one before."""
         state = self.state
+        before = state.parameters.method
         path = source if isinstance(source, str) else source.path
         if not isinstance(source, str) or is_image(path):
-            from airlight.viewer.picture import PictureView, found_light
+            from airlight.cli.light import found_at
+            from airlight.viewer.picture import PictureView
 
             picture = read_image(source) if isinstance(source, str) else source
             view = PictureView(self.device, picture)
-            self.picture, state.is_image = view, True
-            state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength) for lamp in lamps] or [found_light(picture)]
+            self.picture, state.is_image, self.read = view, True, picture
+            found = st.find_candidates(state, view.coarse)
+            state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength, kind=lamp.kind) for lamp in lamps] or [found]
+            if lamps:
+                state.ask, state.unplaced = "", False
+            (x, y), (right, bottom) = (found_at(picture, corner)[:2] for corner in ((0.0, 0.0), (1.0, 1.0)))
+            state.frame = (x, y, right - x, bottom - y)
             state.duration, state.path_drawn = 0.0, None
-            st.stand(state, {})
+            unfit = ("method",) if before in IN_WORLD else ()
+            st.stand(state, {}, unfit)
         else:
             stage = _open_scene(path)
             if self.scene is None:
@@ -97,15 +118,13 @@ class Viewer:
                 self.scene = SceneView(self.canvas)
             state.settled = {}
             self.scene.open(stage, state)
-            self.picture, state.is_image = None, False
+            self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
         state.doubt = ""
         st.tell(state, "")
-        if state.is_image and state.parameters.method in IN_WORLD:
-            before = state.parameters.method
-            st.set_values(state, {name: v for name, v in st.values(state).items() if name != "method"})
-            st.tell(state, f"method {before} is for scenes: this picture is shown with {state.parameters.method}")
+        if state.is_image and before in IN_WORLD:
+            st.tell(state, f"method {before} is for scenes: this picture is shown without it")
 
     def room(self) -> controls.Area:
         """Where there is place beside the panel, physical px."""
@@ -126,6 +145,7 @@ class Viewer:
         """One frame: called by the canvas."""
         state = self.state
         self._do_asked()
+        self._follow_saving()
         width, height = self.canvas.get_physical_size()
         if width < 2 or height < 2:
             return
@@ -145,7 +165,7 @@ class Viewer:
                 self.scene.show(state)
         except AirlightError as error:
             st.tell(state, str(error), error=True)
-            if self.picture is not None and self.picture.done is not None:
+            if self.picture is not None and self.picture.pair is not None:
                 self._show_picture()
         self.panel.render()
         self.linger -= 1
@@ -154,7 +174,9 @@ class Viewer:
             self.canvas.request_draw()
 
     def _draw_picture(self, hurried: bool) -> bool:
-        again: bool = self.picture.update(self.state, hurried)
+        from airlight.viewer.picture import fitted
+
+        again: bool = self.picture.update(self.state, hurried, fitted(self.picture.size, self.room())[2:])
         self._show_picture()
         return again
 
@@ -170,12 +192,21 @@ class Viewer:
 
         state, area = self.state, self.area()
         light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
-        for i, mark in enumerate(self.marks()):
-            if mark is not None:
+        for i, dot in self.dots():
+            mark, away = controls.clamped(dot, self.area(), EDGE)
+            draw.add_circle_filled(mark, DOT, dark)
+            draw.add_circle(mark, DOT, light, 0, 1.2)
+            size = imgui.calc_text_size(str(i + 1))
+            draw.add_text((mark[0] - size.x / 2, mark[1] - size.y / 2), light, str(i + 1))
+            _arrow(draw, mark, away, DOT, light)
+        for i, at in enumerate(self.marks()):
+            if at is not None:
+                mark, away = controls.clamped(at, self.picture_room(), EDGE) if state.is_image else (at, None)
                 radius = 8 if self.dragging == i else 6
                 draw.add_circle(mark, radius, dark, 0, 3.5)
                 draw.add_circle(mark, radius, light, 0, 1.5)
-        if state.is_image and state.split is not None and state.shafts and not state.debug:
+                _arrow(draw, mark, away, radius, light)
+        if state.is_image and state.split is not None and state.is_lit and not state.debug:
             x = area[0] + state.split * area[2]
             draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
             draw.add_line((x, area[1]), (x, area[1] + area[3]), light, 1)
@@ -191,6 +222,20 @@ class Viewer:
         marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
         return marks
 
+    def picture_room(self) -> controls.Area:
+        """Where the picture is, logical px, and what is free above, below and beside it."""
+        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in self.room())
+        return x, y, width, height
+
+    def dots(self) -> list[tuple[int, tuple[float, float]]]:
+        """The candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
+        state = self.state
+        if self.picture is None or not state.candidates_shown or self.dragging is not None or not state.is_smart:
+            return []
+        places = [lamp.place for lamp in state.lamps]
+        free = [(i, c) for i, c in enumerate(state.candidates) if all(np.hypot(*np.subtract(c.position, p)) > APART for p in places)]
+        return [(i, controls.to_canvas(c.position, self.area())) for i, c in free]
+
     # what the user does
 
     def _woken(self, event: dict[str, Any]) -> None:
@@ -203,29 +248,56 @@ class Viewer:
         """An event that the panel left."""
         kind, state = event["event_type"], self.state
         at = (event.get("x", 0.0), event.get("y", 0.0))
-        if kind == "key_down" and event["key"].lower() == "h":
-            self.panel.visible = not self.panel.visible
+        if kind in ("key_down", "key_up"):
+            self._key(event["key"].lower(), kind == "key_down", event["modifiers"])
         elif kind == "pointer_down" and event["button"] == 1:
+            state.held = False  # its release may have gone elsewhere
             self.dragging = self._grabbed(at)
         elif kind == "pointer_move" and self.dragging is not None:
             self._drag(at)
         elif kind == "pointer_up" and self.dragging is not None:
-            self.dragging = None
+            if state.is_image and isinstance(self.dragging, int) and self.moved:
+                st.move(state, self.dragging, state.lamps[self.dragging].place)  # of what kind it is there
+            self.dragging, self.moved = None, False
             return
         if self.picture is None and self.dragging is None and self.scene is not None:
             self.scene.handle(event)
         beside = at[0] >= self.panel.width  # the panel lets double clicks through
-        if kind == "double_click" and beside and state.is_image and len(state.lamps) == 1:
-            self.dragging = 0
-            self._drag(at)
-            self.dragging = None
+        again = time.perf_counter() - self.taken < DOUBLE
+        if kind == "double_click" and beside and state.is_image and len(state.lamps) == 1 and not again:
+            st.move(state, 0, controls.to_picture(at, self.area()))
+
+    moved = False  # whether the light was since it was taken hold of
+    taken = -math.inf  # s: when a dot was clicked
+
+    def _key(self, key: str, is_down: bool, modifiers: Sequence[str]) -> None:
+        """A key that the panel left."""
+        state = self.state
+        if key == " " and state.is_image:
+            state.held = is_down
+        elif is_down and key == "s" and ("Control" in modifiers or "Meta" in modifiers) and state.is_image:
+            state.asked.append(("save", ""))
+        elif is_down and key == "h":
+            self.panel.visible = not self.panel.visible
+        elif is_down and key == "b" and state.is_image:
+            state.shafts = not state.shafts
 
     def _grabbed(self, at: tuple[float, float]) -> int | str | None:
         area, state = self.area(), self.state
-        found = controls.nearest(at, self.marks())
+        marks: Sequence[tuple[float, float] | None] = self.marks()
+        dots = self.dots()
+        if state.is_image:
+            room = self.picture_room()
+            marks = [None if mark is None else controls.clamped(mark, room, EDGE)[0] for mark in marks]
+            number = controls.nearest(at, [controls.clamped(dot, self.area(), EDGE)[0] for _, dot in dots], DOT + 2)
+            if number is not None:
+                st.take(state, dots[number][0])
+                self.taken = time.perf_counter()
+                return None
+        found = controls.nearest(at, marks)
         if found is not None:
             return found
-        shown = state.is_image and state.split is not None and state.shafts and not state.debug
+        shown = state.is_image and state.split is not None and state.is_lit and not state.debug
         if shown and abs(at[0] - area[0] - (state.split or 0.0) * area[2]) <= SPLIT and area[1] <= at[1] <= area[1] + area[3]:
             return "split"
         return None
@@ -235,7 +307,8 @@ class Viewer:
         if self.dragging == "split":
             state.split = min(max(controls.to_picture(at, area)[0], 0.0), 1.0)
         elif isinstance(self.dragging, int) and self.picture is not None:
-            st.move(state, self.dragging, controls.to_picture(at, area))
+            st.move(state, self.dragging, controls.to_picture(at, area), held=True)
+            self.moved = True
         elif isinstance(self.dragging, int):
             st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
 
@@ -248,6 +321,8 @@ class Viewer:
                     self.open(said)
                 elif what == "screenshot":
                     st.tell(state, f"{self.screenshot()} saved")
+                elif what == "save":
+                    self._save()
                 elif what == "copy":
                     self._copy(said)
             except AirlightError as error:
@@ -262,6 +337,22 @@ class Viewer:
             glfw.set_clipboard_string(None, text)  # type: ignore[arg-type]
             st.tell(self.state, "the command is in the clipboard")
 
+    def _save(self) -> None:
+        """Begin to write the whole picture with its shafts as a new file."""
+        if self.saving is not None:
+            st.tell(self.state, f"{self.saving.name_written} is still being saved")
+            return
+        self.saving = Saving(self.state, self.read, self.folder, self.adapter, self.canvas.request_draw)
+        st.tell(self.state, f"saving {self.saving.name_written} ...")
+        self.saving.start()
+
+    def _follow_saving(self) -> None:
+        """Tell what became of a picture that was being saved."""
+        if self.saving is not None and self.saving.said is not None:
+            text, is_error = self.saving.said
+            self.saving = None
+            st.tell(self.state, text, error=is_error)
+
     def screenshot(self) -> str:
         """Write what is shown, without the panel, as a new numbered PNG; its name. Raises AirlightError, MachineError."""
         stem = os.path.splitext(os.path.basename(self.state.source))[0] or "airlight"
@@ -273,6 +364,15 @@ class Viewer:
         else:
             write_image(name, self.scene.pixels_shown())
         return os.path.normpath(name)
+
+
+def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
+    """A tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
+    if away is None:
+        return
+    (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
+    sides = [(x + base * dx + 5 * s * dy, y + base * dy - 5 * s * dx) for s in (-1, 1)]
+    draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
 def _open_scene(name: str) -> Any:
@@ -327,7 +427,7 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
         raise AirlightError(f"a notebook's view needs more packages ({error}): pip install airlight[notebook]") from None
     from airlight.lights import as_lights
 
-    lamps = [] if light is None else [Lamp(one.position, one.color, one.strength) for one in as_lights(light)]
+    lamps = [] if light is None else [Lamp(one.position, one.color, one.strength, kind=one.kind) for one in as_lights(light)]
     shown = os.fspath(source) if isinstance(source, (str, os.PathLike)) else from_array(source)
     return Viewer(RenderCanvas(size=size), shown, values=parameters, lamps=lamps, device=device)
 

@@ -17,6 +17,15 @@ def to_canvas(place: Sequence[float], area: Area) -> tuple[float, float]:
     return area[0] + place[0] * area[2], area[1] + place[1] * area[3]
 
 
+def clamped(at: tuple[float, float], area: Area, margin: float) -> tuple[tuple[float, float], tuple[float, float] | None]:
+    """A place on the canvas drawn into an area, less a margin, and the unit direction in which it lies; None where it lies within."""
+    x, y = (min(max(at[i], area[i] + margin), max(area[i] + area[2 + i] - margin, area[i] + margin)) for i in (0, 1))
+    away = at[0] - x, at[1] - y
+    length = float(np.hypot(*away))
+    within = all(area[i] <= at[i] <= area[i] + area[2 + i] for i in (0, 1))
+    return (at, None) if within else ((x, y), (away[0] / length, away[1] / length))
+
+
 def nearest(at: tuple[float, float], marks: Sequence[tuple[float, float] | None], reach: float = NEAR) -> int | None:
     """The mark, on the canvas, that lies nearest to a place, within reach."""
     found = [(float(np.hypot(m[0] - at[0], m[1] - at[1])), i) for i, m in enumerate(marks) if m is not None]

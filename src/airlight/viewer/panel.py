@@ -10,13 +10,17 @@ from wgpu.utils.imgui import ImguiRenderer
 
 from airlight import presets
 from airlight.cli.options import Declared
+from airlight.lights import KINDS
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
 WIDTH = 344  # logical px
 LABEL = 104
 FIRST = ("shafts", "medium")  # groups that stand at the top, open
-TITLES = {"scene": "Shafts in the scene"}
+TITLES = {"scene": "Shafts in the scene", "look": "Look"}
+AUTO = "auto"  # a kind of light that is told by what is there
+HINT = "Drag the ring. Space: before. Ctrl+S: save."
+DIM = (0.55, 0.58, 0.62, 1.0)
 OWN = "own"  # a medium that is none of those that come with Airlight
 ACCENT = (0.96, 0.70, 0.28)
 Rect = tuple[float, float, float, float]
@@ -53,7 +57,7 @@ class Panel:
     def claim(self, at: tuple[float, float]) -> None:
         """Say whose a press is: Dear ImGui would go by where the pointer was in the last frame, which may be long ago."""
         if not self.listing:
-            self.renderer.backend.io.want_capture_mouse = at[0] < self.width
+            self.renderer.backend.io.want_capture_mouse = bool(at[0] < self.width)
 
     # the pieces of a row
 
@@ -79,7 +83,7 @@ class Panel:
     def _choose(self, name: str, now: str, choices: tuple[str, ...]) -> str | None:
         """A combo box; what was chosen, if it is another one."""
         chosen = None
-        opened = imgui.begin_combo(f"##{name}", now)
+        opened = imgui.begin_combo(f"##{name}", now, imgui.ComboFlags_.height_largest)
         self._seen(name)
         if opened:
             for choice in choices:
@@ -96,7 +100,7 @@ class Panel:
 
     def _header(self, name: str, opened: bool) -> bool:
         flags = imgui.TreeNodeFlags_.default_open if opened else 0
-        shown = imgui.collapsing_header(name, flags)
+        shown = imgui.collapsing_header(f"{name}##{opened}", flags)
         self._seen(f"group {name}")
         return bool(shown)
 
@@ -125,16 +129,10 @@ class Panel:
             wide = imgui.get_content_region_avail().x
             foot = imgui.calc_text_size(told, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
-        groups = dict.fromkeys(d.group for d in st.shown(self.state))
-        for group in groups:
-            if group in FIRST:
-                self._group(group, opened=True)
-        self._source()
-        self._lights()
-        for group in groups:
-            if group not in FIRST:
-                self._group(group, opened=False)
-        self._view()
+        if self.state.is_smart:
+            self._smart()
+        else:
+            self._all()
         self._settings()
         self._times()
         imgui.end_child()
@@ -146,6 +144,66 @@ class Panel:
             imgui.pop_style_color()
             self._seen("message")
         imgui.end()
+
+    def _smart(self) -> None:
+        """What a picture with the smart look needs: little of it open."""
+        s = self.state
+        for d in st.shown(s):
+            if d.name in st.FIRST_LOOK:
+                self._parameter(d)
+        imgui.spacing()
+        self._compared()
+        imgui.same_line()
+        s.candidates_shown = self._toggle("candidates", "Candidates", s.candidates_shown)
+        if self._button("save picture", "Save picture", -1):
+            s.asked.append(("save", ""))
+        imgui.push_style_color(imgui.Col_.text, DIM)
+        imgui.text_wrapped(HINT)
+        imgui.pop_style_color()
+        self._lights(opened=False)
+        self._look()
+        self._source(opened=False)
+        self._view(opened=False)
+
+    def _all(self) -> None:
+        """What a scene needs, or a picture whose shafts are the sum's."""
+        groups = dict.fromkeys(d.group for d in st.shown(self.state) if d.group != "look")
+        for group in groups:
+            if group in FIRST:
+                self._group(group, opened=True)
+        self._source(opened=True)
+        self._lights(opened=True)
+        for group in groups:
+            if group not in FIRST:
+                self._group(group, opened=False)
+        if self.state.is_image:
+            self._look()
+        self._view(opened=True)
+
+    def _compared(self) -> None:
+        """Whether there are shafts, and the picture without them beside."""
+        s = self.state
+        s.shafts = self._toggle("shafts", "Shafts" if s.is_smart else "##shafts", s.shafts)
+        if s.is_image:
+            imgui.same_line()
+            split = self._toggle("split", "Before | after" if s.is_smart else "before | after", s.split is not None)
+            s.split = (s.split or 0.5) if split else None
+
+    def _look(self) -> None:
+        """The rest of the look, and which one it is."""
+        s = self.state
+        if not self._header("More of the look" if s.is_smart else "Look", False):
+            return
+        self._label("Look", "smart: shafts in the light's colour that stand out; classic: the sum of GPU Gems 3, with all its parameters")
+        chosen = self._choose("look", "smart" if s.is_smart else "classic", ("smart", "classic"))
+        for d in st.shown(s):
+            if s.is_smart and d.name != "look" and d.name not in st.FIRST_LOOK:
+                self._parameter(d)
+        if s.is_smart and self._button("reset look", "Reset to defaults##look", -1):
+            st.reset(s, "look")
+        if chosen:
+            s.debug = None
+            st.change(s, "look", chosen)
 
     def _group(self, group: str, opened: bool) -> None:
         if not self._header(TITLES.get(group, group.capitalize()), opened):
@@ -231,7 +289,7 @@ class Panel:
             if not unset:
                 return ()
             return guess if isinstance(guess, (str, tuple)) else d.kind(float(f"{guess:.4g}"))
-        shown = guess if unset else now
+        shown: Any = d.kind(guess) if unset and d.kind is int else guess if unset else now
         if not d.triple:  # whose sliders take the whole row below
             imgui.same_line()
         imgui.begin_disabled(unset)
@@ -260,9 +318,9 @@ class Panel:
         low, high = d.slider or (0, 1)
         return d.kind(high / 4 if high / 4 > low else high)
 
-    def _source(self) -> None:
+    def _source(self, opened: bool) -> None:
         s = self.state
-        if not self._header("Picture" if s.is_image else "Scene", True):
+        if not self._header("Picture" if s.is_image else "Scene", opened):
             return
         self._label("Show")
         chosen = self._choose("source", Path(s.source).name, tuple(dict.fromkeys((*s.sources,))))
@@ -299,9 +357,9 @@ class Panel:
             if changed:
                 s.time, s.playing = min(max(v, 0.0), s.duration), False
 
-    def _lights(self) -> None:
+    def _lights(self, opened: bool) -> None:
         s = self.state
-        if not s.lamps or not self._header("Light", True):
+        if not s.lamps or not self._header("Light", opened):
             return
         for i, lamp in enumerate(s.lamps):
             if len(s.lamps) > 1:
@@ -316,7 +374,12 @@ class Panel:
                 self._seen(f"light {i}")
                 if changed:
                     st.move(s, i, tuple(place))
-            self._label("Colour")
+            if s.is_smart:
+                self._label("Kind", "a disc, an opening, a glow, lamps, or a light beyond the frame; auto: told by what is there")
+                kind = self._choose(f"kind {i}", lamp.kind or AUTO, (AUTO, *KINDS))
+                if kind:
+                    lamp.kind = None if kind == AUTO else kind
+            self._label("Colour", "white: the picture's own" if s.is_smart else "")
             changed, color = imgui.color_edit3("##color", list(lamp.color), imgui.ColorEditFlags_.float)
             self._seen(f"color {i}")
             if changed:
@@ -328,18 +391,15 @@ class Panel:
                 lamp.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
             imgui.pop_id()
 
-    def _view(self) -> None:
+    def _view(self, opened: bool) -> None:
         s = self.state
-        if not self._header("View", True):
+        if not self._header("View", opened):
             return
-        self._label("Shafts")
-        s.shafts = self._toggle("shafts", "##shafts", s.shafts)
-        if s.is_image:
-            imgui.same_line()
-            split = self._toggle("split", "before | after", s.split is not None)
-            s.split = (s.split or 0.5) if split else None
-        self._label("Debug", "what emits, the light that is summed, or the lines along which it is")
-        chosen = self._choose("debug", s.debug or "none", ("none", *st.DEBUG))
+        if not s.is_smart:
+            self._label("Shafts")
+            self._compared()
+        self._label("Debug", "what emits" if s.is_smart else "what emits, the light that is summed, or the lines along which it is")
+        chosen = self._choose("debug", s.debug or "none", ("none", *(st.DEBUG_LOOK if s.is_smart else st.DEBUG)))
         if chosen:
             s.debug = None if chosen == "none" else chosen
         half = (imgui.get_content_region_avail().x - imgui.get_style().item_spacing.x) / 2
@@ -349,6 +409,8 @@ class Panel:
         if self._button("copy", "Copy command", -1):
             s.command = st.as_text(st.command_line(s))  # which from now on is kept up to date
             s.asked.append(("copy", s.command))
+        if s.is_image and not s.is_smart and self._button("save picture", "Save picture", -1):
+            s.asked.append(("save", ""))
         if s.command:
             s.command = st.as_text(st.command_line(s))
             imgui.set_next_item_width(-1)

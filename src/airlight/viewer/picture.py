@@ -1,7 +1,9 @@
 """A picture with its shafts on the canvas, computed anew whenever a light or a parameter changes; the pixels stay on the GPU."""
 
+from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from airlight.composite import adapt
@@ -11,24 +13,28 @@ from airlight.composite.mix import LinearComposite
 from airlight.debug import DIM, draw
 from airlight.errors import AirlightError
 from airlight.files import Picture, encode
-from airlight.files.colour import srgb_encode
+from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.gpu.device import Device
 from airlight.lights import Light
+from airlight.look.measure import Small, small_copy, white_of
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Parameters
+from airlight.parameters import Look, Parameters
+from airlight.planes import shrink_to, shrunk_size
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.render import ImagePlan
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp, ViewerState
+from airlight.viewer.smart import DRAFT_SIDE, LookView
+from airlight.viewer.state import ViewerState
 
 SHOW = "viewer/show.wgsl"
 UNIFORM = np.dtype(
-    [
-        *(("area", "f4", 4), ("ground", "f4", 4), ("split", "f4"), ("before_linear", "u4"), ("after_linear", "u4")),
-        *(("target_linear", "u4"), ("apron", "i4"), ("gain", "f4"), ("scale", "f4"), ("white", "f4"), ("strength", "f4"), ("", "u4", 3)),
-    ]
+    [("area", "f4", 4), ("split", "f4"), ("apron", "i4")]
+    + [(name, "f4") for name in ("gain", "scale", "white", "strength")]
+    + [("", "u4", 2)]
 )
+BEFORE, AFTER, BOTH = 1, 2, 3  # SIDES of the shader
 LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
+LONGEST_DRAFT = 1280  # px of the longer side while something is dragged
 COARSE = 300  # pixels of the longer side that are looked at for the threshold while something is dragged
 GROUND = (0.055, 0.06, 0.07)
 Area = tuple[float, float, float, float]  # x, y, width, height, px
@@ -41,14 +47,24 @@ def fitted(size: tuple[int, int], room: Area) -> Area:
     return (room[0] + (room[2] - width) // 2, room[1] + (room[3] - height) // 2, width, height)
 
 
-def _smaller(pixels: np.ndarray) -> np.ndarray:
+@dataclass
+class Pair:
+    """The textures that are shown: without shafts, and with them; whether each holds linear light."""
+
+    before: Any
+    after: Any
+    before_linear: bool
+    after_linear: bool
+
+
+def _smaller(pixels: np.ndarray, longest: int = LONGEST) -> np.ndarray:
     """(H, W, C) float32 as large as is shown."""
     height, width, channels = pixels.shape
-    if max(height, width) <= LONGEST:
+    if max(height, width) <= longest:
         return pixels
     import OpenImageIO as oiio
 
-    factor = LONGEST / max(height, width)
+    factor = longest / max(height, width)
     shape = max(1, round(factor * width)), max(1, round(factor * height))
     given = oiio.ImageBuf(np.ascontiguousarray(pixels, np.float32))
     resized = oiio.ImageBufAlgo.resize(given, "box", 0.0, oiio.ROI(0, shape[0], 0, shape[1], 0, 1, 0, channels))
@@ -63,14 +79,15 @@ class PictureView:
         self.coarse = picture.rec709(picture.linear(coarse=True))
         self.bounded = picture.codes.dtype.kind == "u"  # integers: white is white
         self.has_alpha = picture.alpha is not None
+        self.grey = picture.colour_codes.shape[2] == 1
         large = max(picture.width, picture.height) > LONGEST
         plain = picture.codes.dtype == np.uint8 and picture.encoding == "srgb" and picture.codes.shape[2] >= 3 and not large
-        rgba = np.ones((picture.height, picture.width, 4), np.float32)
-        rgba[..., :3] = picture.rec709(picture.linear())
+        color = _smaller(picture.rec709(picture.linear()))
+        self.size = color.shape[1], color.shape[0]
+        self.linear = np.ones((*color.shape[:2], 4), np.float32)
+        self.linear[..., :3] = color
         if picture.alpha is not None:
-            rgba[..., 3] = picture.alpha
-        self.linear = _smaller(rgba)
-        self.size = self.linear.shape[1], self.linear.shape[0]
+            self.linear[..., 3] = _smaller(picture.alpha[..., None])[..., 0]
         if not self.bounded:
             pixels = self.linear
         elif plain:
@@ -82,6 +99,7 @@ class PictureView:
         self.picture_scale = adapt.measured(self.coarse @ REC709).scale
         self.texture = device.texture(*self.size, "rgba8unorm" if self.bounded else "rgba32float", target=False)
         self.pixels = pixels
+        device.write(self.texture, np.ascontiguousarray(pixels), pixels.shape[1] * pixels[0, 0].nbytes)
         self.layer = device.texture(*self.size, "rgba16float")
         self.uniform = device.buffer(size=UNIFORM.itemsize, uniform=True)
         self.plans: dict[Any, ImagePlan] = {}
@@ -92,6 +110,15 @@ class PictureView:
         self.late = False  # the rule was measured on the frame before
         self.debugs: dict[str, Any] = {}
         self.binds: dict[Any, Any] = {}
+        self.pair: Pair | None = None
+        self.scaled: Pair | None = None  # of the size in which it is seen
+        self.scaled_of: Any = None
+        self.version = 0  # of what is computed
+        self.whole: LookView | None = None  # the look on all that is shown
+        self.draft: LookView | None = None  # and on the copy for drags
+        self.seen: tuple[int, int] | None = None  # px of the canvas that the picture took in the last frame
+        self.view: Any = None  # of the two, which is shown
+        self.was_smart: bool | None = None
 
     # what is computed
 
@@ -107,9 +134,83 @@ class PictureView:
             self.plans[key] = plan
         return self.plans[key]
 
-    def update(self, state: ViewerState, hurried: bool) -> bool:
-        """Compute what changed. hurried: something is being dragged; the automatic mix then follows a frame late. True if it has to be
-        called again. Raises AirlightError for parameters that this picture cannot have."""
+    def update(self, state: ViewerState, hurried: bool, seen: tuple[int, int] | None = None) -> bool:
+        """Compute what changed. hurried: something is being dragged, and a draft will do; seen: px of the canvas that the picture takes.
+        True if it has to be called again. Raises AirlightError for parameters that this picture cannot have."""
+        if self.was_smart != state.is_smart:
+            self.was_smart, self.done, state.settled = state.is_smart, None, {}
+            if self.whole is not None:
+                self.whole.done = None
+        return self._update_look(state, hurried, seen or self.size) if state.is_smart else self._update_sum(state, hurried)
+
+    def _update_look(self, state: ViewerState, hurried: bool, seen: tuple[int, int]) -> bool:
+        """Put the smart look on the picture; on the copy for drags while hurried."""
+        if state.unplaced:
+            state.doubt, state.settled = state.ask, {}
+            self.pair = Pair(self.texture, self.texture, not self.bounded, not self.bounded)
+            return False
+        lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength, kind=lamp.kind) for lamp in state.lamps]
+        wanted = lights, state.look
+        whole = self._whole(state.parameters.quality)
+        is_draft = hurried and whole.done != wanted
+        view = self._draft(seen, whole.white) if is_draft else whole
+        fresh = view.done != wanted
+        passes: list[tuple[str, float]] | None = [] if state.timing else None
+        if fresh or passes is not None:
+            view.update(lights, _drawn_as(whole, state.look) if is_draft else state.look, passes)
+            view.done, state.passes = wanted, passes or []
+            self.version += 1
+        if fresh and not is_draft:
+            state.settled = view.unset()
+        stale = not hurried and (self.draft is None or self.draft.size != self._draft_size(seen))
+        if stale and not fresh and self.seen == seen:  # there is time
+            self._draft(seen, whole.white)
+            stale = False
+        state.doubt = "\n".join(line for line in (state.ask, view.message) if line)
+        self.pair = Pair(view.before, view.result, not self.bounded, not self.bounded)
+        self.view, self.seen = view, seen
+        return stale
+
+    def _whole(self, quality: str) -> LookView:
+        """Plan the look on all that is shown."""
+        if self.whole is None or self.whole.quality != quality:
+            self._drop(self.whole)
+            white = 1.0 if self.bounded else white_of(self.coarse)
+            small = small_copy(self.coarse, white, None, self.size)
+            self.whole = LookView(self.device, self.pixels, small, white, quality, self.grey, self.texture)
+        return self.whole
+
+    def _drop(self, view: LookView | None) -> None:
+        """Let go of a view that another one follows."""
+        if view is not None:
+            view.drop()
+            self.binds.clear()
+
+    def _draft_size(self, seen: tuple[int, int]) -> tuple[int, int]:
+        """(width, height) of the copy for drags: as it is seen, and no larger than the picture."""
+        scale = min(1.0, LONGEST_DRAFT / max(seen), *(n / m for n, m in zip(self.size, seen, strict=True)))
+        return max(1, round(seen[0] * scale)), max(1, round(seen[1] * scale))
+
+    def _draft(self, seen: tuple[int, int], white: float) -> LookView:
+        """Plan the look on the copy for drags, which looks as the picture does on the canvas."""
+        size = self._draft_size(seen)
+        if self.draft is None or self.draft.size != size:
+            self._drop(self.draft)
+            if size == self.size:
+                pixels = self.pixels
+            elif self.bounded:
+                onto = self.device.texture(*size, "rgba8unorm")
+                self._draw(Pair(self.texture, self.texture, False, False), onto.create_view(), "rgba8unorm", (0, 0, *size), BEFORE)
+                pixels = np.frombuffer(self.device.read(onto, 4), np.uint8).reshape(size[1], size[0], 4)
+            else:
+                pixels = _smaller(self.linear, max(size))
+            small = Small(shrink_to(self.coarse, *shrunk_size(*size, DRAFT_SIDE)) / white)
+            self.draft = LookView(self.device, pixels, small, white, "draft", self.grey)
+        return self.draft
+
+    def _update_sum(self, state: ViewerState, hurried: bool) -> bool:
+        """Put the sum's layer on the picture; while hurried the automatic mix follows a frame late."""
+        state.doubt = ""
         state.allowed = {"occlusion": ("luminance", "contrast", "none", *(("alpha",) if self.has_alpha else ()))}
         lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength) for lamp in state.lamps]
         wanted = (lights, state.parameters, state.composite, hurried)
@@ -146,6 +247,8 @@ class PictureView:
             self.ramp = composite.ramp()
         self.late = hurried and (fresh or before != (self.rule, self.ramp))
         self.done, self.plan, self.composite, self.p = wanted, plan, composite, p
+        self.version += 1
+        self.pair = Pair(self.texture, composite.result, not self.bounded, not self.bounded or isinstance(composite, LinearComposite))
         if passes is not None:
             state.passes = passes
         state.settled = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.rule.mix or 0.0}
@@ -168,6 +271,10 @@ class PictureView:
 
     def _debug(self, name: str) -> tuple[Any, bool, int]:
         """(texture, whether it is linear light, its apron) of a debug view. Raises AirlightError where there is none."""
+        if self.was_smart:
+            if name not in st.DEBUG_LOOK or self.view is None or not self.view.plan.lights:
+                raise AirlightError(f"there is no view {name} of the smart look: choose the classic one")
+            return self.view.matte(0), False, 0
         if name == "source":
             return self.plan.source.texture, True, int(self.plan.source.knee["apron"])
         if name not in self.debugs:
@@ -207,44 +314,94 @@ class PictureView:
             except AirlightError as error:
                 st.tell(state, str(error), error=True)
                 state.debug = None
-        linear = not self.bounded or isinstance(self.composite, LinearComposite)
-        after, after_linear, apron = debug or (self.composite.result, linear, 0)
+        pair = self.pair
+        assert pair is not None
+        if debug:
+            gain = 1 / self.plan.scale if state.debug == "source" and not state.is_smart else 1.0
+            seen = Pair(pair.before, debug[0], pair.before_linear, debug[1])
+            self._draw(seen, target, format, area, AFTER, apron=debug[2], gain=gain, grey=state.is_smart)
+            return
+        split = 1.0 if not state.is_lit else (state.split or 0.0)
+        sides = BEFORE if split >= 1 else AFTER if split <= 0 else BOTH
+        size = int(area[2]), int(area[3])
+        ramp = {} if state.is_smart or self.rule is None else self._ramp(self.rule)
+        if size != (pair.before.width, pair.before.height):
+            pair, ramp = self._scaled(pair, size, ramp), {}
+        self._draw(pair, target, format, area, sides, split=area[0] + split * area[2], **ramp)
+
+    def _ramp(self, rule: Rule) -> dict[str, float]:
+        """What adapts the picture with its shafts."""
+        return {"scale": self.ramp.scale, "white": self.ramp.white, "strength": rule.adapt} if rule.adapt else {}
+
+    def _scaled(self, pair: Pair, size: tuple[int, int], ramp: dict[str, float]) -> Pair:
+        """The two as code values in the size in which they are seen, made anew where they changed, so that other frames are cheap."""
+        if self.scaled is None or (self.scaled.before.width, self.scaled.before.height) != size:
+            before, after = (self.device.texture(*size, "rgba8unorm") for _ in range(2))
+            self.scaled = Pair(before, after, False, False)
+            self.scaled_of = None
+        key = self.version, id(pair.before), id(pair.after)
+        if self.scaled_of != key:
+            self.scaled_of = key
+            for sides, onto in ((BEFORE, self.scaled.before), (AFTER, self.scaled.after)):
+                self._draw(pair, onto.create_view(), "rgba8unorm", (0, 0, *size), sides, **ramp)
+        return self.scaled
+
+    def _draw(self, pair: Pair, target: Any, format: str, area: Area, sides: int, **options: float) -> None:
+        """Draw two textures, or one, onto a texture view. options: of the uniform, and grey."""
+        after = pair.after
         values = np.zeros((), UNIFORM)
-        values["area"], values["ground"] = area, (*GROUND, 1)
-        split = 1.0 if not state.shafts and not debug else (state.split or 0.0)
-        values["split"] = area[0] + split * area[2]
-        values["before_linear"], values["after_linear"], values["apron"] = not self.bounded, after_linear, apron
-        values["target_linear"] = format.endswith("srgb")
-        values["gain"] = 1 / self.plan.scale if state.debug == "source" else 1.0
-        values["scale"], values["white"] = self.ramp.scale, self.ramp.white
-        values["strength"] = 0.0 if debug or self.rule is None else self.rule.adapt
+        values["area"], values["gain"] = area, 1.0
+        grey = options.pop("grey", False)
+        for name, value in options.items():
+            values[name] = value
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
-        pipeline = self.device.raster(SHOW, "cover", "show_picture", format)
-        if id(after) not in self.binds:
+        is_encoded = format.endswith("srgb")
+        constants: dict[str, float] = {
+            "SIDES": sides,
+            "EXACT": (int(area[2]), int(area[3])) == (pair.before.width, pair.before.height) and not grey,
+            "BEFORE_LINEAR": pair.before_linear,
+            "AFTER_LINEAR": pair.after_linear,
+            "TARGET_LINEAR": is_encoded,
+            "ADAPTS": "strength" in options,
+            "GREY": grey,
+        }
+        pipeline = self.device.raster(SHOW, "cover", "show_picture", format, **constants)
+        key = id(pair.before), id(after)
+        if key not in self.binds:
             if len(self.binds) > 8:
                 self.binds.clear()
-            self.binds[id(after)] = after, self.device.bind(SHOW, self.uniform, self.texture, after)
+            self.binds[key] = pair, self.device.bind(SHOW, self.uniform, pair.before, after)
+        ground = srgb_decode(np.array(GROUND)) if is_encoded else GROUND
+        onto = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (*(float(v) for v in ground), 1)}
         encoder = self.device.encoder()
-        onto = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (*GROUND, 1)}
         run = encoder.begin_render_pass(color_attachments=[onto])
         run.set_pipeline(pipeline)
-        run.set_bind_group(0, self.binds[id(after)][1])
+        run.set_bind_group(0, self.binds[key][1])
+        run.set_scissor_rect(*_within(area, target.texture.size))
         run.draw(3)
         run.end()
         self.device.submit(encoder)
 
     def pixels_shown(self, state: ViewerState) -> np.ndarray:
         """(H, W, 3) uint8 sRGB: what is shown, pixel for pixel of the picture, without the panel."""
+        if state.is_smart and self.pair is not None:
+            self.update(state, False, self.seen)
         onto = self.device.texture(*self.size, "rgba8unorm")
         self.show(state, onto.create_view(), "rgba8unorm", (0, 0, *self.size))
         width, height = self.size
         return np.frombuffer(self.device.read(onto, 4), np.uint8).reshape(height, width, 4)[..., :3].copy()
 
 
-def found_light(picture: Picture) -> Lamp:
-    """The light of a picture, or a place for one where none is found: its middle, near the top."""
-    from airlight.detect import find_light
+def _within(area: Area, size: tuple[int, int, int]) -> tuple[int, int, int, int]:
+    """The part of an area that lies in a texture, px."""
+    x, y = (min(max(int(area[i]), 0), size[i] - 1) for i in (0, 1))
+    width, height = (max(1, min(int(area[i] + area[2 + i]), size[i]) - at) for i, at in ((0, x), (1, y)))
+    return x, y, width, height
 
-    found = find_light(picture.rec709(picture.linear(coarse=True)))
-    x, y = found.position if found else (0.5, 0.25)
-    return Lamp((round(x, 5), round(y, 5)))
+
+def _drawn_as(whole: LookView, look: Look) -> Look:
+    """The look with as many drawn rays as the picture was given last, lest they come and go in a drag."""
+    known = whole.settled
+    if look.rays is not None or known is None or not any(one.kind == "beyond" for one in known.lights):
+        return look
+    return msgspec.structs.replace(look, rays=max(one.rays for one in known.lights))

@@ -148,7 +148,7 @@ class SceneView:
     def show(self, state: ViewerState) -> None:
         """Draw onto the canvas. Raises AirlightError for parameters that do not go together."""
         shafts = self.shafts
-        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs
+        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs[:5]
         shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
         self.renderer.render(self.stage.scene, self.camera)
         if state.timing:

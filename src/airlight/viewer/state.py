@@ -10,11 +10,17 @@ from typing import Any
 from airlight import presets
 from airlight.cli.light import LightText
 from airlight.cli.options import Declared, declared
+from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
+from airlight.files import OUTPUTS
 from airlight.medium import doubt, settle
-from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters
+from airlight.parameters import IN_WORLD, NOT_IN_SCENES, OF_LOOK, OF_SUM, Composite, InScene, Look, March, Medium, Parameters, refuse_look
 
 DEBUG = ("occlusion", "source", "lines")
+DEBUG_LOOK = ("source",)
+LOOK = (OF_LOOK | {"quality"}) - {"wrap"}  # which is for a subject's mask, and the viewer is given none
+FIRST_LOOK = ("strength", "warmth", "length")  # what most pictures need
+SAME = 0.06  # picture sizes within which a light is the candidate that lies there
 SCENES = ("table", "flying")
 
 
@@ -27,6 +33,7 @@ class Lamp:
     strength: float = 1.0
     movable: bool = True
     direction: bool = False  # place says towards what, as of a sun
+    kind: str | None = None  # of a picture's, as in `lights.Light`
 
 
 @dataclass
@@ -53,6 +60,14 @@ class ViewerState:
     in_scene: InScene = field(default_factory=InScene)
     medium: Medium = field(default_factory=Medium)
     march: March = field(default_factory=March)
+    look: Look = field(default_factory=Look)
+    candidates: tuple[Any, ...] = ()  # `detect.Candidate`s: where the light of a picture may be, likeliest first
+    candidates_shown: bool = True
+    current: int = 0  # the light that was moved last
+    ask: str = ""  # what is not sure about the light, until the user moves it
+    unplaced: bool = False  # no light was found, and none put anywhere: the picture stays as it is
+    frame: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)  # x, y, width, height of the picture in its display window
+    held: bool = False  # a key is held that shows the picture without shafts
     lamps: list[Lamp] = field(default_factory=list)
     lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
@@ -75,18 +90,34 @@ class ViewerState:
     command: str = ""
     message: str = ""
     is_error: bool = False
-    doubt: str = ""  # about the medium, told while there is no message
+    doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
-    asked: list[tuple[str, str]] = field(default_factory=list)  # what the app has to do: ("open", path), ("screenshot", ""), ("copy", text)
+    # what the app has to do: ("open", path), ("screenshot", ""), ("save", ""), ("copy", text)
+    asked: list[tuple[str, str]] = field(default_factory=list)
 
     @property
-    def structs(self) -> tuple[Parameters, Composite, InScene, Medium, March]:
-        return self.parameters, self.composite, self.in_scene, self.medium, self.march
+    def structs(self) -> tuple[Parameters, Composite, InScene, Medium, March, Look]:
+        return self.parameters, self.composite, self.in_scene, self.medium, self.march, self.look
+
+    @property
+    def is_smart(self) -> bool:
+        """Whether a picture has the smart look; else its shafts are the sum's."""
+        return self.is_image and self.look.look != "classic"
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether shafts are shown."""
+        return self.shafts and not self.held
 
 
 def shown(state: ViewerState) -> tuple[Declared, ...]:
-    """The parameters that have a meaning for what is shown, with the method that is set."""
-    found = declared() if state.is_image else tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
+    """The parameters that have a meaning for what is shown, with the look or the method that is set."""
+    if state.is_smart:
+        return tuple(d for d in declared() if d.name in LOOK)
+    if state.is_image:
+        found = tuple(d for d in declared() if d.name == "look" or d.group != "look")
+    else:
+        found = tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
     return tuple(d for d in found if not d.methods or state.parameters.method in d.methods)
 
 
@@ -105,18 +136,24 @@ def values(state: ViewerState) -> dict[str, Any]:
     return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != default(state, d)}
 
 
-def stand(state: ViewerState, settings: dict[str, Any]) -> None:
-    """Show another scene, or a picture: `settings` are what it is meant for, and hold for what the user left alone."""
-    changed = values(state)
+def stand(state: ViewerState, settings: dict[str, Any], dropped: tuple[str, ...] = ()) -> None:
+    """Show another scene, or a picture: `settings` are what it is meant for, and hold for what the user left alone. dropped: parameters
+    that it cannot have."""
+    changed = {name: v for name, v in values(state).items() if name not in dropped}
     state.standing = settings
     set_values(state, changed)
 
 
 def set_values(state: ViewerState, new: dict[str, Any]) -> None:
-    """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together."""
+    """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together.
+
+    A picture for which `new` names what only the sum has gets the classic look, unless it names a look too.
+    """
+    if state.is_image and new.get("look") is None and not OF_SUM.isdisjoint(new):
+        new = {**new, "look": "classic"}
     built = presets.build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[InScene]
-    state.medium, state.march = built[Medium], built[March]
+    state.medium, state.march, state.look = built[Medium], built[March], built[Look]
 
 
 def change(state: ViewerState, name: str, new: Any) -> None:
@@ -137,7 +174,10 @@ def change(state: ViewerState, name: str, new: Any) -> None:
 
 def reset(state: ViewerState, group: str | None = None) -> None:
     """The defaults again, of one group or of all."""
-    kept = {} if group is None else {d.name: value(state, d.name) for d in declared(scenes=True) if d.group != group}
+    groups = {d.name: d.group for d in declared(scenes=True)}
+    kept = {} if group is None else {name: v for name, v in values(state).items() if groups[name] != group}
+    if group == "look":
+        kept["look"] = state.look.look
     try:
         set_values(state, kept)
     except AirlightError:  # what is left of the other groups needs what was reset
@@ -154,7 +194,10 @@ def tell(state: ViewerState, text: str, error: bool = False) -> None:
 def load(state: ViewerState, preset: str) -> None:
     """A preset by its name or a file of settings, over the defaults; a bad one is told."""
     try:
-        set_values(state, presets.load(preset))
+        found = presets.load(preset)
+        if not state.is_image:
+            refuse_look(found, "a scene")
+        set_values(state, found)
     except AirlightError as error:
         tell(state, str(error), error=True)
     else:
@@ -212,7 +255,7 @@ def save(state: ViewerState, path: str) -> None:
 
 def light_words(state: ViewerState) -> list[str]:
     """The lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
-    if not state.is_image and state.lamps == state.lamps_before:
+    if (not state.is_image and state.lamps == state.lamps_before) or (state.is_smart and state.unplaced):
         return []
     words = []
     for lamp in state.lamps:
@@ -220,7 +263,11 @@ def light_words(state: ViewerState) -> list[str]:
         if lamp.direction:
             x, y, z = lamp.place
             name, place = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
-        text = LightText(",".join(_number(v) for v in place), lamp.color, lamp.strength).text
+        if state.is_image:
+            x, y, width, height = state.frame
+            place = (x + place[0] * width, y + place[1] * height)
+        kind = lamp.kind if state.is_smart else None
+        text = LightText(",".join(_number(v) for v in place), lamp.color, lamp.strength, kind=kind).text
         words.append(f"{name}={text}")
     return words
 
@@ -232,9 +279,9 @@ def _number(v: float) -> str:
 def command_line(state: ViewerState) -> list[str]:
     """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
     said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
-    stem, kind = os.path.splitext(os.path.basename(state.source))
-    ending = kind if kind.lower() in (".exr", ".hdr") else ".png"  # floats stay floats, as they are shown: nothing unset is as in 8 bit
-    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", f"{stem}-shafts{ending}"]
+    if state.is_smart:
+        said.pop("look", None)
+    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
     words += light_words(state)
     if not state.is_image:
         words += _view(state)
@@ -242,6 +289,14 @@ def command_line(state: ViewerState) -> list[str]:
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", presets.text(v)]
     return words
+
+
+def output(state: ViewerState) -> str:
+    """Name what the command writes: of a picture's format and beside it, so that nothing unset is decided otherwise."""
+    stem, kind = os.path.splitext(state.source)
+    if not state.is_image:
+        return f"{os.path.basename(stem)}-shafts.png"
+    return f"{stem}-shafts{kind if kind.lower() in OUTPUTS else '.png'}"
 
 
 def _view(state: ViewerState) -> list[str]:
@@ -261,6 +316,36 @@ def as_text(words: list[str]) -> str:
     return shlex.join(words)
 
 
-def move(state: ViewerState, number: int, place: tuple[float, ...]) -> None:
-    """Put a light elsewhere."""
+def move(state: ViewerState, number: int, place: tuple[float, ...], held: bool = False) -> None:
+    """Put a light elsewhere. held: it is on its way, and stays of its kind."""
     state.lamps[number].place = tuple(round(float(v), 5) for v in place)
+    state.ask, state.current, state.unplaced = "", number, False
+    if state.is_image and not held:
+        near = (c for c in state.candidates if math.dist(c.position, place) < SAME)
+        state.lamps[number].kind = next((c.kind for c in near), None)
+
+
+def take(state: ViewerState, number: int) -> None:
+    """Put the light that was moved last at a candidate."""
+    candidate = state.candidates[number]
+    move(state, min(state.current, len(state.lamps) - 1), candidate.position)
+    state.lamps[state.current].kind = candidate.kind
+
+
+def find_candidates(state: ViewerState, coarse: Any) -> Lamp:
+    """Look for the light of a picture, and say what is not sure. Returns the likeliest, or one near the top where nothing speaks for any.
+
+    coarse: (h, w, 3) linear Rec. 709.
+    """
+    state.candidates, state.ask, state.current = tuple(find_lights(coarse)), "", 0
+    state.unplaced = not state.candidates
+    if state.unplaced:
+        state.ask = "no light found: drag the ring to where it is, or click there twice"
+        return Lamp((0.5, 0.25))
+    best = state.candidates[0]
+    x, y = best.position
+    if best.confidence < ACT:
+        state.ask = f"unsure: perhaps at {x:.2f},{y:.2f} ({best.confidence:.2f}): click a dot or drag the light"
+    elif best.guess:
+        state.ask = f"light by a guess above the frame: {x:.2f},{y:.2f}"
+    return Lamp((round(x, 5), round(y, 5)), kind=best.kind)

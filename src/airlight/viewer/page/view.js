@@ -80,7 +80,9 @@ try {
 const focus = () => document.querySelector('#rendercanvas-focus-element-container input').focus({ preventScroll: true })
 window.addEventListener('focus', focus)
 window.addEventListener('keydown', event => {
-  if (event.key === 'Tab' && !event.altKey && !event.ctrlKey && !event.metaKey) event.preventDefault()
+  const bare = !event.altKey && !event.ctrlKey && !event.metaKey
+  const saves = event.key.toLowerCase() === 's' && (event.ctrlKey || event.metaKey) // the picture, not the page
+  if ((event.key === 'Tab' && bare) || saves) event.preventDefault()
 }, { capture: true })
 focus()
 

@@ -1,0 +1,87 @@
+"""Writing the whole picture with its shafts, exactly as the command that the viewer shows writes it, while the viewer goes on."""
+
+import itertools
+import os
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from airlight.files import Picture, write_image
+from airlight.lights import Light
+from airlight.viewer import state as st
+from airlight.viewer.state import ViewerState
+
+
+class Saving(threading.Thread):
+    """Writes one picture. `name_written` is its file; `said` becomes (text, whether it is an error) at the end, then `then` is called.
+
+    state: as it is now; picture: as it was read; folder: where to write if the picture's own cannot be written to; device: of its name.
+    """
+
+    def __init__(self, state: ViewerState, picture: Picture, folder: str, device: str | None, then: Callable[[], Any]) -> None:
+        super().__init__(name="saving")
+        self.said: tuple[str, bool] | None = None
+        self.then = then
+        is_array = picture.spec is None  # there is no file that the command could read
+        self.name_written = free_name(os.path.join(folder, st.output(state)) if is_array else st.output(state), folder)
+        if is_array:
+            self.write = _array_writer(state, picture, self.name_written, device)
+            return
+        words = st.command_line(state)[2:]
+        words[words.index("-o") + 1] = self.name_written
+        self.write = _command(words if device is None else [*words, "--device", device])
+
+    def run(self) -> None:
+        try:
+            self.write()
+            self.said = f"{self.name_written} saved", False
+        except click.ClickException as error:
+            self.said = f"not saved: {error.format_message()}", True
+        except Exception as error:  # whatever it is, the viewer goes on and says so
+            self.said = f"not saved: {error or type(error).__name__}", True
+        finally:
+            self.then()
+
+
+def free_name(path: str, folder: str) -> str:
+    """A name that no file has yet: the path, numbered if it is taken, in the folder if its own cannot be written to."""
+    home = os.path.dirname(path)
+    if not os.access(home or ".", os.W_OK):
+        path = os.path.join(folder, os.path.basename(path))
+    stem, ending = os.path.splitext(path)
+    names = itertools.chain([path], (f"{stem}-{number}{ending}" for number in itertools.count(2)))
+    return os.path.normpath(next(name for name in names if not os.path.lexists(name)))
+
+
+def _command(words: list[str]) -> Callable[[], None]:
+    def write() -> None:
+        from airlight.cli.image import image
+
+        with image.make_context("image", words) as context:
+            image.invoke(context)
+
+    return write
+
+
+def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
+    """What writes an array with the lights and parameters of the state as it is now."""
+    from airlight.api import render_look, render_picture
+    from airlight.occlusion.automatic import settled
+
+    lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength, kind=lamp.kind) for lamp in state.lamps]
+    p, composite, look = state.parameters, state.composite, state.look if state.is_smart else None
+    bounded = picture.codes.dtype.kind == "u"
+    options: dict[str, Any] = {"device": device, "codes_only": picture.bits == 8}
+
+    def write() -> None:
+        if look is not None:
+            done = render_look(picture, lights, look, quality=p.quality, float_output=not bounded, **options)
+        else:
+            coarse = picture.rec709(picture.linear(coarse=True))
+            fit = settled(p, coarse, lights, bounded=bounded) if bounded or composite.adapt > 0 else p
+            done = render_picture(picture, lights, fit, composite, **options)
+        write_image(path, done.pixels, alpha=picture.alpha, encoded=done.encoded, bits=8 if picture.bits == 8 else 16)
+
+    return write
