@@ -126,7 +126,7 @@ def _listing(name: str, kind: str, help: str) -> Any:
     default="0.05,0.6",
     help="Of the depths, 0 the nearest and 1 the farthest: what is nearer than A hides shafts, nothing beyond B does.",
 )
-@_option("--depth-aware/--no-depth-aware", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
+@_option("--depth-aware/--no-depth-aware", "depth_hides", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
 @_file("--subject", None, DEPTH, "An image of the same size: shafts pass behind what is white; --wrap lets light round its edge.")
 @_option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds such a mask: instead of --subject.")
 @_option(
@@ -355,7 +355,7 @@ class _Work:
             "codes_only": task.layer is None and picture.bits == 8 and not real,
         }
         if self.look is not None or not lights:
-            options |= {"subject": loaded.subject, "depth": loaded.far if self.ctx.params["depth_aware"] else None, "held": held}
+            options |= {"subject": loaded.subject, "depth": loaded.far if self.ctx.params["depth_hides"] else None, "held": held}
             options |= {"near_range": _near_range(self.ctx.params["near_range"]), "quality": self.parameters.quality}
             done = api.render_look(picture, lights, self.look or Look(), **options)
         else:
@@ -456,10 +456,9 @@ def _check_depths(ctx: click.Context, look: str, values: dict[str, Any]) -> None
             raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
     has_depth = o["depth"] is not None or o["depth_layer"] is not None
     has_subject = o["subject"] is not None or o["subject_layer"] is not None
-    for name in ("near_range", "depth_aware"):
+    for name, option in (("near_range", "--near-range"), ("depth_hides", "--depth-aware")):
         if given(ctx, name) and (not has_depth or look == "classic"):
-            option = name.replace("_", "-")
-            raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
+            raise AirlightError(f"{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
     if has_subject and look == "classic":
         raise AirlightError("--subject is for the smart look: leave out what asks for the classic one")
     if values.get("wrap") and not has_subject:

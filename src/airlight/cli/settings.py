@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 
 # Options of each command, beside the declared parameters, that shape the result; files by their names as written.
 _OPTIONS = {
-    "image": ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_aware", "subject", "subject_layer")
+    "image": ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject", "subject_layer")
     + ("input_layer", "colorspace"),
     "render": ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
     + ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf"),
