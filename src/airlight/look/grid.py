@@ -34,15 +34,16 @@ class RayGrid:
         box = self.size[0] / diagonal, self.size[1] / diagonal
         light = [self.position[axis] * box[axis] for axis in (0, 1)]
         middle = [0.5 * side for side in box]
-        away = math.hypot(light[0] - middle[0], light[1] - middle[1])
-        if away > FARTHEST:
-            light = [middle[axis] + (light[axis] - middle[axis]) * FARTHEST / away for axis in (0, 1)]
+        off = math.hypot(light[0] - middle[0], light[1] - middle[1])
+        if off > FARTHEST:
+            light = [middle[axis] + (light[axis] - middle[axis]) * FARTHEST / off for axis in (0, 1)]
         corners = [(x * box[0] - light[0], y * box[1] - light[1]) for x in (0, 1) for y in (0, 1)]
         inside = all(0 < light[axis] < box[axis] for axis in (0, 1))
         start, span, nearest = 0.0, 2 * math.pi, 0.0
         if not inside:
             axis = math.atan2(middle[1] - light[1], middle[0] - light[0])
-            turned = [(math.atan2(y, x) - axis + math.pi) % (2 * math.pi) - math.pi for x, y in corners]
+            away = [corner for corner in corners if corner != (0, 0)]  # from a corner upon the light rays go all ways
+            turned = [(math.atan2(y, x) - axis + math.pi) % (2 * math.pi) - math.pi for x, y in away]
             start, span = axis + min(turned), max(turned) - min(turned)
             nearest = math.hypot(*(min(max(light[i], 0.0), box[i]) - light[i] for i in (0, 1)))
         for name, value in (("box", box), ("light", (light[0], light[1])), ("inside", inside), ("start", start), ("span", span)):
