@@ -60,7 +60,7 @@ def box_radii(sigma: float) -> tuple[int, int, int]:
 
 
 def blur(plane: Array, sigma: float) -> Array:
-    """Gaussian blur over sigma px, the border repeated; beyond a few pixels by three boxes, which come within 9 % of its peak."""
+    """Gaussian blur over sigma px, the border repeated; beyond 3 px by three boxes: within 10 % of its peak on a line, 19 % of a point."""
     if sigma < 0.2:
         return plane
     if sigma > 3:
