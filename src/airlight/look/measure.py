@@ -210,6 +210,8 @@ def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind
 
 def is_misty(seen: Seen) -> bool:
     """Whether all edges of what emits are wide and smooth, as of a sky in mist: there are no gaps for light to come through."""
+    if min(seen.emits.shape) < 2:
+        return False
     diagonal = math.hypot(*seen.emits.shape)
     rise = np.hypot(*np.gradient(seen.emits)) * diagonal
     between = (seen.emits > 0.1) & (seen.emits < 0.9)
