@@ -46,8 +46,8 @@ def _lighting(part: Part, fade: float) -> float:
     shown = (signals.field**3 > 0.005 * min(1.0, part.brightness)) & (part.hidden < 0.5)
     score *= float(smoothstep(shown.sum() / max(1, (part.hidden < 0.5).sum()), 0.04, 0.12))
     if part.is_opening:
-        return score * float(smoothstep(part.spill(), 1.05, 1.25))
-    return score * float(smoothstep(part.evenness(0.95, 0.85), 0.42, 0.62))
+        return score * float(smoothstep(part.spill() - 1, 0.06, 0.25))
+    return score * float(smoothstep(part.evenness(0.95, 0.85), 0.44, 0.62))
 
 
 def _crispness(part: Part) -> float:

@@ -15,7 +15,7 @@ PARTS_PER_LEVEL = 6
 LEAST_RADIUS = 0.004  # of the long side: smaller parts are glints
 OPENING_SHARE = 0.035  # of the picture
 OPENING_TOUCH = 0.35
-OPENING_EVENNESS = 0.55
+OPENING_EVENNESS = 0.58
 TORN = 0.85  # of an opening: a smaller piece of it was torn out by noise or shading
 SURROUNDINGS = 1.25  # radii round a part that its window holds
 

@@ -15,6 +15,7 @@ MOST_CANDIDATES = 8
 APART = 0.08  # widths between candidates
 AGREEING = 0.06  # widths within which another kind of evidence supports a candidate
 SUPPORT = 0.5
+SEEN_COUNTS = 0.6  # a light that is itself seen leaves a glow at a skyline this much less to explain
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,10 @@ def find_lights(image: Any) -> list[Candidate]:
     signals = Signals.of(linear_copy(image))
     if signals is None:
         return []
-    found = [*evidence.sources(signals), *evidence.skyline_glows(signals), *night.lamps(signals), *beyond.lights(signals)]
+    seen = evidence.sources(signals)
+    unseen = 1 - SEEN_COUNTS * max((one.confidence for one in seen), default=0.0)
+    glows = [dataclasses.replace(one, confidence=one.confidence * unseen) for one in evidence.skyline_glows(signals)]
+    found = [*seen, *glows, *night.lamps(signals), *beyond.lights(signals)]
     return _distinct(found, signals.aspect)
 
 

@@ -12,11 +12,13 @@ from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
-from airlight.look.settle import FINENESS, Settled, settle
+from airlight.look.settle import Settled, settle
 from airlight.parameters import Look
 from airlight.planes import shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
+
+HALF_MAX = 65504.0  # what the passes' textures hold at most
 
 
 @dataclass
@@ -60,15 +62,14 @@ def apply(
     if near is None and measure.wants_haze(lights):
         small.near = hidden = measure.haze_nearness(small)
     options: dict[str, Any] = {"additive": float_output, "masked": lets, "held": held}
-    fineness = FINENESS if look.fineness is None else look.fineness
     if renderer is None:
         linear = twin_pixels(pixels)
         if is_codes:
             side = shrunk_size(width, height, FIELDS[quality])
             copy = srgb_decode(twin.mean_codes(pixels[..., :3].astype(np.float64) / 255, *side))
         else:
-            copy = shrink(linear, FIELDS[quality]).astype(np.float64) / white
-        planes = _Reference(copy, fineness)
+            copy = np.clip(np.nan_to_num(shrink(linear, FIELDS[quality]) / white), 0, HALF_MAX).astype(np.float64)
+        planes = _Reference(copy)
         settled = settle(small, (width, height), lights, look, planes.bands, **options)
         if not settled.changes:
             return Applied(settled)
@@ -81,7 +82,7 @@ def apply(
         given[..., 3] = 255 if is_codes else 1
     plan.upload(given, small.guide, hidden, white)
 
-    def bands(number: int, grid: RayGrid, tones: Tones, parts: Array, pattern: Array | None) -> tuple[Array, Array]:
+    def bands(number: int, grid: RayGrid, tones: Tones, parts: Array, fineness: float, pattern: Array | None) -> tuple[Array, Array]:
         seen: tuple[Array, Array] = plan.see(number, grid, tones, parts, fineness, pattern, profile)
         return seen
 
@@ -111,21 +112,23 @@ def twin_pixels(pixels: Array) -> Array:
 class _Reference:
     """The passes in NumPy, over a copy of the picture with white at 1."""
 
-    def __init__(self, copy: Array, fineness: float) -> None:
-        self.y, self.fineness = copy @ twin.REC709, fineness
-        self.found: list[tuple[Array, Array]] = []  # of each light, its bands, and what emits
+    def __init__(self, copy: Array) -> None:
+        self.y = copy @ twin.REC709
+        self.found: dict[int, tuple[Array, Array]] = {}  # by light, its bands, and what emits
 
-    def bands(self, number: int, grid: RayGrid, tones: Tones, parts: Array, pattern: Array | None) -> tuple[Array, Array]:
+    def bands(
+        self, number: int, grid: RayGrid, tones: Tones, parts: Array, fineness: float, pattern: Array | None
+    ) -> tuple[Array, Array]:
         height, width = self.y.shape
         weighted, emits = twin.matte(self.y, tones, twin.resized(parts, width, height), grid)
-        rays = twin.bands(*twin.scan(weighted, emits, grid), grid, self.fineness, pattern)
-        self.found.append((rays, emits))
+        rays = twin.bands(*twin.scan(weighted, emits, grid), grid, fineness, pattern)
+        self.found[number] = rays, emits
         return twin.at_points(rays, grid, *map(measure.few, points(parts.shape[1], parts.shape[0])))
 
     def layer(self, linear: Array, small: measure.Small, settled: Settled, near: Array | None, white: float) -> tuple[Array, Array]:
         height, width = self.y.shape
         added_light, missing = np.zeros((height, width, 3)), np.zeros((height, width))
-        for (rays, emits), one in zip(self.found, settled.lights, strict=True):
+        for (rays, emits), one in zip(self.found.values(), settled.lights, strict=True):
             s = one.settings
             amount = twin.ray_amount(*twin.at_points(rays, s.grid, *points(width, height)), emits, s)
             added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
@@ -144,7 +147,7 @@ class _Reference:
             return twin.bilinear(plane, px, py)
 
         def rows(first: int, last: int) -> None:
-            color = np.maximum(linear[first:last], 0).astype(np.float64) / white
+            color = np.clip(np.nan_to_num(linear[first:last].astype(np.float64) / white), 0, HALF_MAX)
             found = at_rows(field, first, last)
             hidden = np.zeros(color.shape[:2]) if near is None else at_rows(near, first, last)
             light, taken[first:last] = twin.put(color, found[..., :3], found[..., 3], hidden)

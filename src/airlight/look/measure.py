@@ -25,13 +25,16 @@ TOP = 0.25  # of the height: where parts lie that a light above the picture shin
 RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
 WARM = np.array([1.0, 0.86, 0.50])
+WARM_LINE = math.log(WARM[0] / WARM[2]), math.log(WARM[1] / math.sqrt(WARM[0] * WARM[2]))  # how warm it is, and its green
 WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.85, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
 PALE = 0.35  # share of it that holds for a light which is as warm already
 BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
+ASIDE = (0.12, 0.30)  # ln of green over what a warm white of the same R / B has, either way: from where a light is meant to have its hue
 PURER, LEAST_CHANNEL = 1.25, 0.12
 OPENING = 0.02  # share of the picture from which a bright part is an opening
 REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
-FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.010), (0.10, 0.25)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
+LIGHT_ENOUGH = (0.75, 1.0)  # ln of the light's tone over its surroundings', from which something shines: noise has less
+FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.10, 0.25)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
 GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviation of L that counts as texture
 VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
 STRONGEST = 2.5
@@ -166,8 +169,10 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
     ring = np.maximum(ring, 1e-4)
     warm = math.log(ring[0] / ring[2])
     if warmth is None:
-        need = float(np.clip(1 - warm / -math.log(WARM[2]), 0, 1))
-        warmth = WARMTH[kind] * (PALE + (1 - PALE) * need) if warm > BLUE else 0.0
+        need = float(np.clip(1 - warm / WARM_LINE[0], 0, 1))
+        aside = abs(math.log(ring[1] / math.sqrt(ring[0] * ring[2])) - warm * WARM_LINE[1] / WARM_LINE[0])
+        meant = float(twin.smoothstep(np.array(aside), *ASIDE))
+        warmth = WARMTH[kind] * (PALE + (1 - PALE) * need) * (1 - meant) if warm > BLUE else 0.0
     toward = WARM if warmth >= 0 else WARM[::-1]
     ring, toward = ring / (ring @ REC709), toward / (toward @ REC709)
     mixed = np.exp((1 - abs(warmth)) * np.log(ring) + abs(warmth) * np.log(toward)) ** PURER
@@ -227,13 +232,13 @@ class Found:
     rest: float
     visible: float
     length: float
+    span: float  # ln of the light's tone over its surroundings'
 
     @property
     def holds(self) -> float:
         """0..1: how much of the asked contrast the picture holds."""
-        steps = (self.fine, *FINE_ENOUGH), (self.visible, *SEEN_ENOUGH)
-        first, second = (float(twin.smoothstep(np.array(value), low, high)) for value, low, high in steps)
-        return first * second
+        steps = (self.fine, *FINE_ENOUGH), (self.visible, *SEEN_ENOUGH), (self.span, *LIGHT_ENOUGH)
+        return math.prod(float(twin.smoothstep(np.array(value), low, high)) for value, low, high in steps)
 
 
 def found(small: Small, seen: Seen) -> Found:
@@ -248,7 +253,7 @@ def found(small: Small, seen: Seen) -> Found:
     gathered = np.cumsum(weight.ravel()[order])
     half = float(seen.distance.ravel()[order][min(np.searchsorted(gathered, 0.5 * gathered[-1]), len(order) - 1)])
     deviation, fine_rms = (math.sqrt(float((weight * v * v).sum()) / total) for v in (out, fine))
-    return Found(deviation, fine_rms, rest, float(weight.mean()), float(np.clip(REACH[0] * half, *REACH[1:])))
+    return Found(deviation, fine_rms, rest, float(weight.mean()), float(np.clip(REACH[0] * half, *REACH[1:])), seen.tones.span)
 
 
 def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from airlight.reference.look import RaySettings, Tones
 FINENESS, SHADE, DRAWN_RAYS = 0.45, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
 LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
-Bands = Callable[[int, RayGrid, Tones, Array, "Array | None"], tuple[Array, Array]]
+Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,8 @@ def settle(
         return Settled((), 0.0, shade, 0.0, 0.0)
     if held is not None and not held.changes:
         return dataclasses.replace(held, message="")
+    fineness = FINENESS if look.fineness is None else look.fineness
+    founds: list[Found] = []
     seen: list[Seen] = []
     rays: list[int] = []
     for number, light in enumerate(lights):
@@ -76,12 +78,18 @@ def settle(
         automatic = DRAWN_RAYS if one.kind == "beyond" and measure.is_misty(one) else 0
         count = held.lights[number].rays if held is not None else automatic if look.rays is None else look.rays
         pattern = twin.drawn_pattern(count, one.grid, look.rays_seed + number, look.rays_shimmer) if count else None
-        one.bands, one.distance = bands(number, one.grid, one.tones, one.parts, pattern)
+        one.bands, one.distance = bands(number, one.grid, one.tones, one.parts, fineness, pattern)
+        if held is None:
+            founds.append(measure.found(small, one))
+        if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away
+            plain = dataclasses.replace(one)
+            plain.bands, plain.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
+            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, plain).fine)
+            bands(number, one.grid, one.tones, one.parts, fineness, pattern)
         seen.append(one)
         rays.append(count)
     if held is not None:
         return dataclasses.replace(held, message="")
-    founds = [measure.found(small, one) for one in seen]
     holds = [1.0 if count else found.holds for found, count in zip(founds, rays, strict=True)]
     weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]
     share = max(h for h, strength in zip(holds, strengths, strict=True) if strength > 0)
