@@ -27,6 +27,7 @@ UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still
 WARM = np.array([1.0, 0.86, 0.50])
 WARM_LINE = math.log(WARM[0] / WARM[2]), math.log(WARM[1] / math.sqrt(WARM[0] * WARM[2]))  # how warm it is, and its green
 WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.85, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
+GREY = 1e-3  # of the brightest: what the channels of a grey picture may differ by
 PALE = 0.35  # share of it that holds for a light which is as warm already
 BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
 ASIDE = (0.12, 0.30)  # ln of green over what a warm white of the same R / B has, either way: from where a light is meant to have its hue
@@ -156,7 +157,12 @@ def haze_nearness(small: Small) -> Array:
 
 
 def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
-    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
+    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`.
+
+    White in a picture that is grey throughout, unless a warmth is given.
+    """
+    if warmth is None and np.ptp(small.color, axis=-1).max() <= GREY * small.color.max():
+        return 1.0, 1.0, 1.0
     x, y = points(*small.size)
     distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
     rank = np.log(np.maximum(small.y, 1e-5) / tone.surroundings) / tone.span
