@@ -37,6 +37,8 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
     if not any(light.strength for light in lights) or (look is not None and look.strength == 0):
         return "the strength is 0"
     if look is not None:
+        if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it
+            return "nothing in it can show shafts: it is too bright, or all of it is near"
         return "--strength 2 shows more"
     if p.exposure * p.weight == 0:
         return "weight or exposure is 0"
@@ -58,6 +60,6 @@ def changes_little(picture: "Picture", done: Any, float_output: bool) -> bool:
     some = every(picture.height, step), every(picture.width, step)
     if done.encoded is not None:
         return int(np.abs(done.encoded[some].astype(np.int16) - picture.codes[..., :3][some]).max()) <= CODES
-    most = np.inf if float_output else 1
+    most = 65504 if float_output else 1  # what half holds
     before, after = (srgb_encode(np.clip(v, 0, most)) for v in (picture.linear(coarse=True), done.pixels[some]))
     return float(np.abs(after - before).max()) <= (CODES + 0.5) / 255
