@@ -14,6 +14,7 @@ import thumbs
 from fuzzing import HEIGHT, WIDTH, mended_png, png_chunk, seeds
 
 from airlight.cli import main
+from airlight.errors import AirlightWarning
 from airlight.files import read_image, write_image
 
 COMMAND = [sys.executable, "-m", "airlight"]
@@ -183,9 +184,10 @@ def test_one_bad_pixel_is_mended_before_the_default_looks(tmp_path, capsys, bad,
     """All is finite, and as if the pixel had been what it is mended to."""
     y, x = place
     pixels = thumbs.linear().copy()
-    stored(tmp_path / "good.exr", pixels, kind)
     pixels[y, x, 1:] = bad
     stored(tmp_path / "bad.exr", pixels, kind)
+    with pytest.warns(AirlightWarning, match="mended"):
+        stored(tmp_path / "good.exr", read_image(tmp_path / "bad.exr").linear(), kind)
     assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--layer", tmp_path / "la.exr") == (0, [])
     code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--layer", tmp_path / "lb.exr")
     assert code == 0 and len(lines) == 1 and f"x={x}, y={y}" in lines[0]
@@ -193,9 +195,7 @@ def test_one_bad_pixel_is_mended_before_the_default_looks(tmp_path, capsys, bad,
     for one, other in (("a", "b"), ("la", "lb")):
         good, mended = (read_image(tmp_path / f"{name}.exr").codes for name in (one, other))
         assert np.isfinite(mended).all() and layer.max() > 0.1
-        outside = np.ones(good.shape[:2], bool)
-        outside[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = False
-        np.testing.assert_allclose(good[outside], mended[outside], atol=0.02 * layer.max())
+        np.testing.assert_allclose(good, mended, atol=0.005 * layer.max())  # but for the half that it was written as
 
 
 def test_too_many_bad_pixels(tmp_path, capsys):
@@ -277,7 +277,7 @@ def test_channels(files, tmp_path, capsys):
     stored(tmp_path / "five.tif", fuzzing.picture(5, "uint8"), "uint8")
     for source, channels, warns in (
         (files / "grey.png", 1, ""),
-        (tmp_path / "two.png", 2, ""),
+        (tmp_path / "two.png", 2, "too bright"),  # white throughout, of some alpha
         (tmp_path / "five.exr", 4, "Z"),
         (tmp_path / "five.tif", 4, "cannot be kept"),
         (files / "palette.png", 4, ""),
@@ -287,7 +287,9 @@ def test_channels(files, tmp_path, capsys):
         for target in (out, tmp_path / "out.webp", tmp_path / "out.hdr", tmp_path / "out.exr", tmp_path / "out.jpg"):
             code, lines = run(capsys, source, "-o", target, "-y", *LIGHT)
             assert code == 0, lines
-            assert all("warning" in line for line in lines) and read_image(target).codes.shape[:2] == (HEIGHT, WIDTH)
+            white = source.stem in ("two", "five") and source.suffix != ".exr"  # over its alpha: no shafts show
+            assert all("warning" in line or (white and "too bright" in line) for line in lines), lines
+            assert read_image(target).codes.shape[:2] == (HEIGHT, WIDTH)
             if target == out:
                 assert read_image(target).codes.shape[2] == channels, (source, read_image(target).codes.shape)
                 assert any(warns in line for line in lines) if warns else not lines, lines
