@@ -38,7 +38,7 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
         return "the strength is 0"
     if look is not None:
         if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it
-            return "nothing in it can show shafts: it is too bright, or all of it is near"
+            return "nothing in it can show shafts: all is too dark, too bright, or near"
         return "--strength 2 shows more"
     if p.exposure * p.weight == 0:
         return "weight or exposure is 0"
