@@ -400,10 +400,9 @@ def render_look(
         return dataclasses.replace(_untouched(picture, codes_only), held=done.settled, message=message)
     added = picture.from_rec709(done.added)
     out = picture.linear()
-    halves = float_output and picture.bits != 32  # so is the layer stored: the picture is to be the sum of what is stored
 
     def rows(first: int, last: int) -> None:
-        if halves:
+        if float_output:  # as an EXR holds it: its picture is to be the sum of what is stored
             added[first:last] = np.clip(added[first:last], -HALF_MAX, HALF_MAX).astype(np.float16)
         out[first:last] *= 1 - done.taken[first:last, :, None]  # type: ignore[index]
         out[first:last] += added[first:last]
