@@ -140,7 +140,8 @@ def test_permissions(files, tmp_path):
         (tmp_path / "warm.png").unlink(missing_ok=True)
         done = subprocess.run([sys.executable, "-c", nobody, *warm, "image", *args], capture_output=True, text=True, timeout=60)
         light, *said = done.stderr.splitlines()
-        assert light.startswith(f"{files / 'rgb8.png'}: no light found") and done.returncode == 2 and len(said) == 1 and says in said[0], done.stderr
+        assert light.startswith(f"{files / 'rgb8.png'}: no light found"), done.stderr
+        assert done.returncode == 2 and len(said) == 1 and says in said[0], done.stderr
     assert not list(closed.iterdir()) and not (tmp_path / "a.png").exists()
 
 

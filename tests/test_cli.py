@@ -151,7 +151,10 @@ def test_no_light_and_no_sure_one_leave_the_picture_as_it_is(api, photo, tmp_pat
         (
             ([], "no light found, left as it is: give --light X,Y"),
             ([candidate((0.25, 0.5), "opening", 0.19)], "no light found, left as it is: give --light X,Y"),
-            ([candidate((0.25, 0.5), "opening", 0.3)], "unsure, left as it is: perhaps at 0.25,0.50 (opening, 0.30); --light auto:1 takes it"),
+            (
+                [candidate((0.25, 0.5), "opening", 0.3)],
+                "unsure, left as it is: perhaps at 0.25,0.50 (opening, 0.30); --light auto:1 takes it",
+            ),
         )
     ):
         api.found, out = found, tmp_path / f"{number}.png"
