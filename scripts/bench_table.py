@@ -1,4 +1,4 @@
-"""Put the figures of `airlight bench --json FILE` into README.md, between its comments bench and end."""
+"""Put the figures of `airlight bench --json FILE` into docs/benchmarks.md, between its comments bench and end."""
 
 import json
 import sys
@@ -93,8 +93,8 @@ def _world(records: list[dict]) -> list[str]:
 
 
 def main() -> None:
-    readme = Path(__file__).parent.parent / "README.md"
-    put(readme, "bench", table(json.loads(Path(sys.argv[1]).read_text())["records"]) + "\n")
+    page = Path(__file__).parent.parent / "docs" / "benchmarks.md"
+    put(page, "bench", table(json.loads(Path(sys.argv[1]).read_text())["records"]) + "\n")
 
 
 main()

@@ -6,6 +6,7 @@ border OUT               occluders that cross the border: region 1 and 1.2; need
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
 guide OUT PAGE           what the program in a page of docs/ draws
+looks OUT IN...          photographs, a row each, in all looks
 turned DEGREES           prints a place to look at
 """
 
@@ -178,13 +179,48 @@ def guide(out: str, page: str) -> None:
     write(out, names["picture"][..., :3], 150_000)
 
 
+LOOKS = ("subtle", "natural", "dramatic", "long", "soft", "misty", "golden")
+CELL, TEXT, INK = 232, 15, (0.2, 0.2, 0.2)  # px: width of a picture, height of the words
+
+
+def looks(out: str, *names: str) -> None:
+    """Photographs as they are and in each look, labelled; made of copies of 960 px, on which a look is the same."""
+    import airlight
+    from airlight import presets
+    from airlight.compare.sheet import codes_of
+    from airlight.files import to_linear
+
+    def small(codes: np.ndarray, side: int) -> np.ndarray:
+        return codes_of(to_linear(codes)[0], side)
+
+    renderer, rows = airlight.Renderer(), []
+    for name in names:
+        photo = small(read(name), 960)
+        lights = airlight.find_lights(photo)
+        row = [photo] + [renderer.add_light_shafts(photo, lights[0], **presets.load(look)) for look in LOOKS]
+        rows.append([small(np.asarray(codes), CELL) for codes in row])
+        print(name, flush=True)
+    tops = np.cumsum([TEXT + 2 * GAP, *(row[0].shape[0] + TEXT + 2 * GAP for row in rows)])
+    codes = np.full((tops[-1], len(rows[0]) * (CELL + GAP) - GAP, 3), 255, np.uint8)
+    texts = [(k * (CELL + GAP) + 4, TEXT + 2, words) for k, words in enumerate(("original", *LOOKS))]
+    for top, row, name in zip(tops, rows, names, strict=False):
+        for k, picture in enumerate(row):
+            codes[top : top + picture.shape[0], k * (CELL + GAP) : k * (CELL + GAP) + picture.shape[1]] = picture
+        texts.append((4, int(top) + row[0].shape[0] + TEXT + 2, Path(name).stem))
+    sheet = oiio.ImageBuf(codes)
+    for x, y, words in texts:
+        if not oiio.ImageBufAlgo.render_text(sheet, x, y, words, TEXT, "", INK):
+            sys.exit(sheet.geterror())
+    write(out, sheet.get_pixels(oiio.UINT8), 400_000)
+
+
 def turned(degrees: str) -> None:
     """Print a place to look at from 12,9,106 in the flying scene, so many degrees to the right of the sun, which stands at 5.7."""
     angle = math.radians(float(degrees) + 5.7)
     print(f"{12 + 100 * math.sin(angle):.2f},15,{106 - 100 * math.cos(angle):.2f}")
 
 
-COMMANDS = (jpeg, webp, border, behind, streaks, guide, turned)
+COMMANDS = (jpeg, webp, border, behind, streaks, guide, looks, turned)
 
 if __name__ == "__main__":
     {command.__name__: command for command in COMMANDS}[sys.argv[1]](*sys.argv[2:])

@@ -12,8 +12,16 @@ trap 'rm -rf "$work"' EXIT
 render() { $airlight render "$@" -y; }
 put() { $python scripts/pictures.py "$@"; }
 
-photographs() {
-    $airlight image examples/photos/casa-mila.jpg -o $to/casa-mila.jpg --light auto -y
+photographs() { # README.md, docs/photographs.md
+    for name in casa-mila hill-sunset dandelions; do
+        $airlight image examples/photos/$name.jpg -o $to/$name.jpg -y
+    done
+    $airlight image examples/photos/dandelions.jpg --candidates "$work/candidates.png" -y
+    put jpeg $to/candidates.jpg 1 "$work/candidates.png"
+    put looks $to/looks.jpg examples/photos/*.jpg
+}
+
+comparison() { # docs/comparison.md
     $airlight compare examples/photos/casa-mila.jpg -o $to/compare-casa-mila.jpg --runs 9 \
         --variant method=epipolar,quality=draft --variant method=epipolar,quality=normal \
         --variant method=radial,samples=150 --variant vesper -y
@@ -31,7 +39,7 @@ scenes() { # README.md
     put jpeg $to/flying.jpg 1 "$work/flying.png"
 }
 
-animation() { # README.md
+animation() { # docs/rendering.md
     render flying --time 17 --frames 1-84 --fps 12 --width 480 -o "$work/flying.####.png"
     put webp $to/flying.webp 12 "$work"/flying.????.png
 }
@@ -46,7 +54,7 @@ world() { # docs/world.md
     put jpeg $to/article.jpg 2 "$work"/article.*.png
 }
 
-validation() { $python scripts/validation_pages.py; } # docs/validation/, and ways.jpg of README.md; with the figures beside them
+validation() { $python scripts/validation_pages.py; } # docs/validation/, and ways.jpg of docs/world.md; with the figures beside them
 
 vesper() { # docs/scenes.md
     render table --preset vesper-scene --eye 0.6,3.1,3.2 --target 0,2.6,-2 --width 640 -o "$work/vesper.1.png"
@@ -82,7 +90,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs viewer scenes animation guide world validation vesper depth border turning streaks adaptation)
+all=(photographs comparison viewer scenes animation guide world validation vesper depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

@@ -1,5 +1,5 @@
 """Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene
-by methods of both kinds, into README.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
+by methods of both kinds, into docs/benchmarks.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
 
 What a page says of Mitsuba comes from the table in docs/world.md: run scripts/validation_table.py before.
 
@@ -176,7 +176,7 @@ def ways(width: int, runs: int) -> None:
     heads = [f"{where}: error | copies" for where in TARGETS]
     rows = ["| light | " + " | ".join(heads) + " |", "|" + "---|" * 5]
     rows += [f"| {label} | {' | '.join(of)} |" for label, of in zip(WAYS, short, strict=True)]
-    put(DOCS.parent / "README.md", "ways", "\n".join(rows) + "\n")
+    put(DOCS / "benchmarks.md", "ways", "\n".join(rows) + "\n")
     rows = ["| light | | rmse | bias | 99 % | copies: shadow maps | light |", "|" + "---|" * 7, *figures]
     put(DOCS / "world.md", "ways", "\n".join([*commands, "", *rows, "", how(result, runs)]) + "\n")
 

@@ -11,14 +11,16 @@ import numpy as np
 from look_scenes import Change, shone
 
 import airlight
+from airlight import presets
 from airlight.files import read_image
 from airlight.files.colour import encode_codes, to_linear
 from airlight.lights import Light
-from airlight.parameters import Look
+from airlight.parameters import Look, chosen_look
 from airlight.planes import shrink
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
 GOLDENS = Path(__file__).parent / "data" / "look" / "changes.npz"
+LOOKS = tuple(name for name in presets.names() if chosen_look(presets.load(name)) == "smart")
 STEPS = 64  # of a code
 COLUMNS, ROWS = 32, 24
 LIGHTS = {
@@ -49,6 +51,11 @@ def changed(renderer: Any, name: str, side: int, strength: float = 1.0) -> Chang
     return shone(renderer, to_linear(photograph(name, side))[0], LIGHTS[name], Look(strength=strength))
 
 
+def in_look(renderer: Any, name: str, look: str) -> Change:
+    """The same by a preset, at 320 px."""
+    return shone(renderer, to_linear(photograph(name, 320))[0], LIGHTS[name], presets.build(presets.load(look))[Look])
+
+
 def blocks(change: Change) -> np.ndarray:
     """(ROWS, COLUMNS, 3): the means of the change in codes."""
     height, width = change.before.shape[:2]
@@ -59,16 +66,16 @@ def blocks(change: Change) -> np.ndarray:
 
 
 def goldens() -> dict[str, np.ndarray]:
-    """The kept block means of each photograph at 320 px, in codes."""
+    """The kept block means of `photograph look`, at 320 px, in codes."""
     with np.load(GOLDENS) as kept:
-        return {name: kept[name] / STEPS for name in LIGHTS}
+        return {name: kept[name] / STEPS for name in kept.files}
 
 
 def write() -> None:
     """Replace the goldens."""
     renderer = airlight.Renderer()
     before = goldens() if GOLDENS.exists() else {}
-    found = {name: blocks(changed(renderer, name, 320)) for name in LIGHTS}
+    found = {f"{name} {look}": blocks(in_look(renderer, name, look)) for name in LIGHTS for look in LOOKS}
     for name, now in found.items():
         moved = np.abs(now - before[name]) if name in before else np.abs(now)
         print(f"{name}: mean change {np.abs(now).mean():.2f} codes, moved by {moved.mean():.3f}, at most {moved.max():.2f}")

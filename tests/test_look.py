@@ -97,16 +97,11 @@ def test_black_stays_black(renderer: airlight.Renderer) -> None:
     assert np.abs(change.codes[inner]).max() < 1
 
 
-TO_WARM = pytest.mark.xfail(reason="rings that are neither warm nor blue are drawn to a warm white, by 34 and 29 degrees", strict=True)
-RINGS = [WARM, BLUE, (1.0, 0.4, 0.2), (1.0, 0.75, 0.35), (0.7, 0.8, 1.0)]
+RINGS = [WARM, BLUE, (1.0, 0.4, 0.2), (1.0, 0.75, 0.35), (0.7, 0.8, 1.0), (1.0, 0.5, 0.65), (0.6, 1.0, 0.6)]
 
 
-@pytest.mark.parametrize(
-    ("colour", "warmth"),
-    [(ring, warmth) for ring in RINGS for warmth in (None, 0.0)]
-    + [pytest.param(ring, None, marks=TO_WARM) for ring in ((1.0, 0.5, 0.65), (0.6, 1.0, 0.6))]
-    + [((1.0, 0.5, 0.65), 0.0), ((0.6, 1.0, 0.6), 0.0)],
-)
+@pytest.mark.parametrize("warmth", [None, 0.0])
+@pytest.mark.parametrize("colour", RINGS)
 def test_the_light_has_the_hue_of_its_ring(renderer: airlight.Renderer, colour: tuple[float, ...], warmth: float | None) -> None:
     """Within 20 degrees, and one hue everywhere, also where it is held below white."""
     change = shone(renderer, barred(colour), DISC, Look(warmth=warmth))
@@ -131,11 +126,8 @@ def test_a_given_colour_is_the_light_s(renderer: airlight.Renderer) -> None:
     np.testing.assert_allclose(added / added[1], (0.2, 1.0, 0.4), atol=0.01)
 
 
-COARSE = pytest.mark.xfail(reason="where nothing is bright, the brightest grains are taken for gaps: the full contrast", strict=True)
-
-
 @pytest.mark.parametrize("kind", ["disc", "opening"])
-@pytest.mark.parametrize("name", ["even", "noise", pytest.param("coarse noise", marks=COARSE), "a square on black", "a square on grey"])
+@pytest.mark.parametrize("name", ["even", "noise", "coarse noise", "a square on black", "a square on grey"])
 def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name: str, kind: str) -> None:
     rng = np.random.default_rng(1)
     picture = np.full((HEIGHT, WIDTH, 3), 0.3, np.float32)
@@ -341,4 +333,4 @@ def test_fineness_length_and_mist(renderer: airlight.Renderer, bars: Change) -> 
     assert misty.brightening > bars.brightening + 0.02
     coarse = shone(renderer, barred(), DISC, Look(fineness=4.0))
     level = [np.abs(np.diff(c.codes[220:300].mean(axis=(0, 2)))).sum() for c in (bars, coarse)]
-    assert level[1] < 0.8 * level[0]
+    assert level[1] < 0.9 * level[0]

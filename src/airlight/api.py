@@ -196,7 +196,9 @@ def add_light_shafts(
     given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
     emits = mask if given is None else given
     _refuse_unknown(named, (Parameters, Composite, Look))
-    chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "")
+    lights = as_lights(light)
+    parallel = any(one.angle is not None for one in lights)
+    chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "a parallel light" if parallel else "")
     if chosen == "classic":
         if subject is not None:
             raise AirlightError("a subject is for the smart look: leave out what asks for the classic one")
@@ -215,8 +217,9 @@ def add_light_shafts(
     step = max(1, max(shape) // COARSE)
     coarse = to_linear(array[every(shape[0], step), every(shape[1], step)])[0]
     pixels = array[..., :3] if codes else rgb
-    lights, mask_plane = as_lights(light), _plane("mask", emits, shape)
-    options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality}
+    mask_plane = _plane("mask", emits, shape)
+    grey = array.ndim == 2 or array.shape[2] == 1
+    options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality, "grey": grey}
     done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
     if done.settled.message:
         warnings.warn(done.settled.message, AirlightWarning, stacklevel=2)
@@ -392,6 +395,7 @@ def render_look(
     coarse = picture.rec709(picture.linear(coarse=True))
     pixels = picture.codes[..., :3] if codes else picture.rec709(picture.linear())
     options: dict[str, Any] = {"near": near, "masked": _plane("mask", mask, shape), "held": held, "quality": quality, "profile": profile}
+    options["grey"] = picture.colour_codes.shape[2] == 1
     done = apply_look(chosen, pixels, coarse, lights, look, float_output=float_output, **options)
     message = done.settled.message
     if done.codes is not None:

@@ -54,7 +54,7 @@ def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture")
         lamps = [(position, best.kind) for position in best.lamps]
         return (lamps if len(lamps) > 1 else [(one.position, one.kind) for one in found])[:rank]
     if rank > len(found):
-        there = f"only {len(found)} places look like a light"
+        there = "only one place looks like a light" if len(found) == 1 else f"only {len(found)} places look like a light"
         raise AirlightError(f"{picture.path}: --light auto:{rank}: {there}; --candidates FILE shows them")
     one = found[max(rank, 1) - 1]
     if one.guess:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted and not ctx.resilient_parsing:
         for name in presets.names(kind):
-            click.echo(f"{name:10} {presets.description(name, kind)}")
+            click.echo(f"{name:16} {presets.description(name, kind)}")
         ctx.exit()
 
 
@@ -456,9 +456,9 @@ def _check_depths(ctx: click.Context, look: str, values: dict[str, Any]) -> None
             raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
     has_depth = o["depth"] is not None or o["depth_layer"] is not None
     has_subject = o["subject"] is not None or o["subject_layer"] is not None
-    for name, option in (("near_range", "--near-range"), ("depth_hides", "--depth-aware")):
+    for name, option in (("near_range", "near-range"), ("depth_hides", "depth-aware")):
         if given(ctx, name) and (not has_depth or look == "classic"):
-            raise AirlightError(f"{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
+            raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
     if has_subject and look == "classic":
         raise AirlightError("--subject is for the smart look: leave out what asks for the classic one")
     if values.get("wrap") and not has_subject:

@@ -1,8 +1,8 @@
 // The signed amount of light that one light's rays add or lack, on its grid. Twin: ray_amount in reference/look.py.
 //! include "look/rays.wgsl"
 const SOFT = 0.012;
-const CONTRAST = 0.45;
-const MIST = 2.2;
+const CONTRAST = 0.40;
+const MIST = 0.8;
 
 @group(0) @binding(0) var<uniform> rays: Rays;
 @group(0) @binding(1) var before: texture_2d<f32>; // bands
@@ -14,6 +14,6 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     let found = textureLoad(before, id.xy, 0);
     let distance = rays.nearest + f32(id.y + 1u) * rays.step;
     let total = found.z + rays.rest;
-    let k = tanh(CONTRAST * (found.y / total / rays.deviation + rays.mist * MIST * found.z / total));
-    textureStore(amounts, id.xy, vec4f(k * exp(-distance / rays.length) * smooth_step(distance, 0.0, SOFT), 0.0, 0.0, 1.0));
+    let amount = tanh(CONTRAST * found.y / total / rays.deviation) + rays.mist * MIST * found.z / total;
+    textureStore(amounts, id.xy, vec4f(amount * exp(-distance / rays.length) * smooth_step(distance, 0.0, SOFT), 0.0, 0.0, 1.0));
 }

@@ -43,6 +43,7 @@ def apply(
     near: Array | None = None,
     masked: Array | None = None,
     held: Settled | None = None,
+    grey: bool = False,
     quality: str = "normal",
     profile: Any = None,
 ) -> Applied:
@@ -50,7 +51,7 @@ def apply(
 
     renderer: scatter.render.Renderer, or None; pixels: (H, W, 3 or 4) uint8 sRGB codes, or float32 linear Rec. 709; coarse: the same
     picture as float32 linear Rec. 709 (h, w, 3), perhaps fewer of its pixels; near: (H, W), 1 for what shafts pass behind; masked: (H, W),
-    what may emit; held: what was settled for a frame before;
+    what may emit; held: what was settled for a frame before; grey: the picture has no colours;
     quality: how fine the copy is on which rays are found, see `plan.FIELDS`.
     """
     height, width = pixels.shape[:2]
@@ -61,7 +62,7 @@ def apply(
     hidden = near
     if near is None and measure.wants_haze(lights):
         small.near = hidden = measure.haze_nearness(small)
-    options: dict[str, Any] = {"additive": float_output, "masked": lets, "held": held}
+    options: dict[str, Any] = {"additive": float_output, "grey": grey, "masked": lets, "held": held}
     if renderer is None:
         linear = twin_pixels(pixels)
         if is_codes:
@@ -130,7 +131,7 @@ class _Reference:
         added_light, missing = np.zeros((height, width, 3)), np.zeros((height, width))
         for (rays, emits), one in zip(self.found.values(), settled.lights, strict=True):
             s = one.settings
-            amount = twin.ray_amount(*twin.at_points(rays, s.grid, *points(width, height)), emits, s)
+            amount = twin.amounts_at(rays, s, *points(width, height)) * (1 - twin.EMITTER * emits)
             added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
             missing += np.maximum(-amount, 0)
         guide = twin.resized(small.guide, width, height)

@@ -3,6 +3,7 @@
 //! include "look/rays.wgsl"
 const GROUPS = LINES / COARSE;
 const FIRST_WAY = 0.01;
+const FINE = 1.0;
 
 @group(0) @binding(0) var<uniform> rays: Rays;
 @group(0) @binding(1) var matte: texture_2d<f32>;
@@ -123,7 +124,7 @@ fn stand_out(@builtin(global_invocation_id) id: vec3u) {
     let share = smoothed[id.y * LINES + line].x;
     let mean = between_groups(line, id.y);
     let fine = share - mean.x;
-    var all_of_it = fine + share - mean.y;
+    var all_of_it = FINE * fine + mean.x - mean.y;
     if (rays.own > 0.0) { all_of_it = rays.own * fine + rays.drawn * pattern[line] * mean.y; }
     textureStore(bands, id.xy, vec4f(fine, all_of_it, mean.y, 1.0));
 }

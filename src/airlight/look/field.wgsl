@@ -6,8 +6,10 @@ override ADD: bool = false;   // to what earlier lights gave
 override LAST: bool = true;
 const EMITTER = 0.97;
 const MOST = 0.35;
-const EXTINCTION = 0.375;
-const DARK = vec2f(0.10, 0.28);
+const EXTINCTION = 0.15;
+const SURFACE = vec3f(0.6, 0.15, 0.40);
+const DARK = vec2f(0.14, 0.40);
+const SKY = vec3f(0.55, 0.85, 0.5);
 const BRIGHT = vec3f(0.45, 0.80, 0.85);
 const SHADE_MOST = 0.3;
 const REC709 = vec3f(0.2126, 0.7152, 0.0722);
@@ -26,17 +28,21 @@ struct Look {
 @group(0) @binding(6) var before: texture_2d<f32>;
 @group(0) @binding(7) var field: texture_storage_2d<rgba16float, write>;
 
-/// The light that comes in, and the share that is taken, of the sums of added and missing light.
+/// The light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
 fn change(base: f32, sums: vec4f) -> vec4f {
     let light = dot(sums.rgb, REC709);
-    let shown = look.strength * smooth_step(base, DARK.x, DARK.y);
+    let shown = look.strength * smooth_step(base, DARK.x, DARK.y) * (1.0 - SKY.z * smooth_step(base, SKY.x, SKY.y));
     let rise = MOST * (1.0 - exp(-shown * light / MOST));
     let hidden = EXTINCTION * look.shade * rise / MOST;
     let risen = base + rise;
-    let amount = risen * risen * risen - base * base * base * (1.0 - hidden);
+    let cube = base * base * base;
+    let amount = risen * risen * risen - cube;
+    let on_surface = SURFACE.x * smooth_step(base, SURFACE.y, SURFACE.z);
+    let gain = on_surface * amount / max(cube, SURFACE.y * SURFACE.y * SURFACE.y);
+    let in_air = (1.0 - on_surface) * amount + cube * hidden;
     let less = look.shade * (1.0 - BRIGHT.z * smooth_step(base, BRIGHT.x, BRIGHT.y)) * shown * sums.a;
     let root = 1.0 - SHADE_MOST * (1.0 - exp(-less / max(base, 0.12) / SHADE_MOST));
-    return vec4f(amount / max(light, 1e-9) * sums.rgb, 1.0 - root * root * root * (1.0 - hidden));
+    return vec4f(in_air / max(light, 1e-9) * sums.rgb, 1.0 - root * root * root * (1.0 - hidden) - gain);
 }
 
 @compute @workgroup_size(64)

@@ -26,8 +26,7 @@ RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the t
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
 WARM = np.array([1.0, 0.86, 0.50])
 WARM_LINE = math.log(WARM[0] / WARM[2]), math.log(WARM[1] / math.sqrt(WARM[0] * WARM[2]))  # how warm it is, and its green
-WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.85, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
-GREY = 1e-3  # of the brightest: what the channels of a grey picture may differ by
+WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.5, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
 PALE = 0.35  # share of it that holds for a light which is as warm already
 BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
 ASIDE = (0.12, 0.30)  # ln of green over what a warm white of the same R / B has, either way: from where a light is meant to have its hue
@@ -35,7 +34,7 @@ PURER, LEAST_CHANNEL = 1.25, 0.12
 OPENING = 0.02  # share of the picture from which a bright part is an opening
 REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
 LIGHT_ENOUGH = (0.75, 1.0)  # ln of the light's tone over its surroundings', from which something shines: noise has less
-FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.10, 0.25)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
+FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.20, 0.35)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
 GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviation of L that counts as texture
 VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
 STRONGEST = 2.5
@@ -157,12 +156,7 @@ def haze_nearness(small: Small) -> Array:
 
 
 def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
-    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`.
-
-    White in a picture that is grey throughout, unless a warmth is given.
-    """
-    if warmth is None and np.ptp(small.color, axis=-1).max() <= GREY * small.color.max():
-        return 1.0, 1.0, 1.0
+    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
     x, y = points(*small.size)
     distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
     rank = np.log(np.maximum(small.y, 1e-5) / tone.surroundings) / tone.span

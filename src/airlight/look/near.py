@@ -12,7 +12,7 @@ from airlight.reference.look import bilinear, smoothstep
 
 RANGE = (0.05, 0.6)  # of the normalised map: all that is nearer than the first hides shafts, nothing beyond the second does
 OUTLIERS = (1.0, 99.0)  # percentiles that become 0 and 1
-INFINITE = 1e6  # metres: what renderers write where nothing is, which no percentile counts
+INFINITE = 1e9  # renderers write more where nothing is, which no percentile counts
 RATIO = 4.0  # of metres between them, from which distances count in logarithms
 WRAP = 0.012  # diagonals over which light wraps round a subject
 SIDE = 800  # px of the copy on which it is found

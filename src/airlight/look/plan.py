@@ -12,7 +12,7 @@ from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import GLANCED, SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
-from airlight.reference.look import BREADTHS, COARSE, DRAWN, RaySettings, Tones, coarse_sigma
+from airlight.reference.look import COARSE, DRAWN, RaySettings, Tones, breadths, coarse_sigma
 
 FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
 GROUPS = LINES // COARSE
@@ -148,7 +148,7 @@ class LookPlan:
         v["nearest"], v["step"] = grid.nearest, grid.step
         v["surroundings"], v["tone_span"] = tones.surroundings, tones.span
         v["fine"] = grid.lines(fineness)
-        v["narrow"], v["wide"] = (coarse_sigma(grid, degrees) for degrees in BREADTHS)
+        v["narrow"], v["wide"] = (coarse_sigma(grid, degrees) for degrees in breadths(fineness))
         v["own"], v["drawn"] = DRAWN if pattern is not None else (0.0, 0.0)
         v["deviation"] = v["rest"] = v["length"] = 1.0
         queue = self.device.queue

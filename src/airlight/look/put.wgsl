@@ -2,14 +2,16 @@
 override NEAR_GIVEN: bool = false; // how near things are is known at every pixel
 const WHITE = 0.9911;
 
-@group(0) @binding(0) var field: texture_2d<f32>;  // the light that comes in, RGB; the share that is taken
+@group(0) @binding(0) var field: texture_2d<f32>;  // the light that comes in, RGB; the share that is taken, below 0 given
 @group(0) @binding(1) var near: texture_2d<f32>;
 @group(0) @binding(2) var bilinear: sampler;
 
 fn changed(color: vec3f, place: vec2f) -> vec4f {
     var change = textureSampleLevel(field, bilinear, place, 0.0);
     if (NEAR_GIVEN) { change *= 1.0 - textureSampleLevel(near, bilinear, place, 0.0).r; }
-    let room = WHITE - color * (1.0 - change.a);
-    let fits = room / max(room + change.rgb, vec3f(1e-6));
-    return vec4f(change.rgb * max(min(fits.r, min(fits.g, fits.b)), 0.0), change.a);
+    let taken = max(change.a, 0.0);
+    let given = change.rgb + max(-change.a, 0.0) * color;
+    let room = WHITE - color * (1.0 - taken);
+    let fits = room / max(room + given, vec3f(1e-6));
+    return vec4f(given * max(min(fits.r, min(fits.g, fits.b)), 0.0), taken);
 }

@@ -14,8 +14,9 @@ from airlight.parameters import Look
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 
-FINENESS, SHADE, DRAWN_RAYS = 0.45, 0.8, 24  # where none are given
+FINENESS, SHADE, DRAWN_RAYS = 0.55, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
+NARROW = {"lamps": 0.45}  # of the length: small lights do not reach far
 LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
 Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
@@ -55,11 +56,14 @@ def settle(
     bands: Bands,
     *,
     additive: bool = False,
+    grey: bool = False,
     masked: Array | None = None,
     held: Settled | None = None,
 ) -> Settled:
-    """Look at each light through `bands`, and solve the strength. size: (width, height) of the whole picture; additive: nothing is to be
-    taken from the picture unless a shade is given; masked: (h, w), what may emit; held: of a frame before, kept as it is.
+    """Look at each light through `bands`, and solve the strength.
+
+    size: (width, height) of the whole picture; additive: nothing is to be taken from it unless a shade is given; grey: it has no colours,
+    and gets none but those asked for; masked: (h, w), what may emit; held: of a frame before, kept as it is.
     """
     shade = look.shade if look.shade is not None else 0.0 if additive else SHADE
     strengths = [light.strength for light in lights]
@@ -82,9 +86,9 @@ def settle(
         if held is None:
             founds.append(measure.found(small, one))
         if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away
-            plain = dataclasses.replace(one)
-            plain.bands, plain.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
-            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, plain).fine)
+            usual = dataclasses.replace(one)
+            usual.bands, usual.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
+            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, usual).fine)
             bands(number, one.grid, one.tones, one.parts, fineness, pattern)
         seen.append(one)
         rays.append(count)
@@ -94,6 +98,7 @@ def settle(
     weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]
     share = max(h for h, strength in zip(holds, strengths, strict=True) if strength > 0)
     most = max(weights)
+    plain = grey and look.warmth is None
     found_lights = tuple(
         LightLook(
             RaySettings(
@@ -101,10 +106,10 @@ def settle(
                 tones=one.tones,
                 deviation=max(found.deviation, LEAST_DEVIATION),
                 rest=found.rest,
-                length=found.length if look.length is None else look.length,
+                length=found.length * NARROW.get(one.kind, 1.0) if look.length is None else look.length,
                 mist=look.mist,
                 weight=weight / most if most > 0 else 0.0,
-                color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, look.warmth),
+                color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),
             ),
             one.kind,
             found,
@@ -114,8 +119,9 @@ def settle(
     )
     if share < LEAST:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
-        why = "what lies round the light is black: no air shows there" if dark else "nothing stands before the light: no shafts"
-        return Settled(found_lights, 0.0, shade, 0.0, 0.0, f"{why}; --rays 24 draws some")
+        black = "what lies round the light is black: no air shows there; --look classic puts the plain sum on it"
+        clear = "nothing stands before the light: no shafts; --rays 24 draws some"
+        return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
     wanted = measure.VISIBLE * look.strength * share
     strength, contrast = Contrast(small, *measure.sums(small, pairs), shade).solve(wanted)

@@ -13,18 +13,21 @@ from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
 REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
-DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all
+DARK = (0.14, 0.40)  # L: air before what is darker than the first shows no light, before the second all
 MOST = 0.35  # of L: what no shaft exceeds
-BREADTHS = (2.5, 12.0)  # degrees: of the means over angles that a ray is compared with
+BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
 FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
-CONTRAST = 0.45  # of tanh: how soon a ray that stands out is at its full
+FINE = 1.0  # weight of what stands out against the narrow mean, beside that of the narrow against the wide
+CONTRAST = 0.40  # of tanh: how soon a ray that stands out is at its full
+SKY = (0.55, 0.85, 0.5)  # L: where shafts are seen less, from, to, by how much: in a clear sky they look like flare
 BRIGHT = (0.45, 0.80, 0.85)  # L: where missing light darkens less, from, to, by how much: dark bands on a bright sky look like dirt
 EMITTER = 0.97  # of a shaft is not seen before what emits
 SHADE_MOST = 0.3  # of L: what missing light takes at most
-EXTINCTION = 0.375  # of the shade: how much of what lies behind a shaft its air hides
+EXTINCTION = 0.15  # of the shade: how much of what lies behind a shaft its air hides
+SURFACE = (0.6, 0.15, 0.40)  # share of a shaft that lights the surface behind it instead of the air: at most; L from, to
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,12 @@ def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
     return across(share, sigma, grid.inside) / across(np.ones((1, LINES)), sigma, grid.inside)
 
 
+def breadths(fineness: float) -> tuple[float, float]:
+    """The narrow and the wide mean, degrees: always wider than the rays themselves."""
+    narrow, wide = (degrees * max(1.0, fineness / from_here) for degrees, from_here in BREADTHS)
+    return narrow, wide
+
+
 def coarse_sigma(grid: RayGrid, degrees: float) -> float:
     """The Gaussian of a wide mean in groups of COARSE lines: less the variance that grouping them and going back between groups adds."""
     variance = grid.lines(degrees) ** 2 - (COARSE**2 - 1) / 12 - COARSE**2 / 6
@@ -179,8 +188,8 @@ def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern:
     pattern: (LINES,), drawn rays, which stand out instead; of the picture's own only the narrow is left, and less of it.
     """
     smoothed = smooth(share, grid, fineness)
-    narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in BREADTHS)
-    fine, all_of_it = smoothed - narrow, 2 * smoothed - narrow - wide
+    narrow, wide = (low(smoothed, weights, grid, degrees) for degrees in breadths(fineness))
+    fine, all_of_it = smoothed - narrow, FINE * (smoothed - narrow) + narrow - wide
     if pattern is not None:
         all_of_it = DRAWN[0] * fine + DRAWN[1] * pattern * wide
     return np.stack([fine, all_of_it, wide], axis=-1)
@@ -213,7 +222,8 @@ class RaySettings:
     color: tuple[float, float, float]
 
 
-MIST = 2.2  # deviations: the smooth light's weight at mist 1
+MIST = 0.8  # of a full ray: the smooth light where it is whole, at mist 1
+ENDS = 0.12  # of the lines of a light beyond the picture, either side: drawn rays fade there, where they graze its border
 
 
 def standing_out(found: Array, rest: float) -> Array:
@@ -222,20 +232,28 @@ def standing_out(found: Array, rest: float) -> Array:
 
 
 def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> Array:
-    """The signed amount of light, -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
+    """The signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
     smooth_light = s.mist * MIST * found[..., 2] / (found[..., 2] + s.rest)
-    k = np.tanh(CONTRAST * (standing_out(found, s.rest) / s.deviation + smooth_light))
+    amount = np.tanh(CONTRAST * standing_out(found, s.rest) / s.deviation) + smooth_light
     fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, SOFT)
-    return np.asarray(s.weight * k * fall * (1 - EMITTER * emits))
+    return np.asarray(s.weight * amount * fall * (1 - EMITTER * emits))
+
+
+def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
+    """`ray_amount`, found on the grid's own places, at points in diagonals, before emitters take their part."""
+    distance = s.grid.nearest + (np.arange(RADII) + 1)[:, None] * s.grid.step
+    found = ray_amount(rays, distance, np.zeros_like(distance), s)
+    return at_points(found[..., None], s.grid, x, y)[0][..., 0]
 
 
 def visible(base: Array) -> Array:
-    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black."""
-    return smoothstep(base, *DARK)
+    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky."""
+    return smoothstep(base, *DARK) * (1 - SKY[2] * smoothstep(base, *SKY[:2]))
 
 
 def change(base: Array, added: Array, missing: Array, strength: float, shade: float) -> tuple[Array, Array]:
-    """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...).
+    """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...), below 0 what
+    the light on its surface gives.
 
     base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color.
     """
@@ -243,20 +261,23 @@ def change(base: Array, added: Array, missing: Array, strength: float, shade: fl
     shown = strength * visible(base)
     rise = MOST * (1 - np.exp(-shown * light / MOST))
     hidden = EXTINCTION * shade * rise / MOST
-    amount = (base + rise) ** 3 - base**3 * (1 - hidden)
+    amount = (base + rise) ** 3 - base**3
+    on_surface = SURFACE[0] * smoothstep(base, *SURFACE[1:])
+    gain = on_surface * amount / np.maximum(base, SURFACE[1]) ** 3
+    in_air = (1 - on_surface) * amount + base**3 * hidden
     less = shade * (1 - BRIGHT[2] * smoothstep(base, *BRIGHT[:2])) * shown * missing
     dim = (1 - SHADE_MOST * (1 - np.exp(-less / np.maximum(base, 0.12) / SHADE_MOST))) ** 3
-    return (amount / np.maximum(light, 1e-9))[..., None] * added, 1 - dim * (1 - hidden)
+    return (in_air / np.maximum(light, 1e-9))[..., None] * added, 1 - dim * (1 - hidden) - gain
 
 
 def put(color: Array, add: Array, take: Array, near: Array) -> tuple[Array, Array]:
     """(added, taken): what a pixel (..., 3) is given, and the share of it that is taken. near: (...), 1 where shafts pass behind.
 
-    One factor for all channels keeps the hue, and keeps the sum from passing WHITE.
+    One factor for all channels keeps the hue, and the sum from passing WHITE.
     """
-    taken = take * (1 - near)
+    taken = np.maximum(take, 0) * (1 - near)
     room = WHITE - color * (1 - taken)[..., None]
-    given = add * (1 - near)[..., None]
+    given = (add + np.maximum(-take, 0)[..., None] * color) * (1 - near)[..., None]
     fits = np.where(room > 0, 1 / (1 + given / np.maximum(room, 1e-6)), 0.0).min(axis=-1)
     return given * fits[..., None], taken
 
@@ -278,5 +299,8 @@ def drawn_pattern(count: int, grid: RayGrid, seed: int, phase: float = 0.0) -> A
         first = at.astype(int)
         way = smoothstep(at - first, 0.0, 1.0)
         total += share * (value[first] * (1 - way) + value[first + 1] * way)
+    if not grid.inside:
+        side = np.abs(np.linspace(-1, 1, LINES))
+        total = (total - total.mean()) * smoothstep(1 - side, 0.0, 2 * ENDS)
     total -= total.mean()
     return np.asarray(total / max(float(total.std()), 1e-9))
