@@ -423,8 +423,7 @@ def test_a_sequence_keeps_what_its_first_frame_settled(tmp_path, capsys, monkeyp
         assert getattr(settings[0], name) == getattr(settings[1], name), name
     assert alone.strength != first.strength and settings[2].color != settings[0].color
     one, two, other = (layer_of(tmp_path / f"{name}.exr").reshape(-1, 3) for name in ("o.0001", "o.0002", "alone"))
-    ratios = [values.sum(axis=0) / values.sum() for values in (one, two, other)]
-    assert two.max() > 0 and np.abs(ratios[0] - ratios[1]).max() < 0.01 < np.abs(ratios[0] - ratios[2]).max()
+    assert one.max() > 0.02 and two.max() > 0.02 and np.abs(two - other).max() > 0.1 * two.max()
 
 
 @pytest.mark.parametrize("extension", ["png", "tif", "exr", "jpg"])
@@ -478,9 +477,12 @@ def test_nothing_before_the_light_and_black_round_it(tmp_path, capsys):
     black = np.zeros((64, 96, 3), np.float32)
     black[20:30, 40:50] = 1
     write_image(tmp_path / "black.png", black)
-    for name, says in (("even", "nothing stands before the light: no shafts"), ("black", "what lies round the light is black")):
+    for name, says, cure in (
+        ("even", "nothing stands before the light: no shafts", "--rays 24 draws some"),
+        ("black", "what lies round the light is black: no air shows there", "--look classic puts the plain sum on it"),
+    ):
         said = run(capsys, tmp_path / f"{name}.png", "-o", tmp_path / "a.png", "-y", "--light", "0.45,0.4;kind=disc")
-        assert says in said and said.endswith("--rays 24 draws some\n") and said.count("\n") == 1
+        assert said == f"{tmp_path / name}.png: {says}; {cure}\n"
         assert np.array_equal(codes(tmp_path / "a.png"), codes(tmp_path / f"{name}.png"))
     write_image(tmp_path / "sea.png", None, encoded=thumbs.codes("sea-sunset"))
     assert "nothing stands before the light" in run(capsys, tmp_path / "sea.png", "-o", tmp_path / "a.png", "-y")
