@@ -44,7 +44,7 @@ def test_through_files(tmp_path) -> None:
 def test_off_is_the_identity() -> None:
     rng = np.random.default_rng(3)
     for image in (rng.random((60, 80, 3)).astype(np.float32), rng.integers(0, 256, (60, 80, 3), np.uint8)):
-        plain = airlight.add_light_shafts(image, (0.5, 0.5))
+        plain = airlight.add_light_shafts(image, (0.5, 0.5), look="classic")
         assert airlight.add_light_shafts(image, (0.5, 0.5), adapt=0.0).tobytes() == plain.tobytes()
         assert airlight.add_light_shafts(image, (0.5, 0.5), adapt=1.0).tobytes() != plain.tobytes()
     image, layer = rng.random((2, 30, 40, 3)).astype(np.float32)

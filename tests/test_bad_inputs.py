@@ -10,13 +10,16 @@ import fuzzing
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+import thumbs
 from fuzzing import HEIGHT, WIDTH, mended_png, png_chunk, seeds
 
 from airlight.cli import main
+from airlight.errors import AirlightWarning
 from airlight.files import read_image, write_image
 
 COMMAND = [sys.executable, "-m", "airlight"]
 BLACK = np.zeros((HEIGHT, WIDTH, 3), np.float32)
+LIGHT = ["--light", "0.4,0.3", "--rays", "24"]  # in noise and black nothing else stands before the light, which is told
 
 
 @pytest.fixture(scope="module")
@@ -109,8 +112,8 @@ def test_a_wrong_extension_does_not_matter(files, tmp_path, capsys):
     """What a file is stands in its first bytes."""
     right, wrong = tmp_path / "right.png", tmp_path / "wrong.png"
     (tmp_path / "a.jpg").write_bytes((files / "rgb8.png").read_bytes())
-    assert run(capsys, files / "rgb8.png", "-o", right, "--light", "0.4,0.3") == (0, [])
-    assert run(capsys, tmp_path / "a.jpg", "-o", wrong, "--light", "0.4,0.3") == (0, [])
+    assert run(capsys, files / "rgb8.png", "-o", right, *LIGHT) == (0, [])
+    assert run(capsys, tmp_path / "a.jpg", "-o", wrong, *LIGHT) == (0, [])
     assert right.read_bytes() == wrong.read_bytes()
 
 
@@ -137,7 +140,8 @@ def test_permissions(files, tmp_path):
         (tmp_path / "warm.png").unlink(missing_ok=True)
         done = subprocess.run([sys.executable, "-c", nobody, *warm, "image", *args], capture_output=True, text=True, timeout=60)
         light, *said = done.stderr.splitlines()
-        assert light.startswith("light at") and done.returncode == 2 and len(said) == 1 and says in said[0], done.stderr
+        assert light.startswith(f"{files / 'rgb8.png'}: no light found"), done.stderr
+        assert done.returncode == 2 and len(said) == 1 and says in said[0], done.stderr
     assert not list(closed.iterdir()) and not (tmp_path / "a.png").exists()
 
 
@@ -155,15 +159,16 @@ def lit():
 @pytest.mark.parametrize("place", [(40, 60), (0, 0), (18, 32)])
 @pytest.mark.parametrize("kind", ["half", "float"])
 def test_one_bad_pixel_spoils_nothing_outside_its_neighbourhood(tmp_path, capsys, bad, place, kind):
-    """Against the picture in which the pixel is what it is mended to."""
+    """Of the sum, against the picture in which the pixel is what it is mended to."""
     y, x = place
     pixels = lit()
     pixels[y, x] = 0.05 if y != 18 else 4  # the mean of its neighbours
     stored(tmp_path / "good.exr", pixels, kind)
     pixels[y, x, 1:] = bad
     stored(tmp_path / "bad.exr", pixels, kind)
-    assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--layer", tmp_path / "la.exr", "--light", "0.4,0.3") == (0, [])
-    code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--layer", tmp_path / "lb.exr", "--light", "0.4,0.3")
+    classic = ["--light", "0.4,0.3", "--look", "classic"]
+    assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--layer", tmp_path / "la.exr", *classic) == (0, [])
+    code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--layer", tmp_path / "lb.exr", *classic)
     assert code == 0 and len(lines) == 1 and f"x={x}, y={y}" in lines[0]
     for one, other in (("a", "b"), ("la", "lb")):
         good, mended = (read_image(tmp_path / f"{name}.exr").codes for name in (one, other))
@@ -171,6 +176,27 @@ def test_one_bad_pixel_spoils_nothing_outside_its_neighbourhood(tmp_path, capsys
         outside = np.ones(good.shape[:2], bool)
         outside[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = False
         np.testing.assert_array_equal(good[outside], mended[outside])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("place", [(40, 60), (0, 0), (27, 50)])
+@pytest.mark.parametrize("kind", ["half", "float"])
+def test_one_bad_pixel_is_mended_before_the_default_looks(tmp_path, capsys, bad, place, kind):
+    """All is finite, and as if the pixel had been what it is mended to."""
+    y, x = place
+    pixels = thumbs.linear().copy()
+    pixels[y, x, 1:] = bad
+    stored(tmp_path / "bad.exr", pixels, kind)
+    with pytest.warns(AirlightWarning, match="mended"):
+        stored(tmp_path / "good.exr", read_image(tmp_path / "bad.exr").linear(), kind)
+    assert run(capsys, tmp_path / "good.exr", "-o", tmp_path / "a.exr", "--layer", tmp_path / "la.exr") == (0, [])
+    code, lines = run(capsys, tmp_path / "bad.exr", "-o", tmp_path / "b.exr", "--layer", tmp_path / "lb.exr")
+    assert code == 0 and len(lines) == 1 and f"x={x}, y={y}" in lines[0]
+    layer = read_image(tmp_path / "la.exr").codes
+    for one, other in (("a", "b"), ("la", "lb")):
+        good, mended = (read_image(tmp_path / f"{name}.exr").codes for name in (one, other))
+        assert np.isfinite(mended).all() and layer.max() > 0.1
+        np.testing.assert_allclose(good, mended, atol=0.005 * layer.max())  # but for the half that it was written as
 
 
 def test_too_many_bad_pixels(tmp_path, capsys):
@@ -202,6 +228,32 @@ def test_pixels_beyond_half_and_below_nothing(tmp_path, capsys, extension):
     assert shafts[0].min() >= 0 and shafts[0].max() > 0.1
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (1, 37), (37, 1), (3, 2)])
+@pytest.mark.parametrize("more", [[], ["--rays", "24"], ["--quality", "draft", "--mist", "1", "--shade", "1"]])
+def test_tiny_pictures_of_every_kind_by_default(tmp_path, capsys, shape, more):
+    """Grey, colour, transparent; 8 bits, 16, half, float: a picture of the same size, and at most a line of what is not to be seen."""
+    random = np.random.default_rng(1)
+    for extension, kind, channels in (
+        (".png", "uint8", 1),
+        (".png", "uint8", 4),
+        (".tif", "uint16", 3),
+        (".exr", "half", 3),
+        (".exr", "float", 4),
+        (".hdr", "float", 3),
+    ):
+        most = {"uint8": 255, "uint16": 65535}.get(kind, 4.0)
+        pixels = (random.random((*shape, channels)) * most).astype(kind.replace("half", "float32"))
+        source, out = stored(tmp_path / f"in{extension}", pixels, kind), tmp_path / f"out{extension}"
+        for light in ("0.5,0.5", "-3,0.2", "0,0", "auto", "auto:1+"):
+            code, lines = run(capsys, source, "-o", out, "-y", "--light", light, *more)
+            assert code == 0 and len(lines) <= 1 and all(line.startswith((f"{source}: ", "beyond the picture")) for line in lines), lines
+            made, before = read_image(out), read_image(source)
+            assert made.codes.shape == before.codes.shape and made.codes.dtype == before.codes.dtype
+            assert np.isfinite(made.codes).all()
+            if any("left as it is" in line for line in lines):
+                np.testing.assert_array_equal(made.codes, before.codes)
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 37), (37, 1), (2, 2)])
 @pytest.mark.parametrize("method", ["epipolar", "radial"])
 def test_tiny_pictures(tmp_path, capsys, shape, method):
@@ -226,7 +278,7 @@ def test_channels(files, tmp_path, capsys):
     stored(tmp_path / "five.tif", fuzzing.picture(5, "uint8"), "uint8")
     for source, channels, warns in (
         (files / "grey.png", 1, ""),
-        (tmp_path / "two.png", 2, ""),
+        (tmp_path / "two.png", 2, "all is too dark, too bright"),  # white throughout, of some alpha
         (tmp_path / "five.exr", 4, "Z"),
         (tmp_path / "five.tif", 4, "cannot be kept"),
         (files / "palette.png", 4, ""),
@@ -234,9 +286,11 @@ def test_channels(files, tmp_path, capsys):
         (files / "parts.exr", 3, "second.R"),
     ):
         for target in (out, tmp_path / "out.webp", tmp_path / "out.hdr", tmp_path / "out.exr", tmp_path / "out.jpg"):
-            code, lines = run(capsys, source, "-o", target, "-y", "--light", "0.4,0.3")
+            code, lines = run(capsys, source, "-o", target, "-y", *LIGHT)
             assert code == 0, lines
-            assert all("warning" in line for line in lines) and read_image(target).codes.shape[:2] == (HEIGHT, WIDTH)
+            white = source.stem in ("two", "five") and source.suffix != ".exr"  # over its alpha: no shafts show
+            assert all("warning" in line or (white and "all is too dark, too bright" in line) for line in lines), lines
+            assert read_image(target).codes.shape[:2] == (HEIGHT, WIDTH)
             if target == out:
                 assert read_image(target).codes.shape[2] == channels, (source, read_image(target).codes.shape)
                 assert any(warns in line for line in lines) if warns else not lines, lines
@@ -259,7 +313,7 @@ def test_exr_text_that_is_not_utf_8(tmp_path, capsys):
     data = (tmp_path / "a.exr").read_bytes()
     assert b"someone" in data and b"Software!" in data
     (tmp_path / "a.exr").write_bytes(data.replace(b"someone", b"s\xf6meone").replace(b"Software!", b"Softw\xe4re!"))
-    assert run(capsys, tmp_path / "a.exr", "-o", tmp_path / "b.exr", "--light", "0.4,0.3") == (0, [])
+    assert run(capsys, tmp_path / "a.exr", "-o", tmp_path / "b.exr", *LIGHT) == (0, [])
 
 
 def test_16k_wide(tmp_path, capsys):
@@ -273,8 +327,9 @@ def test_16k_wide(tmp_path, capsys):
         if width + 2 > side:
             assert str(side - 2) in refused(capsys, tmp_path, source, "-o", out, "--light", "0.5,0.5")
         else:
-            assert run(capsys, source, "-o", out, "--light", "0.5,0.5", "--occlusion", "none")[0] == 0
-            assert read_image(out).codes.shape == (4, width, 3)
+            for look in (["--occlusion", "none"], ["--rays", "24"]):
+                assert run(capsys, source, "-o", out, "-y", "--light", "0.5,0.5", *look)[0] == 0
+                assert read_image(out).codes.shape == (4, width, 3)
 
 
 # ---------------------------------------------------------------- names, numbers, files beside
@@ -290,7 +345,7 @@ def test_odd_names(files, tmp_path, capsys, name):
     (tmp_path / "out").mkdir()
     with open(source, "wb") as file:
         file.write((files / "rgb8.png").read_bytes())
-    assert run(capsys, source, "-o", out, "--light", "0.4,0.3") == (0, [])
+    assert run(capsys, source, "-o", out, *LIGHT) == (0, [])
     assert os.listdir(os.fsencode(tmp_path / "out")) == [name]
     assert read_image(out).codes.shape == (HEIGHT, WIDTH, 3)
     assert "exists already" in refused(capsys, tmp_path / "out", source, "-o", out)  # and says so in one line
@@ -369,7 +424,7 @@ def test_the_input_is_never_the_output(files, tmp_path, capsys):
 def test_two_runs_to_one_output(files, tmp_path):
     """Both at once: one writes its picture, the other says that it exists; with -y both, and the file is whole."""
     source, out = files / "rgb8.png", tmp_path / "out.png"
-    command = [*COMMAND, "image", str(source), "-o", str(out), "--light", "0.4,0.3"]
+    command = [*COMMAND, "image", str(source), "-o", str(out), *LIGHT]
     for more, codes in (([], [0, 2]), (["-y"], [0, 0])):
         both = [subprocess.Popen([*command, *more], stderr=subprocess.PIPE, text=True) for _ in range(2)]
         said = [process.communicate(timeout=100)[1] for process in both]
@@ -386,7 +441,7 @@ def test_a_plain_environment(files, tmp_path):
     for redirection in ("", "<&- >&- 2>&-", ">/dev/full 2>/dev/full"):
         shell = f'"$@" {redirection}'
         environment = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-        command = ["sh", "-c", shell, "sh", *COMMAND, "image", str(files / "rgb8.png"), "-o", name, "-y", "--light", "0.4,0.3"]
+        command = ["sh", "-c", shell, "sh", *COMMAND, "image", str(files / "rgb8.png"), "-o", name, "-y", *LIGHT]
         done = subprocess.run(command, capture_output=True, env=environment, timeout=60)
         assert (done.returncode, done.stdout, done.stderr) == (0, b"", b""), redirection
         with open(name, "rb") as file:

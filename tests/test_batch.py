@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import thumbs
 
 from airlight.cli import batch, main
 from airlight.errors import AirlightError, MachineError
@@ -16,6 +17,7 @@ from airlight.files import read_image, write_image
 from airlight.files.sequence import frames, numbered
 
 LIGHT = ["--light", "0.4,0.3"]
+RAYS = [*LIGHT, "--rays", "24"]  # of noise: nothing else stands before the light
 
 
 @pytest.mark.parametrize(
@@ -92,7 +94,7 @@ def test_into_a_folder_with_layers_and_masks_of_the_same_frame(shots):
 
 def test_one_bad_file_is_told_and_the_rest_done(shots, capsys):
     (shots / "shot.0002.png").write_bytes(b"no picture")
-    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT) == 2
+    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *RAYS) == 2
     err = capsys.readouterr().err.splitlines()
     assert len(err) == 2 and "shot.0002.png" in err[0] and err[1] == "4 of 5 pictures written"
     assert len(list(shots.glob("out.*"))) == 4
@@ -119,14 +121,15 @@ def test_lines_are_not_glued_to_the_progress_bar(shots):
         assert said.count(line) == 1 and said.split(line)[0].endswith((b"\n", b"\r", b"\x1b[2K")), said
 
 
-def test_resume_does_what_is_missing_or_damaged(shots, capsys):
-    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT) == 0
+@pytest.mark.parametrize("look", [["--rays", "24"], ["--look", "classic"]])
+def test_resume_does_what_is_missing_or_damaged(shots, capsys, look):
+    assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, *look) == 0
     whole = {p.name: p.read_bytes() for p in shots.glob("out.*")}
     (shots / "out.0001.png").unlink()
     (shots / "out.0004.png").write_bytes(whole["out.0004.png"][:100])
     stamps = {p.name: p.stat().st_mtime_ns for p in shots.glob("out.*")}
     capsys.readouterr()
-    args = [shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT]
+    args = [shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, *look]
     assert call(*args) == 2
     assert "3 more" in capsys.readouterr().err
     assert call(*args, "--resume") == 0
@@ -143,8 +146,9 @@ def test_frames_keep_what_the_first_settled(shots, tmp_path):
     pixels[8:20, 20:36] = 0.6
     for i, factor in ((1, 1.0), (2, 0.5)):
         write_image(tmp_path / f"f.{i:04d}.png", pixels * np.float32(factor))
-    assert call(tmp_path / "f.#.png", "-o", tmp_path / "o.#.png", *LIGHT, "--layer", tmp_path / "l.#.exr") == 0
-    assert call(tmp_path / "f.0002.png", "-o", tmp_path / "alone.png", *LIGHT, "--layer", tmp_path / "alone.exr") == 0
+    classic = [*LIGHT, "--look", "classic"]
+    assert call(tmp_path / "f.#.png", "-o", tmp_path / "o.#.png", *classic, "--layer", tmp_path / "l.#.exr") == 0
+    assert call(tmp_path / "f.0002.png", "-o", tmp_path / "alone.png", *classic, "--layer", tmp_path / "alone.exr") == 0
     together, alone = (read_image(tmp_path / name).codes for name in ("l.0002.exr", "alone.exr"))
     assert together.max() < 0.2 * alone.max()  # half as bright is below the first frame's threshold
 
@@ -173,10 +177,11 @@ def test_what_cannot_be_named(shots, capsys):
     assert len(list(shots.iterdir())) == 6
 
 
-def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch):
+@pytest.mark.parametrize(("look", "by"), [("smart", "render_look"), ("classic", "render_picture")])
+def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch, look, by):
     from airlight import api
 
-    true, calls = api.render_picture, []
+    true, calls = getattr(api, by), []
 
     def third(error):
         def render(*args, **more):
@@ -189,8 +194,8 @@ def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch):
 
     for error, code in ((KeyboardInterrupt(), 130), (MachineError("the disk is full"), 1)):
         calls.clear()
-        monkeypatch.setattr(api, "render_picture", third(error))
-        assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, "-y") == code
+        monkeypatch.setattr(api, by, third(error))
+        assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, "-y", "--look", look) == code
         written = sorted(p.name for p in shots.glob("out.*"))
         assert set(written) <= {"out.0001.png", "out.0002.png"} and not list(shots.glob(".airlight*"))
         for name in written:
@@ -222,7 +227,7 @@ def test_work_overlaps():
     assert 1 <= ahead <= batch.AHEAD + 1
 
 
-@pytest.mark.parametrize("extra", [["--adapt", "1"], ["--adapt", "1", "--mix", "0.5"], []])
+@pytest.mark.parametrize("extra", [["--adapt", "1"], ["--adapt", "1", "--mix", "0.5"], ["--look", "classic"], ["--rays", "24"]])
 def test_frames_keep_their_level_also_when_resumed(tmp_path, capsys, extra):
     """A sequence is adapted by its first frame's ramp, so that it does not pump; a resumed run gives the bytes of one run."""
     random = np.random.default_rng(5)
@@ -260,11 +265,10 @@ def test_resume_after_a_first_frame_that_cannot_be_read(tmp_path, capsys):
     assert (tmp_path / "o.0003.png").read_bytes() == whole
 
 
-def test_each_sequence_keeps_what_its_own_first_frame_settled(tmp_path, capsys):
+@pytest.mark.parametrize("look", ["smart", "classic"])
+def test_each_sequence_keeps_what_its_own_first_frame_settled(tmp_path, capsys, look):
     """Two clips in one run, and a picture between them: the bytes of runs of their own, also when resumed."""
-    random = np.random.default_rng(7)
-    pixels = (0.3 * random.random((40, 60, 3))).astype(np.float32)
-    pixels[8:20, 10:26] = 0.6
+    pixels = thumbs.linear(thumbs.SUN)
     for i in (1, 2):
         write_image(tmp_path / f"a.{i:04d}.png", pixels * np.float32(i / 2))
         write_image(tmp_path / f"b.{i:04d}.png", pixels[:, ::-1] * np.float32(i / 2))
@@ -272,15 +276,17 @@ def test_each_sequence_keeps_what_its_own_first_frame_settled(tmp_path, capsys):
     clips = [tmp_path / "a.#.png", tmp_path / "plain.png", tmp_path / "b.#.png"]
     (tmp_path / "alone").mkdir()
     (tmp_path / "both").mkdir()
+    args = ["--look", look]
     for one in clips:
-        assert call(one, "-o", tmp_path / "alone") == 0
-    assert call(*clips, "-o", tmp_path / "both") == 0
+        assert call(one, "-o", tmp_path / "alone", *args) == 0
+    assert capsys.readouterr().err.count("light at") == 3
+    assert call(*clips, "-o", tmp_path / "both", *args) == 0
     whole = {p.name: p.read_bytes() for p in (tmp_path / "alone").iterdir()}
     assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole and len(whole) == 5
     for name in ("a.0002.png", "b.0002.png"):
         (tmp_path / "both" / name).unlink()
     capsys.readouterr()
-    assert call(*clips, "-o", tmp_path / "both", "--resume") == 0
+    assert call(*clips, "-o", tmp_path / "both", *args, "--resume") == 0
     assert capsys.readouterr().err.splitlines()[-1] == "2 of 2 pictures written"
     assert {p.name: p.read_bytes() for p in (tmp_path / "both").iterdir()} == whole
 
@@ -316,3 +322,6 @@ def test_a_warning_is_told_once(shots, capsys, monkeypatch):
     monkeypatch.setattr("airlight.gpu.device.adapters", lambda: [])
     assert call(shots / "shot.0001.png", "-o", shots / "b.png", *args, "-y", "--device", "none") == 0
     assert capsys.readouterr().err.count("no graphics adapter") == 1
+    assert call(shots / "nan.exr", "-o", shots / "c.exr", *RAYS, "--subject", shots / "nan.exr", "--device", "none") == 0
+    said = capsys.readouterr().err
+    assert said.count("no graphics adapter") == said.count("NaN") == said.count("\n") / 2 == 1

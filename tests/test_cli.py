@@ -18,31 +18,46 @@ from airlight.cli import cli, docs, main
 from airlight.cli.light import place, read_light
 from airlight.cli.options import declared
 from airlight.errors import AirlightError, AirlightWarning, MachineError
-from airlight.parameters import Parameters
+from airlight.parameters import Look, Parameters
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "airlight"]
+
+
+def candidate(position, kind="disc", confidence=0.9, guess=False, lamps=()):
+    """As airlight.detect finds them."""
+    return types.SimpleNamespace(position=position, kind=kind, confidence=confidence, guess=guess, lamps=lamps)
 
 
 class Stub(types.SimpleNamespace):
     """Stands for airlight.api, and for airlight.detect; remembers what it was asked."""
 
     def __init__(self) -> None:
-        super().__init__(__name__="stub", lights=[], parameters=None, more={}, raises=None)
-        self.found = types.SimpleNamespace(position=(0.25, 0.5))
+        super().__init__(__name__="stub", lights=[], parameters=None, look=None, more={}, raises=None, message="")
+        self.found = [candidate((0.25, 0.5)), candidate((0.75, 0.5), "lamps", 0.4)]
+        self.ACT, self.ASK = 0.5, 0.2
 
-    def find_light(self, image):
+    def find_lights(self, image):
         return self.found
 
     def render_picture(self, picture, lights, parameters, composite, **more):
+        self.parameters, self.look = parameters, None
+        return self.rendered(picture, lights, more)
+
+    def render_look(self, picture, lights, look, **more):
+        self.parameters, self.look = None, look
+        return self.rendered(picture, lights, more)
+
+    def rendered(self, picture, lights, more):
         if self.raises is not None:
             raise self.raises
-        self.lights, self.parameters, self.more = lights, parameters, more
+        self.lights, self.more = lights, more
         if more["profile"] is not None:
             more["profile"].append(("a pass", 1.5))
         layer = np.full((picture.height, picture.width, 3), 0.25, np.float32)
         changed = np.ones(layer.shape[:2], bool)
-        return types.SimpleNamespace(pixels=picture.linear() + layer, layer=layer, changed=changed, encoded=None)
+        pixels = picture.linear() + layer
+        return types.SimpleNamespace(pixels=pixels, layer=layer, changed=changed, encoded=None, held=None, message=self.message)
 
     def occlusion_fraction(self, image, light, **more):
         return np.full(image.shape[:2], 0.5, np.float32)
@@ -109,6 +124,7 @@ def test_image_passes_on_what_was_asked(api, photo, tmp_path, capsys):
     assert "a pass" in capsys.readouterr().err
 
     assert main(["image", str(photo), "-o", str(fraction), "--light", "0,0", "-y", "--occlusion-fraction", str(tmp_path / "d.png")]) == 0
+    assert api.parameters is not None  # that fraction is of the sum
     from airlight.files import read_mask
 
     assert np.allclose(read_mask(tmp_path / "d.png"), 0.5, atol=1 / 255)
@@ -125,9 +141,65 @@ def test_thin_pictures(tmp_path, size):
 def test_auto_is_the_default_and_tells_where(api, photo, tmp_path, capsys):
     assert main(["image", str(photo), "-o", str(tmp_path / "a.png")]) == 0
     assert capsys.readouterr().err == "light at 0.250,0.500 (2px,2px)\n"
-    assert api.lights[0].position == (0.25, 0.5)
-    api.found = None
-    assert "--light X,Y" in refused(capsys, "image", photo, "-o", tmp_path / "b.png")
+    assert (api.lights[0].position, api.lights[0].kind) == ((0.25, 0.5), "disc") and api.look == Look()
+
+
+@pytest.mark.parametrize("look", ["smart", "classic"])
+def test_no_light_and_no_sure_one_leave_the_picture_as_it_is(api, photo, tmp_path, capsys, look):
+    """The line names the cure; nothing failed, so that many pictures in one run are all written."""
+    for number, (found, says) in enumerate(
+        (
+            ([], "no light found, left as it is: give --light X,Y"),
+            ([candidate((0.25, 0.5), "opening", 0.19)], "no light found, left as it is: give --light X,Y"),
+            (
+                [candidate((0.25, 0.5), "opening", 0.3)],
+                "unsure, left as it is: perhaps at 0.25,0.50 (opening, 0.30); --light auto:1 takes it",
+            ),
+        )
+    ):
+        api.found, out = found, tmp_path / f"{number}.png"
+        assert main(["image", str(photo), "-o", str(out), "--look", look]) == 0
+        assert capsys.readouterr().err == f"{photo}: {says}\n"
+        assert api.lights == [] and out.exists()
+    assert main(["image", str(photo), "-o", str(out), "-y", "--look", look, "--light", "auto:1"]) == 0  # the cure that was named
+    assert api.lights[0].position == (0.25, 0.5) and (api.look is None) == (look == "classic")
+
+
+def test_the_next_places_and_several(api, photo, tmp_path, capsys):
+    command = ["image", str(photo), "-o", str(tmp_path / "a.png"), "-y", "--light"]
+    assert main([*command, "auto:2;strength=2"]) == 0
+    assert [(one.position, one.kind, one.strength) for one in api.lights] == [((0.75, 0.5), "lamps", 2)]
+    assert main([*command, "auto:5+"]) == 0 and [one.position for one in api.lights] == [(0.25, 0.5), (0.75, 0.5)]
+    assert main([*command, "auto:1+"]) == 0 and [one.position for one in api.lights] == [(0.25, 0.5)]
+    api.found[0].lamps = ((0.25, 0.5), (0.3, 0.5), (0.35, 0.5))  # they are meant together
+    assert main([*command, "auto:2+"]) == 0 and [one.position for one in api.lights] == [(0.25, 0.5), (0.3, 0.5)]
+    assert main([*command, "auto;kind=glow"]) == 0 and api.lights[0].kind == "glow"
+    capsys.readouterr()
+    assert "only 2 places look like a light; --candidates FILE shows them" in refused(capsys, *command, "auto:3")
+    api.found[1].guess = True
+    assert main([*command, "auto:2"]) == 0
+    assert "by a guess: --light X,Y puts it elsewhere" in capsys.readouterr().err
+
+
+def test_what_the_default_is_given(api, photo, tmp_path, capsys):
+    command = ["image", str(photo), "-o", str(tmp_path / "a.png"), "-y", "--light", "0,0"]
+    more = ["--strength", "1.5", "--warmth", "-0.5", "--rays", "7", "--quality", "draft", "--mask", str(photo), "--mask-invert"]
+    assert main([*command, *more, "--depth", str(photo), "--near-range", "0.1,0.9", "--subject", str(photo), "--wrap", "0.5"]) == 0
+    assert api.look == Look(strength=1.5, warmth=-0.5, rays=7, wrap=0.5) and api.more["quality"] == "draft"
+    assert api.more["mask"].flat[0] == 1 and api.more["depth"].flat[0] == api.more["subject"].flat[0] == 0
+    assert api.more["near_range"] == (0.1, 0.9)
+    assert main([*command, "--depth", str(photo), "--no-depth-aware"]) == 0 and api.more["depth"] is None
+    api.message = "nothing stands before the light"
+    capsys.readouterr()
+    assert main(command) == 0 and capsys.readouterr().err == f"{photo}: nothing stands before the light\n"
+
+
+@pytest.mark.parametrize(
+    "more", [["--look", "classic"], ["--samples", "100"], ["--exposure", "1.5"], ["--preset", "classic-soft"], ["--angle", "30"]]
+)
+def test_options_of_the_sum_ask_for_the_classic_look(api, photo, tmp_path, more):
+    assert main(["image", str(photo), "-o", str(tmp_path / "a.png"), "--light", "0,0", *more]) == 0
+    assert api.parameters is not None and api.look is None
 
 
 def test_options_go_before_the_preset(api, photo, tmp_path):
@@ -138,8 +210,11 @@ def test_options_go_before_the_preset(api, photo, tmp_path):
 
 def test_depth_implies_its_occlusion_and_its_near_end(api, photo, tmp_path):
     for near, first in (("black", 0), ("white", 1)):
-        assert main(["image", str(photo), "-o", str(tmp_path / "a.png"), "-y", "--depth", str(photo), "--depth-near", near]) == 0
+        command = ["image", str(photo), "-o", str(tmp_path / "a.png"), "-y", "--depth", str(photo), "--depth-near", near]
+        assert main([*command, "--look", "classic"]) == 0
         assert api.parameters.occlusion == "depth" and api.more["depth"].flat[0] == first
+        assert main(command) == 0  # of the default depths hide shafts
+        assert api.look == Look() and api.more["depth"].flat[0] == first
 
 
 @pytest.mark.parametrize(
@@ -150,6 +225,10 @@ def test_depth_implies_its_occlusion_and_its_near_end(api, photo, tmp_path):
         (["--light", "0,0;colour=1,1,1"], "colour=1,1,1"),
         (["--light", "0,0;color=1,1"], "3 finite numbers"),
         (["--light", "0,0;strength=-1"], "not negative"),
+        (["--light", "0,0;kind=moon"], "there is"),
+        (["--light", "auto:0"], "auto:2"),
+        (["--light", "auto:x"], "auto:2"),
+        (["--light", "automatic"], "auto:2"),
         (["--samples", "0"], "--samples"),
         (["--samples", "ten"], "--samples"),
         (["--decay", "nan"], "decay"),
@@ -173,7 +252,8 @@ def test_bad_values_are_refused_in_one_line(api, photo, tmp_path, capsys, args, 
 
 
 def test_missing_and_unknown_things(api, photo, tmp_path, capsys):
-    assert "--output" in refused(capsys, "image", photo)
+    line = refused(capsys, "image", photo)
+    assert "-o FILE" in line and "--candidates FILE" in line
     assert "IN" in refused(capsys, "image", "-o", tmp_path / "a.png")
     assert "nosuch.png" in refused(capsys, "image", tmp_path / "nosuch.png", "-o", tmp_path / "a.png")
     assert "nosuch" in refused(capsys, "nosuch")
@@ -206,7 +286,7 @@ def test_failures_are_one_line(api, photo, tmp_path, capsys, error, code, says):
 
 
 def test_warnings_are_one_line(api, photo, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(api, "find_light", lambda image: warnings.warn("mended\n3 pixels", AirlightWarning, stacklevel=1), raising=False)
+    monkeypatch.setattr(api, "find_lights", lambda image: warnings.warn("mended\n3 pixels", AirlightWarning, stacklevel=1), raising=False)
     main(["image", str(photo), "-o", str(tmp_path / "a.png")])
     assert capsys.readouterr().err.splitlines()[0] == "airlight: warning: mended 3 pixels"
 

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+import thumbs
 
 from airlight.cli import main
 from airlight.cli.light import place, read_light
@@ -19,6 +20,7 @@ from airlight.reference import radial as ref
 
 AP1 = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
 QUICK = ["--method", "radial", "--samples", "24"]
+LOOKS = {"classic": QUICK, "smart": ["--rays", "24"]}  # before the little suns of these pictures nothing stands
 
 
 def spec_of(names, kinds, data, display, **attributes):
@@ -61,8 +63,8 @@ def scene(width=64, height=40, channels=3, seed=3):
     return pixels.astype(np.float16).astype(np.float32)
 
 
-def run(*args):
-    assert main(["image", *map(str, args), *QUICK]) == 0
+def run(*args, look="classic"):
+    assert main(["image", *map(str, args), *LOOKS[look]]) == 0
 
 
 def refused(capsys, *args):
@@ -72,8 +74,10 @@ def refused(capsys, *args):
     return err
 
 
-@pytest.mark.parametrize("compression", ["zip", "zips", "piz", "none"])
-def test_layers_metadata_and_windows_are_kept(tmp_path, compression):
+@pytest.mark.parametrize(
+    ("compression", "look"), [*((name, "classic") for name in ("zip", "zips", "piz", "none")), ("zip", "smart"), ("none", "smart")]
+)
+def test_layers_metadata_and_windows_are_kept(tmp_path, compression, look):
     names = ["R", "G", "B", "A", "Z", "diffuse.R", "diffuse.G", "diffuse.B", "crypto00.R", "N.X", "N.Y", "N.Z"]
     kinds = ["half"] * 3 + ["float"] * 2 + ["half"] * 3 + ["float"] + ["half"] * 3
     pixels = scene(61, 37, 12)
@@ -91,7 +95,7 @@ def test_layers_metadata_and_windows_are_kept(tmp_path, compression):
     source = store(
         tmp_path / "in.exr", pixels, names, kinds, (-7, -5, 61, 37), (3, 2, 40, 30), compression=compression, chromaticities=AP1, **said
     )
-    run(source, "-o", tmp_path / "out.exr", "--light", "0.2,0.3")
+    run(source, "-o", tmp_path / "out.exr", "--light", "0.2,0.3", look=look)
     before, was = load(source)
     after, now = load(tmp_path / "out.exr")
     for name in ("x", "y", "width", "height", "full_x", "full_y", "full_width", "full_height"):
@@ -109,15 +113,16 @@ def test_layers_metadata_and_windows_are_kept(tmp_path, compression):
         assert item.name.startswith(("oiio:", "openexr:")) or after.getattribute(item.name) == item.value, item.name
     assert {"nameOfShot", "frameNumber", "screenWindowWidth", "chromaticities"} <= {item.name for item in before.extra_attribs}
     assert after.getattribute("compression") == compression and after.get_int_attribute("oiio:subimages", 1) == 1
-    run(source, "-o", tmp_path / "again.exr", "--light", "0.2,0.3")
+    run(source, "-o", tmp_path / "again.exr", "--light", "0.2,0.3", look=look)
     assert (tmp_path / "again.exr").read_bytes() == (tmp_path / "out.exr").read_bytes()
 
 
-def test_alpha_beyond_0_to_1_stays(tmp_path):
+@pytest.mark.parametrize("look", LOOKS)
+def test_alpha_beyond_0_to_1_stays(tmp_path, look):
     pixels = scene(channels=4)
     pixels[..., 3] = 1
     pixels[0, :3, 3] = (1.5, -0.25, 60000)
-    run(store(tmp_path / "a.exr", pixels, "RGBA"), "-o", tmp_path / "b.exr", "--light", "0.25,0.25")
+    run(store(tmp_path / "a.exr", pixels, "RGBA"), "-o", tmp_path / "b.exr", "--light", "0.25,0.25", look=look)
     assert np.array_equal(load(tmp_path / "b.exr")[1]["A"], pixels[..., 3])
 
 
@@ -128,6 +133,11 @@ def test_half_beside_float_stays_finite(tmp_path):
     spec, channels = load(tmp_path / "b.exr")
     assert [str(kind) for kind in spec.channelformats[:3]] == ["float", "half", "half"]
     assert channels["R"].max() > 65504 == channels["G"].max() == channels["B"].max()
+    store(tmp_path / "c.exr", np.minimum(100000 * thumbs.linear(), 65504), kind=["float", "half", "half"])
+    assert main(["image", str(tmp_path / "c.exr"), "-o", str(tmp_path / "d.exr"), "--strength", "4"]) == 0
+    spec, channels = load(tmp_path / "d.exr")
+    assert channels["airlight.R"].max() > 1000 and all(np.isfinite(values).all() for values in channels.values())
+    assert channels["R"].max() >= 65504 and channels["G"].max() <= 65504
 
 
 def test_float_stays_float(tmp_path):
@@ -140,13 +150,14 @@ def test_float_stays_float(tmp_path):
         np.testing.assert_array_equal(now[name], pixels[..., i])
 
 
-def test_layer_of_a_transparent_picture_is_premultiplied(tmp_path):
+@pytest.mark.parametrize("look", LOOKS)
+def test_layer_of_a_transparent_picture_is_premultiplied(tmp_path, look):
     codes = np.full((40, 64, 4), (30, 60, 90, 128), np.uint8)
     codes[10:14, 16:20] = 255
     codes[:, 40:, 3] = 0
     write_image(tmp_path / "in.png", None, encoded=codes[..., :3].copy(), alpha=codes[..., 3] / 255)
     picture = read_image(tmp_path / "in.png")
-    run(tmp_path / "in.png", "-o", tmp_path / "out.exr", "--light", "0.28,0.3")
+    run(tmp_path / "in.png", "-o", tmp_path / "out.exr", "--light", "0.28,0.3", look=look)
     _, now = load(tmp_path / "out.exr")
     for i, name in enumerate("RGB"):
         premultiplied = picture.linear()[..., i] * picture.alpha
@@ -248,14 +259,16 @@ def test_overscan_is_the_extended_region(tmp_path):
     np.testing.assert_array_equal(hidden[0, -1], lit[0, -1])  # no ray from there passes it
 
 
-def test_a_found_light_is_told_in_the_display_window(tmp_path, capsys):
-    pixels = np.full((120, 200, 3), 0.01, np.float32)
-    pixels[57:63, 77:83] = 50
+@pytest.mark.parametrize("look", LOOKS)
+def test_a_found_light_is_told_in_the_display_window(tmp_path, capsys, look):
+    y, x = np.indices((120, 200))
+    pixels = np.repeat(0.1 + 0.2 * (y / 120)[..., None], 3, axis=2).astype(np.float32)  # a sky
+    pixels[np.hypot(x - 79.5, y - 59.5) < 6] = 50
     over, _, _ = overscanned(tmp_path, pixels)
-    run(over, "-o", tmp_path / "a.exr")
+    run(over, "-o", tmp_path / "a.exr", look=look)
     said = re.search(r"light at (\S+),(\S+) \((\d+)px,(\d+)px\)", capsys.readouterr().err)
     np.testing.assert_allclose([float(v) for v in said.groups()], [0.4, 0.5, 40, 30], atol=1.1)
-    run(over, "-o", tmp_path / "b.exr", "--settings-from", tmp_path / "a.exr")
+    run(over, "-o", tmp_path / "b.exr", "--settings-from", tmp_path / "a.exr", look=look)
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
 
 
@@ -386,8 +399,9 @@ def test_settings_survive_and_repeat_to_the_byte(tmp_path, extension):
 
 def test_settings_hold_everything_that_shapes_the_result(tmp_path, capsys):
     names = ["R", "G", "B", "sky.R", "sky.G", "sky.B"]
-    source = store(tmp_path / "in.exr", np.concatenate([scene(), scene(seed=4)], axis=2), names)
-    write_image(tmp_path / "mask.png", np.tile(np.linspace(0, 1, 64, dtype=np.float32)[None, :, None], (40, 1, 3)))
+    height, width, _ = thumbs.linear().shape
+    source = store(tmp_path / "in.exr", np.concatenate([scene(width, height), thumbs.linear()], axis=2), names)
+    write_image(tmp_path / "mask.png", np.tile(np.linspace(0, 1, width, dtype=np.float32)[None, :, None], (height, 1, 3)))
     args = ["--input-layer", "sky", "--colorspace", "ACEScg", "--mask", tmp_path / "mask.png", "--mask-invert", "--light", "auto"]
     run(source, "-o", tmp_path / "a.exr", *args, "--depth", tmp_path / "mask.png", "--depth-near", "white", "--threshold", "0.3")
     assert "light at" in capsys.readouterr().err
@@ -397,15 +411,18 @@ def test_settings_hold_everything_that_shapes_the_result(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("extension", ["hdr", "webp"])
-def test_formats_that_hold_no_settings_say_so(tmp_path, capsys, extension):
+@pytest.mark.parametrize("look", LOOKS)
+def test_formats_that_hold_no_settings_say_so(tmp_path, capsys, extension, look):
     write_image(tmp_path / "in.png", scene() / 40)
     made = tmp_path / f"made.{extension}"
-    run(tmp_path / "in.png", "-o", made, "--light", "0.2,0.1")
+    run(tmp_path / "in.png", "-o", made, "--light", "0.2,0.1", look=look)
+    assert "settings" not in capsys.readouterr().err
     said = refused(capsys, tmp_path / "in.png", "-o", tmp_path / "o.png", "--settings-from", made)
     assert "holds no settings" in said and "EXR, PNG, TIFF and JPEG" in said and said.count("\n") <= 1
 
 
-def test_settings_leave_the_input_its_own_words(tmp_path):
+@pytest.mark.parametrize("look", LOOKS)
+def test_settings_leave_the_input_its_own_words(tmp_path, look):
     codes = np.random.default_rng(0).integers(0, 256, (40, 64, 3), dtype=np.uint8)
     out = oiio.ImageOutput.create("jpeg")
     spec = oiio.ImageSpec(64, 40, 3, "uint8")
@@ -413,11 +430,11 @@ def test_settings_leave_the_input_its_own_words(tmp_path):
     spec.attribute("Software", "Darkroom 3")
     assert out.open(str(tmp_path / "in.jpg"), spec) and out.write_image(codes) and out.close()
     for extension in ("jpg", "tif", "png", "exr"):
-        run(tmp_path / "in.jpg", "-o", tmp_path / f"o.{extension}", "--light", "0,0")
+        run(tmp_path / "in.jpg", "-o", tmp_path / f"o.{extension}", "--light", "0,0", look=look)
         spec, _ = load(tmp_path / f"o.{extension}")
         assert spec.get_string_attribute("ImageDescription") == "A day at the sea"
         assert extension in ("jpg", "tif") or spec.get_string_attribute("Software") == "Darkroom 3"
-        run(tmp_path / f"o.{extension}", "-o", tmp_path / "p.webp", "-y", "--light", "0,0")  # old settings are not carried along
+        run(tmp_path / f"o.{extension}", "-o", tmp_path / "p.webp", "-y", "--light", "0,0", look=look)  # old settings are not carried along
         write_image(
             tmp_path / "q.png", read_image(tmp_path / f"o.{extension}").linear(), read_image(tmp_path / f"o.{extension}"), overwrite=True
         )
@@ -425,8 +442,9 @@ def test_settings_leave_the_input_its_own_words(tmp_path):
             read_settings(str(tmp_path / "q.png"))
 
 
+@pytest.mark.parametrize("look", LOOKS)
 @pytest.mark.parametrize("text", ['"' * 30000, "é" * 60000, "x" * 200000])
-def test_long_metadata_does_not_end_a_jpeg(tmp_path, text):
+def test_long_metadata_does_not_end_a_jpeg(tmp_path, text, look):
     """Libjpeg ends the process where a block of metadata is longer than 64 KiB."""
     source = store(tmp_path / "in.exr", scene() / 40, ImageDescription=text, Copyright="me")
     import subprocess
@@ -434,7 +452,7 @@ def test_long_metadata_does_not_end_a_jpeg(tmp_path, text):
 
     command = [sys.executable, "-m", "airlight", "image"]
     done = subprocess.run(
-        [*command, source, "-o", tmp_path / "o.jpg", "--light", "0,0", *QUICK], capture_output=True, text=True, timeout=100
+        [*command, source, "-o", tmp_path / "o.jpg", "--light", "0,0", *LOOKS[look]], capture_output=True, text=True, timeout=100
     )
     assert done.returncode == 0, done.stderr
     assert load(tmp_path / "o.jpg")[0].get_string_attribute("Copyright") == "me"

@@ -152,8 +152,9 @@ def test_the_supervisor_is_there_before_anything_is_imported():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_long_job_stops_within_a_second(tmp_path, capsys, number):
     source, out = tmp_path / "in.png", tmp_path / "out.png"
-    pixels = np.zeros((1080, 1920, 3), np.float32)
-    pixels[300:340, 700:760] = 1
+    pixels = np.repeat(np.linspace(0.1, 0.3, 1080, dtype=np.float32)[:, None, None], 1920, axis=1).repeat(3, axis=2)
+    y, x = np.indices(pixels.shape[:2])
+    pixels[np.hypot(x - 730, y - 320) < 30] = 1
     write_image(source, pixels)
     command = [*COMMAND, "image", str(source), "-o", str(out), "--method", "radial", "--samples", "16384", "--layer", f"{out}.exr"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=interruptible, cwd=tmp_path)

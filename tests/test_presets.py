@@ -6,14 +6,27 @@ import pytest
 
 from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import Parameters
+from airlight.parameters import Look, Parameters, chosen_look
 
 
 @pytest.mark.parametrize("name", presets.names())
 def test_our_presets_load(name):
     values = presets.load(name)
     assert values and presets.description(name)
-    assert presets.build(values)[Parameters] != Parameters()
+    built = presets.build(values)
+    if chosen_look(values, values.get("look")) == "classic":
+        assert built[Parameters] != Parameters()
+    else:
+        assert built[Look] != Look()
+
+
+def test_looks_and_sums_by_their_names():
+    """Those that were sums are looks now, and the sums have names that say so."""
+    looks = {name for name in presets.names() if chosen_look(presets.load(name)) == "smart"}
+    assert looks == {"natural", "subtle", "dramatic", "long", "soft", "misty", "golden"}
+    assert {f"classic-{name}" for name in ("subtle", "dramatic", "long", "soft")} <= set(presets.names()) - looks
+    for name in presets.names():
+        assert name.startswith("classic-") == presets.description(name).startswith("the sum alone"), name
 
 
 def test_the_defaults_of_known_systems():

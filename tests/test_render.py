@@ -286,7 +286,7 @@ def test_settings_of_another_command_are_refused(tmp_path, capsys):
     assert render("-o", tmp_path / "a.png") == 0
     line = refused(capsys, "image", tmp_path / "a.png", "-o", tmp_path / "b.png", "--settings-from", tmp_path / "a.png")
     assert "`airlight render`" in line
-    assert main(["image", str(tmp_path / "a.png"), "-o", str(tmp_path / "b.png"), "--light", "0.5,0.5"]) == 0
+    assert main(["image", str(tmp_path / "a.png"), "-o", str(tmp_path / "b.png"), "--light", "0.5,0.5", "--rays", "24"]) == 0
     assert "`airlight image`" in refused(capsys, "render", "box", "-o", tmp_path / "c.png", "--settings-from", tmp_path / "b.png")
 
 

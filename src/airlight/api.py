@@ -18,6 +18,7 @@ from airlight.files.colour import by_rows, is_neutral
 from airlight.files.images import COARSE, every
 from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
+from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
@@ -402,14 +403,16 @@ def render_look(
     if done.added is None or done.taken is None:
         return dataclasses.replace(_untouched(picture, codes_only), held=done.settled, message=message)
     added = picture.from_rec709(done.added)
-    changed = _lit(added) | (done.taken != 0)
     out = picture.linear()
 
     def rows(first: int, last: int) -> None:
+        if float_output:  # as an EXR holds it: its picture is to be the sum of what is stored
+            added[first:last] = np.clip(added[first:last], -HALF_MAX, HALF_MAX).astype(np.float16)
         out[first:last] *= 1 - done.taken[first:last, :, None]  # type: ignore[index]
         out[first:last] += added[first:last]
 
     by_rows(rows, len(out))
+    changed = _lit(added) | (done.taken != 0)
     if picture.alpha is not None and not picture.associated:
         added = added * picture.alpha[..., None]
     return Rendered(out, added, changed, held=done.settled, message=message)

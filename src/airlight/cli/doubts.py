@@ -25,11 +25,11 @@ def tell_far_away(written: Sequence[LightText], found: Sequence[LightText]) -> N
             say(f"the light {typed.position} lies {away:.0f} pictures away: where pixels are meant, write 400px,300px", prefix="")
 
 
-def tell_unchanged(picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> None:
+def tell_unchanged(picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText], float_output: bool) -> None:
     """Say why nothing, or hardly anything, is to be seen. done: api.Rendered; look: None for the classic one; p: the sum's parameters."""
     if done.message:
         say(f"{picture.path}: {done.message}", prefix="")
-    elif changes_little(picture, done):
+    elif changes_little(picture, done, float_output):
         say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}", prefix="")
 
 
@@ -37,6 +37,8 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
     if not any(light.strength for light in lights) or (look is not None and look.strength == 0):
         return "the strength is 0"
     if look is not None:
+        if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it
+            return "nothing in it can show shafts: all is too dark, too bright, or near"
         return "--strength 2 shows more"
     if p.exposure * p.weight == 0:
         return "weight or exposure is 0"
@@ -47,8 +49,8 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
     return "raise --exposure, lower --threshold, or leave the options of the sum out for the smart look"
 
 
-def changes_little(picture: "Picture", done: Any) -> bool:
-    """Whether no pixel of a coarse copy changes by more than CODES."""
+def changes_little(picture: "Picture", done: Any, float_output: bool) -> bool:
+    """Whether no pixel of a coarse copy changes by more than CODES; in floats above white too, where codes go on."""
     import numpy as np
 
     from airlight.files.colour import srgb_encode
@@ -58,5 +60,6 @@ def changes_little(picture: "Picture", done: Any) -> bool:
     some = every(picture.height, step), every(picture.width, step)
     if done.encoded is not None:
         return int(np.abs(done.encoded[some].astype(np.int16) - picture.codes[..., :3][some]).max()) <= CODES
-    before, after = (srgb_encode(np.clip(v, 0, 1)) for v in (picture.linear(coarse=True), done.pixels[some]))
+    most = 65504 if float_output else 1  # what half holds
+    before, after = (srgb_encode(np.clip(v, 0, most)) for v in (picture.linear(coarse=True), done.pixels[some]))
     return float(np.abs(after - before).max()) <= (CODES + 0.5) / 255

@@ -361,7 +361,7 @@ class _Work:
         else:
             done = api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
         if lights and kept is None:
-            doubts.tell_unchanged(picture, done, self.look, parameters, self.written)
+            doubts.tell_unchanged(picture, done, self.look, parameters, self.written, real)
         if task.clip is not None:
             self._kept[task.clip] = written, parameters, done.held
         fraction = None

@@ -40,6 +40,7 @@ def record(
     defaults = {p.name: p.default for p in declared(scenes=True)} | (standing or {})
     options = {p.name: p.default for p in ctx.command.params if p.name in names}
     said = {name: presets.text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
+    options |= {name: False for name in names if options[name] is not True and given[name] is False}  # a flag that is not set
     said |= {name: given[name] for name in names if given[name] not in (None, options[name])}
     if ctx.command.name == "render":
         said |= {name: list(given[name]) for name in _LISTS["render"] if given[name]}

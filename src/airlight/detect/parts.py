@@ -131,6 +131,8 @@ class Part:
     def roundness(self) -> float:
         """1 for a disc, less for a long or an angular part: by its axes and the fourth moment of its whitened pixels."""
         x, y = self.pixels
+        if len(x) < 2:  # has no shape
+            return 0.0
         spread = np.cov(np.stack([x, y])) + np.eye(2) / 12
         values, vectors = np.linalg.eigh(spread)
         white = (np.stack([x - x.mean(), y - y.mean()]).T @ vectors) / np.sqrt(values)

@@ -28,7 +28,9 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
         )
     mended = values.copy()
     for y, x in places:
-        near = values[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2].reshape(-1, values.shape[2]).astype(np.float64)
+        near = values[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2].reshape(-1, values.shape[2])
+        with np.errstate(invalid="ignore"):  # signalling NaN
+            near = near.astype(np.float64)
         fine = np.isfinite(near)
         total = np.where(fine, near, 0).sum(axis=0)
         mean = total / np.maximum(fine.sum(axis=0), 1)
