@@ -90,7 +90,7 @@ def apply(
     settled = settle(small, (width, height), lights, look, bands, **options)
     if not settled.changes:
         return Applied(settled)
-    plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade)
+    plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade, settled.dark)
     found = plan.read(profile)
     if is_codes:
         return Applied(settled, np.ascontiguousarray(found[..., :3]))
@@ -136,7 +136,7 @@ class _Reference:
             missing += np.maximum(-amount, 0)
         guide = twin.resized(small.guide, width, height)
         base = guide[..., 0] * twin.lightness(self.y) + guide[..., 1]
-        add, take = twin.change(base, added_light, missing, settled.strength, settled.shade)
+        add, take = twin.change(base, added_light, missing, settled.strength, settled.shade, settled.dark)
         field = np.concatenate([add, take[..., None]], axis=-1)
         added, taken = np.empty(linear.shape, np.float32), np.empty(linear.shape[:2], np.float32)
         full = linear.shape[1], linear.shape[0]

@@ -8,7 +8,6 @@ const EMITTER = 0.97;
 const MOST = 0.35;
 const EXTINCTION = 0.15;
 const SURFACE = vec3f(0.6, 0.15, 0.40);
-const DARK = vec2f(0.15, 0.40);
 const SKY = vec3f(0.55, 0.85, 0.5);
 const BRIGHT = vec3f(0.45, 0.80, 0.85);
 const SHADE_MOST = 0.3;
@@ -17,6 +16,7 @@ const REC709 = vec3f(0.2126, 0.7152, 0.0722);
 struct Look {
     strength: f32,            // solved
     shade: f32,
+    dark: vec2f,              // L before which no light is seen, and before which all is
 }
 
 @group(0) @binding(0) var<uniform> rays: Rays;
@@ -31,7 +31,7 @@ struct Look {
 /// The light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
 fn change(base: f32, sums: vec4f) -> vec4f {
     let light = dot(sums.rgb, REC709);
-    let shown = look.strength * smooth_step(base, DARK.x, DARK.y) * (1.0 - SKY.z * smooth_step(base, SKY.x, SKY.y));
+    let shown = look.strength * smooth_step(base, look.dark.x, look.dark.y) * (1.0 - SKY.z * smooth_step(base, SKY.x, SKY.y));
     let rise = MOST * (1.0 - exp(-shown * light / MOST));
     let hidden = EXTINCTION * look.shade * rise / MOST;
     let risen = base + rise;

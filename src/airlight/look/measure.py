@@ -23,6 +23,7 @@ HOLDS = 0.012  # a part that comes as near to the light holds it
 EMITTING = 0.1  # of full emission: from here pixels hang together as parts
 TOP = 0.25  # of the height: where parts lie that a light above the picture shines through
 RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
+SCENE = (0.35, 0.25)  # share of the scene's colour in the light's, as air and surfaces have given it; diagonals in which it is read
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
 WARM = np.array([1.0, 0.86, 0.50])
 WARM_LINE = math.log(WARM[0] / WARM[2]), math.log(WARM[1] / math.sqrt(WARM[0] * WARM[2]))  # how warm it is, and its green
@@ -30,7 +31,7 @@ WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.5, "opening": 0.35, "lamps": 0.0
 PALE = 0.35  # share of it that holds for a light which is as warm already
 BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
 ASIDE = (0.12, 0.30)  # ln of green over what a warm white of the same R / B has, either way: from where a light is meant to have its hue
-PURER, LEAST_CHANNEL = 1.25, 0.12
+PURER, LEAST_CHANNEL = 1.5, 0.12
 OPENING = 0.02  # share of the picture from which a bright part is an opening
 REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
 LIGHT_ENOUGH = (0.75, 1.0)  # ln of the light's tone over its surroundings', from which something shines: noise has less
@@ -157,7 +158,7 @@ def haze_nearness(small: Small) -> Array:
 
 
 def ring_color(small: Small, tone: Tones, grid: RayGrid) -> Array:
-    """Measure the colour of the ring about a light, (3,), where it is not clipped."""
+    """Measure the colour of the ring about a light, (3,), where it is not clipped, with some of that of the scene which it lights."""
     x, y = points(*small.size)
     distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
     rank = np.log(np.maximum(small.y, 1e-5) / tone.surroundings) / tone.span
@@ -167,7 +168,11 @@ def ring_color(small: Small, tone: Tones, grid: RayGrid) -> Array:
     if bright.sum() > 0.02 * weight.sum() and bright.sum() > 1:
         weight = bright
     ring = (small.color * weight[..., None]).sum(axis=(0, 1)) / max(weight.sum(), 1e-9) if weight.sum() > 0 else np.ones(3)
-    return np.asarray(np.maximum(ring, 1e-4))
+    around = few(small.y) * few(twin.visible(small.base, twin.darkness(tone)) * (1 - twin.emission(small.y, tone)))
+    around = around * np.exp(-np.square(few(distance) / SCENE[1]))
+    scene = (few(small.color) * around[..., None]).sum(axis=(0, 1)) / max(around.sum(), 1e-9) if around.sum() > 0 else ring
+    ring, scene = (np.maximum(color / max(float(color @ REC709), 1e-9), 1e-3) for color in (ring, scene))
+    return np.asarray(ring ** (1 - SCENE[0]) * scene ** SCENE[0])
 
 
 def own_warmth(ring: Array, kind: str) -> float:
@@ -255,7 +260,7 @@ class Found:
 def found(small: Small, seen: Seen) -> Found:
     """Measure the rays where they can be seen."""
     assert seen.bands is not None and seen.distance is not None
-    weight = few(twin.visible(small.base) * (1 - seen.emits))
+    weight = few(twin.visible(small.base, twin.darkness(seen.tones)) * (1 - seen.emits))
     total = max(float(weight.sum()), 1e-9)
     rest = twin.REST * max(float(seen.bands[..., 2].max()), 1e-6)
     out = twin.standing_out(seen.bands, rest)
@@ -282,13 +287,13 @@ class Contrast:
     """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture, of the `few`
     pixels. added, missing: `sums`."""
 
-    def __init__(self, small: Small, added: Array, missing: Array, shade: float) -> None:
+    def __init__(self, small: Small, added: Array, missing: Array, shade: float, dark: tuple[float, float] = twin.DARK) -> None:
         self.color, self.base, self.near = few(small.color), few(small.base), few(small.hidden)
-        self.sums, self.shade = (added, missing), shade
+        self.sums, self.shade, self.dark = (added, missing), shade, dark
         self.before = oklab(self.color)
 
     def at(self, strength: float) -> float:
-        added, taken = twin.put(self.color, *twin.change(self.base, *self.sums, strength, self.shade), self.near)
+        added, taken = twin.put(self.color, *twin.change(self.base, *self.sums, strength, self.shade, self.dark), self.near)
         after = oklab(self.color * (1 - taken)[..., None] + added)
         return float(np.percentile(100 * np.sqrt(np.square(after - self.before).sum(axis=-1)), 95))
 

@@ -12,7 +12,7 @@ from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import GLANCED, SIDE
 from airlight.noise import dither
 from airlight.planes import shrunk_size
-from airlight.reference.look import COARSE, DRAWN, THINNEST, RaySettings, Tones, breadths, coarse_sigma
+from airlight.reference.look import COARSE, DARK, DRAWN, THINNEST, RaySettings, Tones, breadths, coarse_sigma
 
 FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
 GROUPS = LINES // COARSE
@@ -22,7 +22,7 @@ RAYS = np.dtype(
     + [(n, "f4") for n in ("fine", "thinnest", "broadest", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist", "soft")]
     + [("", "f4", 2), ("color", "f4", 3), ("", "f4")]
 )
-LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("", "f4", 2)])
+LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("dark", "f4", 2)])
 MATTE_CODES, MATTE_LINEAR, BANDS, GLANCE, AMOUNTS, SUMS, CODES, LAYER = (
     f"look/{name}.wgsl" for name in ("matte_codes", "matte_linear", "bands", "glance", "amounts", "field", "codes", "layer")
 )
@@ -181,15 +181,15 @@ class LookPlan:
         seen = np.frombuffer(queue.read_buffer(self.seen), np.float32).reshape(height, width, 4).astype(np.float64)
         return seen[..., :3], seen[..., 3]
 
-    def settle(self, lights: Sequence[RaySettings], strength: float, shade: float) -> None:
-        """Set what was measured of the lights seen, in their order."""
+    def settle(self, lights: Sequence[RaySettings], strength: float, shade: float, dark: tuple[float, float] = DARK) -> None:
+        """Set what was measured of the lights seen, in their order. dark: `reference.look.darkness`."""
         for rays, s in zip(self.lights, lights, strict=False):
             v = rays.values
             v["deviation"], v["rest"], v["length"], v["mist"], v["soft"] = s.deviation, s.rest, s.length, s.mist, s.soft
             v["color"] = np.array(s.color) * s.weight
             self.device.queue.write_buffer(rays.uniform, 0, v.tobytes())
         values = np.zeros((), LOOK)
-        values["strength"], values["shade"] = strength, shade
+        values["strength"], values["shade"], values["dark"] = strength, shade, dark
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         self.count = len(lights)
 

@@ -16,7 +16,7 @@ from airlight.reference.look import RaySettings, Tones
 
 FINENESS, SHADE, DRAWN_RAYS = 0.55, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
-SMALL_LENGTH, SMALL_SOFT = 0.5, 0.16  # of lamps, which do not reach far: of the length; diagonals within which they have no rays yet
+SMALL_LENGTH, SMALL_SOFT = 0.4, 0.08  # of lamps, which do not reach far: of the length; diagonals within which they have no rays yet
 LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
 Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
@@ -41,6 +41,11 @@ class Settled:
     wanted: float
     contrast: float
     message: str = ""
+
+    @property
+    def dark(self) -> tuple[float, float]:
+        """See `reference.look.darkness`."""
+        return twin.darkness(self.lights[0].settings.tones) if self.lights else twin.DARK
 
     @property
     def changes(self) -> bool:
@@ -125,7 +130,7 @@ def settle(
         return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
     wanted = measure.VISIBLE * look.strength * share
-    strength, contrast = Contrast(small, *measure.sums(small, pairs), shade).solve(wanted)
+    strength, contrast = Contrast(small, *measure.sums(small, pairs), shade, twin.darkness(seen[0].tones)).solve(wanted)
     drawn = max(rays)
     message = f"no gaps for light to come through: {drawn} rays drawn; --rays 0 for none" if drawn and look.rays is None else ""
     return Settled(found_lights, strength, shade, wanted, contrast, message)

@@ -13,7 +13,8 @@ from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
 REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
-DARK = (0.15, 0.40)  # L: air before what is darker than the first shows no light, before the second all
+DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all; at least, and of the surroundings'
+DARK_OF, DARK_MOST = (0.44, 1.1), (0.20, 0.50)  # tone, at most
 MOST = 0.35  # of L: what no shaft exceeds
 BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
@@ -261,19 +262,30 @@ def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
     return at_points(found[..., None], s.grid, x, y)[0][..., 0]
 
 
-def visible(base: Array) -> Array:
-    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky."""
-    return smoothstep(base, *DARK) * (1 - SKY[2] * smoothstep(base, *SKY[:2]))
+def darkness(tones: Tones) -> tuple[float, float]:
+    """(L before which no light is seen, L before which all is): what is dark beside the surroundings' tone is near, or stays black."""
+    level = tones.surroundings ** (1 / 3)
+    low, high = (min(max(share * level, least), most) for share, least, most in zip(DARK_OF, DARK, DARK_MOST, strict=True))
+    return low, high
 
 
-def change(base: Array, added: Array, missing: Array, strength: float, shade: float) -> tuple[Array, Array]:
+def visible(base: Array, dark: tuple[float, float] = DARK) -> Array:
+    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky. dark: see
+    `darkness`."""
+    return smoothstep(base, *dark) * (1 - SKY[2] * smoothstep(base, *SKY[:2]))
+
+
+def change(
+    base: Array, added: Array, missing: Array, strength: float, shade: float, dark: tuple[float, float] = DARK
+) -> tuple[Array, Array]:
     """(add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...), below 0 what
     the light on its surface gives.
 
-    base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color.
+    base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color;
+    dark: see `darkness`.
     """
     light = added @ REC709
-    shown = strength * visible(base)
+    shown = strength * visible(base, dark)
     rise = MOST * (1 - np.exp(-shown * light / MOST))
     hidden = EXTINCTION * shade * rise / MOST
     amount = (base + rise) ** 3 - base**3

@@ -86,7 +86,7 @@ class LookView:
             for number, last in wanted.items():
                 if self._held.get(number) != last.key:  # others were asked for since, and these were known
                     self._see(last, passes, again=True)
-            self.plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade)
+            self.plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade, settled.dark)
             self.plan.submit(passes, self.plan.record, *(() if self.is_codes else (self._record_lay,)))
         self.settled = settled
 
