@@ -17,7 +17,7 @@ from airlight.files import to_linear
 from airlight.files.colour import encode_codes, srgb_decode, srgb_encode
 from airlight.lights import Light
 from airlight.look.apply import apply
-from airlight.look.grid import RADII, RayGrid, points
+from airlight.look.grid import LINES, RADII, RayGrid, points
 from airlight.look.measure import few, small_copy
 from airlight.look.plan import FIELDS, LookPlan
 from airlight.noise import dither
@@ -220,7 +220,7 @@ def fields(renderer: Any, codes: bool, near: bool, places: list[str], picture: n
     for number, name in enumerate(places):
         grid, parts = RayGrid(SIZE, PLACES[name]), np.ones(small.y.shape)
         seen.append(Passes(plan, grid, parts, plan.see(number, grid, TONES, parts, 0.45), number))
-    plan.settle([settings_of(one.grid, one.number) for one in seen], 0.7, 0.8)
+    plan.settle([settings_of(one.grid, one.number) for one in seen], 0.7, 0.8, (0.12, 0.35))
     return plan, (small, hidden.astype(np.float16).astype(float)), seen
 
 
@@ -231,7 +231,9 @@ def test_amounts(renderer: airlight.Renderer) -> None:
         one.plan.read()
         bands, s = one.texture("bands"), settings_of(one.grid, one.number)
         distance = (s.grid.nearest + (np.arange(RADII) + 1) * s.grid.step)[:, None] * np.ones(bands.shape[1])
-        expected = twin.ray_amount(bands, distance, np.zeros_like(distance), dataclasses.replace(s, weight=1.0))
+        angle = s.grid.start + (np.arange(bands.shape[1]) - 0.5) * (s.grid.span / LINES)
+        entry = s.grid.entry(np.cos(angle), np.sin(angle))
+        expected = twin.ray_amount(bands, distance, entry, np.zeros_like(distance), dataclasses.replace(s, weight=1.0))
         np.testing.assert_allclose(one.texture("amounts")[..., 0], expected, rtol=2 * HALF, atol=2e-4)
         assert np.ptp(expected) > 0.2
 
@@ -250,7 +252,7 @@ def test_field(renderer: airlight.Renderer, places: list[str], near: bool) -> No
         added += np.maximum(amount, 0)[..., None] * np.array(s.color)
         missing += np.maximum(-amount, 0)
     guide = twin.resized(small.guide.astype(np.float16).astype(float), *SIZE)
-    add, take = twin.change(guide[..., 0] * seen[0].level + guide[..., 1], added, missing, 0.7, 0.8)
+    add, take = twin.change(guide[..., 0] * seen[0].level + guide[..., 1], added, missing, 0.7, 0.8, (0.12, 0.35))
     if not near:
         coarse = twin.resized(hidden, *SIZE)
         add, take = add * (1 - coarse)[..., None], take * (1 - coarse)
@@ -303,7 +305,7 @@ def test_put_as_codes(renderer: airlight.Renderer, near: bool) -> None:
 @pytest.mark.parametrize("codes", [False, True])
 def test_the_whole_look_without_a_gpu(renderer: airlight.Renderer, place: str, codes: bool) -> None:
     """All passes with all that is measured between them: .02 codes on average, one at most; of codes, which are dithered, half a code."""
-    picture: Any = np.clip(structured(300, 200), 0, 1)
+    picture: Any = np.clip(0.1 + 0.9 * structured(300, 200), 0, 1)
     if codes:
         picture = encode_codes(picture, np.uint8)
     linear = to_linear(picture)[0] if codes else picture

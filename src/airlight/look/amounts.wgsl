@@ -12,7 +12,9 @@ fn settle(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= LINES + 2u) { return; }
     let found = textureLoad(before, id.xy, 0);
     let distance = rays.nearest + f32(id.y + 1u) * rays.step;
+    let angle = rays.start + (f32(id.x) - 0.5) * (rays.span / f32(LINES));
+    let begins = entry(vec2f(cos(angle), sin(angle)), rays);
     let total = found.z + rays.rest;
     let amount = tanh(CONTRAST * found.y / total / rays.deviation) + rays.mist * MIST * found.z / total;
-    textureStore(amounts, id.xy, vec4f(amount * exp(-distance / rays.length) * smooth_step(distance, 0.0, rays.soft), 0.0, 0.0, 1.0));
+    textureStore(amounts, id.xy, vec4f(amount * exp(-distance / rays.length) * smooth_step(distance - begins, 0.0, rays.soft), 0.0, 0.0, 1.0));
 }

@@ -6,11 +6,11 @@ override ADD: bool = false;   // to what earlier lights gave
 override LAST: bool = true;
 const EMITTER = 0.97;
 const MOST = 0.35;
-const EXTINCTION = 0.15;
+const EXTINCTION = 0.20;
 const SURFACE = vec3f(0.6, 0.15, 0.40);
-const SKY = vec3f(0.55, 0.85, 0.5);
+const SKY = vec3f(0.42, 0.80, 0.5);
 const BRIGHT = vec3f(0.45, 0.80, 0.85);
-const SHADE_MOST = 0.3;
+const SHADE_MOST = 0.30;
 const REC709 = vec3f(0.2126, 0.7152, 0.0722);
 
 struct Look {

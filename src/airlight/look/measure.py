@@ -33,9 +33,9 @@ BLUE = -0.15  # ln(R / B) below which a light is meant to be blue
 ASIDE = (0.12, 0.30)  # ln of green over what a warm white of the same R / B has, either way: from where a light is meant to have its hue
 PURER, LEAST_CHANNEL = 1.5, 0.12
 OPENING = 0.02  # share of the picture from which a bright part is an opening
-REACH = (0.9, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
+REACH = (0.8, 0.15, 0.6)  # of the distance within which half of what can show shafts lies; least, most
 LIGHT_ENOUGH = (0.75, 1.0)  # ln of the light's tone over its surroundings', from which something shines: noise has less
-FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.20, 0.35)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
+FINE_ENOUGH, SEEN_ENOUGH = (0.004, 0.008), (0.15, 0.28)  # rms of fine rays, and visible share, from which there are shafts, and whole ones
 GUIDE = (0.012, 0.08)  # of the guided filter: radius of the longer side, deviation of L that counts as texture
 SHOWN = (0.3, 4.0)  # the 99th percentile of pictures of floats that are shown as they are
 VISIBLE = 8.0  # 100 x OKLab distance that 95 % of the pixels stay below at strength 1
@@ -61,18 +61,32 @@ def white_of(color: Array) -> float:
     return max(bright / SHOWN[1], 1.0) if bright > 1 else min(bright / SHOWN[0], 1.0) if bright > 0 else 1.0
 
 
+def _usable(color: Array) -> Array:
+    return np.maximum(np.nan_to_num(color.astype(np.float64), posinf=1e4), 0)
+
+
+def few(plane: Array) -> Array:
+    """The pixels of a plane of the small copy that are glanced at."""
+    return plane[::GLANCED, ::GLANCED]
+
+
 @dataclass
 class Small:
-    """A small copy of a picture, (h, w, 3) with white at 1, and what is made of it once, whatever the light. near: (h, w), 1 near."""
+    """A small copy of a picture, (h, w, 3) with white at 1, and what is made of it once, whatever the light.
+
+    near: (h, w), 1 near. single: the picture's own pixels, not means of them, at the `few`; those of the copy if unset.
+    """
 
     color: Array
     near: Array | None = None
+    single: Array | None = None
     y: Array = field(init=False)
     guide: Array = field(init=False)  # (h, w, 2): B = guide[0] L + guide[1]
     base: Array = field(init=False)  # B
 
     def __post_init__(self) -> None:
-        self.color = np.maximum(np.nan_to_num(self.color.astype(np.float64), posinf=1e4), 0)
+        self.color = _usable(self.color)
+        self.single = few(self.color) if self.single is None else _usable(self.single)
         self.y = self.color @ REC709
         level = twin.lightness(self.y)
         radius = max(1, round(GUIDE[0] * max(level.shape)))
@@ -97,7 +111,11 @@ def small_copy(color: Array, white: float = 1.0, near: Array | None = None, size
     pixels."""
     width, height = size or (color.shape[1], color.shape[0])
     to = shrunk_size(width, height, SIDE)
-    return Small(shrink_to(color, *to) / white, None if near is None else shrink_to(near, *to))
+    rows, columns = (
+        ((few_of + 0.5) * full / copied).astype(int)
+        for few_of, full, copied in ((np.arange(0, n, GLANCED), m, n) for n, m in zip(to[::-1], color.shape[:2], strict=True))
+    )
+    return Small(shrink_to(color, *to) / white, None if near is None else shrink_to(near, *to), color[rows[:, None], columns] / white)
 
 
 def tones(small: Small, grid: RayGrid) -> Tones:
@@ -197,11 +215,6 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
     return float(r), float(g), float(b)
 
 
-def few(plane: Array) -> Array:
-    """The pixels of a plane of the small copy that are glanced at."""
-    return plane[::GLANCED, ::GLANCED]
-
-
 @dataclass
 class Seen:
     """One light before the small copy: what it emits through, and its bands at the `few` pixels, (h, w, 3), with their distances."""
@@ -277,7 +290,10 @@ def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Arra
     added, missing = np.zeros((*few(small.y).shape, 3)), np.zeros_like(few(small.y))
     for seen, settings in lights:
         assert seen.bands is not None and seen.distance is not None
-        amount = twin.ray_amount(seen.bands, seen.distance, few(seen.emits), settings)
+        x, y = (few(plane) for plane in points(*small.size))
+        away = np.maximum(seen.distance, 1e-9)
+        entry = seen.grid.entry((x - seen.grid.light[0]) / away, (y - seen.grid.light[1]) / away)
+        amount = twin.ray_amount(seen.bands, seen.distance, entry, few(seen.emits), settings)
         added += np.maximum(amount, 0)[..., None] * np.array(settings.color)
         missing += np.maximum(-amount, 0)
     return added, missing
@@ -288,7 +304,8 @@ class Contrast:
     pixels. added, missing: `sums`."""
 
     def __init__(self, small: Small, added: Array, missing: Array, shade: float, dark: tuple[float, float] = twin.DARK) -> None:
-        self.color, self.base, self.near = few(small.color), few(small.base), few(small.hidden)
+        assert small.single is not None
+        self.color, self.base, self.near = small.single, few(small.base), few(small.hidden)
         self.sums, self.shade, self.dark = (added, missing), shade, dark
         self.before = oklab(self.color)
 

@@ -65,7 +65,7 @@ class _LightRays:
             entries[entry] = -(-count // 64), RADII
         self.steps = [(device.pipeline(BANDS, entry, INSIDE=inside), counts) for entry, counts in entries.items()]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1], INSIDE=inside)
-        self.settle = device.pipeline(AMOUNTS, "settle")
+        self.settle = device.pipeline(AMOUNTS, "settle", INSIDE=inside)
         self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
 
 

@@ -113,7 +113,7 @@ def settle(
                 rest=found.rest,
                 length=found.length * (SMALL_LENGTH if one.kind == "lamps" else 1.0) if look.length is None else look.length,
                 mist=look.mist,
-                soft=SMALL_SOFT if one.kind == "lamps" else twin.SOFT,
+                soft=twin.BEYOND_SOFT if not one.grid.inside else SMALL_SOFT if one.kind == "lamps" else twin.SOFT,
                 weight=weight / most if most > 0 else 0.0,
                 color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),
             ),

@@ -14,22 +14,23 @@ REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
 DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all; at least, and of the surroundings'
-DARK_OF, DARK_MOST = (0.44, 1.1), (0.20, 0.50)  # tone, at most
+DARK_OF, DARK_MOST = (0.55, 1.25), (0.24, 0.55)  # tone, at most
 MOST = 0.35  # of L: what no shaft exceeds
 BREADTHS = ((2.5, 0.9), (12.0, 2.0))  # degrees: of the means over angles that a ray is compared with; the fineness above which they grow
 COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
+BEYOND_SOFT = 0.25  # the same within the picture of a light beyond it: rays gather before they are seen, and none starts at a border
 THINNEST = (0.004, 4.0)  # diagonals of a ray's sigma at least, so that none is a scratch near the light; but no more than these degrees
 FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
 TINT = 0.5  # of the light's colour that is seen on a surface, the rest is white
 FINE = 1.0  # weight of what stands out against the narrow mean, beside that of the narrow against the wide
 CONTRAST = 0.40  # of tanh: how soon a ray that stands out is at its full
-SKY = (0.55, 0.85, 0.5)  # L: where shafts are seen less, from, to, by how much: in a clear sky they look like flare
+SKY = (0.42, 0.80, 0.5)  # L: where shafts are seen less, from, to, by how much: in a clear sky they look like flare
 BRIGHT = (0.45, 0.80, 0.85)  # L: where missing light darkens less, from, to, by how much: dark bands on a bright sky look like dirt
 EMITTER = 0.97  # of a shaft is not seen before what emits
-SHADE_MOST = 0.3  # of L: what missing light takes at most
-EXTINCTION = 0.15  # of the shade: how much of what lies behind a shaft its air hides
+SHADE_MOST = 0.30  # of L: what missing light takes at most
+EXTINCTION = 0.20  # of the shade: how much of what lies behind a shaft its air hides
 SURFACE = (0.6, 0.15, 0.40)  # share of a shaft that lights the surface behind it instead of the air: at most; L from, to
 
 
@@ -247,18 +248,22 @@ def standing_out(found: Array, rest: float) -> Array:
     return np.asarray(found[..., 1] / (found[..., 2] + rest))
 
 
-def ray_amount(found: Array, distance: Array, emits: Array, s: RaySettings) -> Array:
-    """The signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself."""
+def ray_amount(found: Array, distance: Array, entry: Array, emits: Array, s: RaySettings) -> Array:
+    """The signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself.
+
+    found: (..., 3) bands; distance: from the light; entry: at which the ray enters the picture.
+    """
     smooth_light = s.mist * MIST * found[..., 2] / (found[..., 2] + s.rest)
     amount = np.tanh(CONTRAST * standing_out(found, s.rest) / s.deviation) + smooth_light
-    fall = np.exp(-distance / s.length) * smoothstep(distance, 0.0, s.soft)
+    fall = np.exp(-distance / s.length) * smoothstep(distance - entry, 0.0, s.soft)
     return np.asarray(s.weight * amount * fall * (1 - EMITTER * emits))
 
 
 def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
     """`ray_amount`, found on the grid's own places, at points in diagonals, before emitters take their part."""
     distance = s.grid.nearest + (np.arange(RADII) + 1)[:, None] * s.grid.step
-    found = ray_amount(rays, distance, np.zeros_like(distance), s)
+    angle = s.grid.start + (np.arange(LINES) + 0.5) * (s.grid.span / LINES)
+    found = ray_amount(rays, distance, s.grid.entry(np.cos(angle), np.sin(angle)), np.zeros_like(distance), s)
     return at_points(found[..., None], s.grid, x, y)[0][..., 0]
 
 
