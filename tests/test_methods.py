@@ -318,10 +318,7 @@ def test_numpy_numbers_are_numbers() -> None:
         airlight.Parameters(samples=np.float64(50.5))
 
 
-@settings(max_examples=20)
-@given(cases())
-def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> None:
-    """Small images would take the direct sum: here they take the lines, but around the light."""
+def check_lines(case: tuple) -> None:
     image, place, keywords = case
     image = np.repeat(np.repeat(image, 4, axis=0), 4, axis=1)[:90]
     p = airlight.Parameters(method="epipolar", occlusion="none", **keywords)
@@ -331,6 +328,20 @@ def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> Non
         out = airlight.light_shafts(image, place, quality="final", occlusion="none", **keywords)
     assert out.min() >= 0
     assert np.sqrt(((out - truth) ** 2).mean()) <= 0.02 * max(truth.max(), 1e-3)
+
+
+@settings(max_examples=7)
+@given(cases())
+def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> None:
+    """Small images would take the direct sum: here they take the lines, but around the light."""
+    check_lines(case)
+
+
+@pytest.mark.slow
+@settings(max_examples=60)
+@given(cases())
+def test_lines_are_the_limit_in_many_cases(case: tuple) -> None:
+    check_lines(case)
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
