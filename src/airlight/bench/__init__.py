@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from airlight.bench import measure, process
+from airlight.bench.look import look
 from airlight.bench.scenes import scenes
 from airlight.bench.world import world
 from airlight.files import replacing
@@ -45,7 +46,7 @@ def run(json_path: str | None = None, overwrite: bool = False, device_name: str 
     """Measure, print, and write the records as JSON if asked to."""
     device = open_device(device_name)
     say(f"adapter: {device.name} ({device.info.get('backend_type')}); 1 copy = the fastest of {measure.KERNELS} one-tap rgba16f kernels")
-    parts = (measure.methods, measure.rivals, measure.extras, scenes, world)
+    parts = (measure.methods, measure.rivals, measure.extras, look, scenes, world)
     result = {
         "adapter": device.name,
         "backend": device.info.get("backend_type"),

@@ -25,6 +25,7 @@ assert out.open(sys.argv[2], like) and out.write_image(pixels) and out.close()
 """
 
 
+CLASSIC = ["--look", "classic"]
 FRAMES, FRAME = 100, (1920, 1080)
 ALONE_EXR = """
 import sys, OpenImageIO as oiio
@@ -75,6 +76,7 @@ def measure(device_name: str | None, runs: int = 5) -> dict[str, list[float]]:
         named = [] if device_name is None else ["--device", device_name]
         commands: dict[str, list[Any]] = {
             "airlight image": ["-m", "airlight", "image", photo, "-o", out, "-y", "--light", "0.6,0.35", *named],
+            "airlight image, classic": ["-m", "airlight", "image", photo, "-o", out, "-y", "--light", "0.6,0.35", *CLASSIC, *named],
             "read and write alone": ["-c", ALONE, photo, out],
         }
         times: dict[str, list[float]] = {name: [] for name in commands}

@@ -172,8 +172,8 @@ class LookPlan:
 
         def record(encoder: Any, timer: Timer | None) -> None:
             self._run("matte", encoder, rays.emit, rays.matte_bind, self.field_size, timer)
-            for pipeline, counts in rays.steps:
-                compute(encoder, pipeline, rays.bands_bind, counts, "rays", timer)
+            for number, (pipeline, counts) in enumerate(rays.steps):
+                compute(encoder, pipeline, rays.bands_bind, counts, "rays" if number else "sum", timer)
             self._run("glance", encoder, rays.glance, rays.glance_bind, self.glance_size, timer)
 
         self.submit(profile, record)
