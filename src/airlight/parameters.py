@@ -286,7 +286,7 @@ class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     ] = None
     fineness: Annotated[
         Annotated[float, Meta(ge=0.1, le=6)] | None,
-        _meta("angle over which rays are smoothed; unset: 0.45", "look", _LOOK, "degrees", slider=(0.2, 3), log=True),
+        _meta("angle over which rays are smoothed; unset: 0.55", "look", _LOOK, "degrees", slider=(0.2, 3), log=True),
     ] = None
     shade: Annotated[
         Annotated[float, Meta(ge=0, le=1)] | None,
