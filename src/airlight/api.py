@@ -364,7 +364,7 @@ def render_picture(
 
 
 def _is_plain(picture: Picture) -> bool:
-    """Whether the picture holds sRGB codes of 8 bits, with colour."""
+    """Tell whether the picture holds sRGB codes of 8 bits, with colour."""
     return picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
 
 

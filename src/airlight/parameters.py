@@ -252,7 +252,7 @@ _LOOK = "Airlight, docs/look.md"
 
 
 class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What shafts on a picture look like. Validated on construction; raises AirlightError."""
+    """Says what shafts on a picture look like. Validated on construction; raises AirlightError."""
 
     look: Annotated[
         Literal["smart", "classic"] | None,

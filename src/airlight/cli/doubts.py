@@ -50,7 +50,7 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
 
 
 def changes_little(picture: "Picture", done: Any, float_output: bool) -> bool:
-    """Whether no pixel of a coarse copy changes by more than CODES; in floats above white too, where codes go on."""
+    """Tell whether no pixel of a coarse copy changes by more than CODES; in floats above white too, where codes go on."""
     import numpy as np
 
     from airlight.files.colour import srgb_encode

@@ -1,4 +1,4 @@
-"""How a light is written on the command line: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, or `auto` for X,Y, or the angle of a parallel one.
+"""Reads lights from the command line: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one.
 
 `auto:2` is the second of the places where a picture's light may be, `auto:3+` the first three of them together.
 """

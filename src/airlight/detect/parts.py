@@ -96,13 +96,13 @@ class Part:
 
     @cached_property
     def is_sharp(self) -> bool:
-        """Whether it ends at an edge rather than fading out."""
+        """Tells whether it ends at an edge rather than fading out."""
         edge = self.ring(max(2.0, 0.15 * self.radius), max(4.0, 0.4 * self.radius))
         return bool(edge.any() and np.median(self.signal[edge]) < 0.5 * self.brightness)
 
     @cached_property
     def is_opening(self) -> bool:
-        """Whether it is wide, even and sharply bounded within the frame, as a window is."""
+        """Tells whether it is wide, even and sharply bounded within the frame, as a window is."""
         wide = self.share >= OPENING_SHARE and self.touch < OPENING_TOUCH
         return wide and self.is_sharp and self.evenness(0.8, 0.55) > OPENING_EVENNESS
 
@@ -120,7 +120,7 @@ class Part:
         return float((self.signal[wide] > high * top).mean())
 
     def spill(self) -> float:
-        """How much brighter, in perceptual steps, the surroundings are near the part than farther away."""
+        """Measures how much brighter, in perceptual steps, the surroundings are near the part than farther away."""
         near = self.ring(max(2.0, 0.1 * self.radius), max(4.0, 0.35 * self.radius))
         far = self.ring(max(5.0, 0.7 * self.radius), max(9.0, 1.2 * self.radius))
         if not near.any() or not far.any():

@@ -62,6 +62,27 @@ def timing(timer: Timer | None, label: str, encoder: Any) -> dict[str, Any]:
     return {"timestamp_writes": timer.writes(label, encoder)} if timer else {}
 
 
+class TimedSubmits:
+    """Submits passes on `device`, and times them if asked to."""
+
+    device: Device
+    timer: Timer | None = None
+
+    def submit(self, *recorded: Callable[[Any, Timer | None], None], profile: list[tuple[str, float]] | None = None) -> None:
+        """Record and submit some passes; their times (label, ms) are added to `profile`."""
+        if profile is not None and self.timer is None:
+            self.timer = Timer(self.device)
+        timer = self.timer if profile is not None else None
+        encoder = self.device.encoder()
+        for record in recorded:
+            record(encoder, timer)
+        if timer:
+            timer.resolve(encoder)
+        self.device.submit(encoder)
+        if timer and profile is not None:
+            profile += timer.milliseconds()
+
+
 def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, ...], label: str = "", timer: Timer | None = None) -> None:
     """Record a compute pass of one dispatch. counts: workgroups; label: of its time, if there is a timer."""
     run = encoder.begin_compute_pass(**timing(timer, label, encoder))

@@ -54,7 +54,7 @@ fn falloff(sigma: f32) -> Falloff {
     return Falloff(1.0, q, q * q);
 }
 
-/// How much a neighbour counts: all the way round, or nothing beyond the first and the last.
+/// Weighs a neighbour: all the way round, or nothing beyond the first and the last.
 fn counts(at: i32, count: u32) -> f32 {
     return select(0.0, 1.0, INSIDE || (at >= 0 && at < i32(count)));
 }
@@ -105,7 +105,7 @@ fn mean_lines(@builtin(global_invocation_id) id: vec3u) {
     means[row + id.x] = vec2f(mean_over_groups(i32(id.x), row, rays.narrow), mean_over_groups(i32(id.x), row, rays.wide));
 }
 
-/// Values of groups at a line, linearly.
+/// Interpolates values of groups at a line.
 fn between_groups(line: u32, row: u32) -> vec2f {
     let at = (f32(line) + 0.5) / f32(COARSE) - 0.5;
     let first = i32(floor(at));

@@ -11,7 +11,7 @@ struct Onto {
 @group(0) @binding(3) var picture: texture_2d<f32>; // codes
 @group(0) @binding(4) var noise: texture_2d<f32>; // a tile of 256 x 256
 
-/// The root of the linear light of a code, t = (code + 0.055) / 1.055.
+/// Finds the root of the linear light of a code, t = (code + 0.055) / 1.055.
 fn root_of(t: vec3f) -> vec3f {
     return -0.00357 + t * (0.58482 + t * (0.9226 + t * (-0.80355 + 0.2997 * t)));
 }

@@ -1,4 +1,4 @@
-// What all lights together add to and take from the pixels of the small copy. Each light adds to the sums of those before it; the last
+// Sums what all lights together add to and take from the pixels of the small copy. Each light adds to the sums of those before it; the last
 // makes of them the light that comes in, RGB, and the share of a pixel that is taken. Twin: change in reference/look.py.
 //! include "gpu/half.wgsl"
 //! include "look/rays.wgsl"
@@ -28,7 +28,7 @@ struct Look {
 @group(0) @binding(6) var before: texture_2d<f32>;
 @group(0) @binding(7) var field: texture_storage_2d<rgba16float, write>;
 
-/// The light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
+/// Finds the light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
 fn change(base: f32, sums: vec4f) -> vec4f {
     let light = dot(sums.rgb, REC709);
     let shown = look.strength * smooth_step(base, look.dark.x, look.dark.y) * (1.0 - SKY.z * smooth_step(base, SKY.x, SKY.y));

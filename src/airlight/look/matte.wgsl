@@ -1,4 +1,4 @@
-// What emits, as one light sees it, on a small copy of the picture, which is made on the way. Twins: matte, lightness in reference/look.py.
+// Finds what emits, as one light sees it, on a small copy of the picture, which is made on the way. Twins: matte, lightness in reference/look.py.
 // matte_codes.wgsl and matte_linear.wgsl say how a picture's colours are read.
 //! include "look/rays.wgsl"
 override TAPS: u32 = 1u;      // samples of the picture along each axis

@@ -1,7 +1,7 @@
 // A picture of sRGB codes, averaged as such: within the few pixels of a mean that is linear light to less than what emission notices.
 @group(0) @binding(4) var picture_codes: texture_2d<f32>;
 
-/// About srgb_decode, t^2.4 by two roots: to 0.3 %, and 0.0008 at black.
+/// Decodes sRGB codes about, t^2.4 by two roots: to 0.3 %, and 0.0008 at black.
 fn about_decoded(code: vec3f) -> vec3f {
     let t = (code + 0.055) / 1.055;
     let root = sqrt(t);

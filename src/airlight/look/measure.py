@@ -1,4 +1,4 @@
-"""What a look takes from a small copy of the picture: tones, what may emit, the light's colour, how far and how strong shafts are.
+"""Measures a small copy of the picture for a look: tones, what may emit, the light's colour, how far and how strong shafts are.
 
 All lengths in picture diagonals, colours scene-linear Rec. 709 with white at 1. Nothing here needs a GPU.
 """
@@ -157,7 +157,7 @@ def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
 
 
 def wants_haze(lights: Sequence[Light]) -> bool:
-    """Whether the haze may tell what is near: where the light is a sun, or comes from beyond the picture."""
+    """Tell whether the haze may say what is near: where the light is a sun, or comes from beyond the picture."""
     return all(light.kind in ("disc", "beyond") for light in lights)
 
 
@@ -243,7 +243,7 @@ def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind
 
 
 def is_misty(seen: Seen) -> bool:
-    """Whether all edges of what emits are wide and smooth, as of a sky in mist: there are no gaps for light to come through."""
+    """Tell whether all edges of what emits are wide and smooth, as of a sky in mist: there are no gaps for light to come through."""
     if min(seen.emits.shape) < 2:
         return False
     diagonal = math.hypot(*seen.emits.shape)
@@ -254,7 +254,7 @@ def is_misty(seen: Seen) -> bool:
 
 @dataclass(frozen=True)
 class Found:
-    """What one light's rays are like: the rms of all that stands out, and of fine rays; `rest`; how much is visible; their reach."""
+    """Holds the measures of one light's rays: the rms of all that stands out, and of fine rays; how much is visible; their reach."""
 
     deviation: float
     fine: float

@@ -1,4 +1,4 @@
-"""What shafts pass behind: by a depth map, by a subject's mask."""
+"""Finds what shafts pass behind: by a depth map, by a subject's mask."""
 
 import math
 from typing import Any

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
-from airlight.gpu.timing import Timer, compute, timing
+from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import GLANCED, SIDE
 from airlight.noise import dither
@@ -69,7 +69,7 @@ class _LightRays:
         self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
 
 
-class LookPlan:
+class LookPlan(TimedSubmits):
     """All passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
 
     picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear), the caller's own if given; small_size: of the copy that is
@@ -88,7 +88,7 @@ class LookPlan:
         small_size: tuple[int, int] | None = None,
     ) -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
-        self.small_size = small_size or shrunk_size(*size, SIDE)
+        self.small_size: tuple[int, int] = small_size or shrunk_size(*size, SIDE)
         self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
         self.field_size = shrunk_size(*size, FIELDS[quality])
         self.picture = picture or device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
@@ -110,24 +110,9 @@ class LookPlan:
             self.put = device.pipeline(LAYER, "put", NEAR_GIVEN=near)
         self.result = device.texture(*size, "rgba8unorm" if is_codes else "rgba16float")
         self.puts: dict[int, Any] = {}
-        self.timer: Timer | None = None
 
     def _run(self, label: str, encoder: Any, pipeline: Any, bind: Any, size: tuple[int, int], timer: Timer | None) -> None:
         compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), label, timer)
-
-    def submit(self, profile: list[tuple[str, float]] | None, *records: Any) -> None:
-        """Record and submit some passes; their times (label, ms) are added to `profile`."""
-        if profile is not None and self.timer is None:
-            self.timer = Timer(self.device)
-        timer = self.timer if profile is not None else None
-        encoder = self.device.encoder()
-        for record in records:
-            record(encoder, timer)
-        if timer:
-            timer.resolve(encoder)
-        self.device.submit(encoder)
-        if timer and profile is not None:
-            profile += timer.milliseconds()
 
     def upload(self, picture: Array, guide: Array, near: Array | None, white: float = 1.0) -> None:
         """picture: (H, W, 4), as the texture holds it; guide: (h, w, 2) of the small copy; near: (H, W) where it was planned for, else
@@ -137,7 +122,7 @@ class LookPlan:
         self.hide(guide, near)
 
     def hide(self, guide: Array, near: Array | None) -> None:
-        """What smooths the picture's lightness, and how near things are; arguments as `upload`."""
+        """Set what smooths the picture's lightness, and how near things are; arguments as `upload`."""
         values = np.zeros((*guide.shape[:2], 4), np.float16)
         values[..., :2] = guide
         if near is not None and self.near is self.guide:
@@ -176,7 +161,7 @@ class LookPlan:
                 compute(encoder, pipeline, rays.bands_bind, counts, "rays" if number else "sum", timer)
             self._run("glance", encoder, rays.glance, rays.glance_bind, self.glance_size, timer)
 
-        self.submit(profile, record)
+        self.submit(record, profile=profile)
         width, height = self.glance_size
         seen = np.frombuffer(queue.read_buffer(self.seen), np.float32).reshape(height, width, 4).astype(np.float64)
         return seen[..., :3], seen[..., 3]
@@ -214,7 +199,7 @@ class LookPlan:
 
     def read(self, profile: Any = None) -> Array:
         """Run the last passes: (H, W, 4) uint8 codes, or float16: what is added, white at 1, and the share that is taken."""
-        self.submit(profile, self.record)
+        self.submit(self.record, profile=profile)
         width, height = self.size
         if self.is_codes:
             return np.frombuffer(self.device.read(self.result, 4), np.uint8).reshape(height, width, 4)

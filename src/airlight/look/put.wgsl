@@ -1,4 +1,4 @@
-// What a pixel is given of the change at its place, and what is taken of it. Twin: put in reference/look.py.
+// Fits the change at a pixel's place to what the pixel has: what is given, and what is taken. Twin: put in reference/look.py.
 override NEAR_GIVEN: bool = false; // how near things are is known at every pixel
 const WHITE = 0.9911;
 const TINT = 0.5;

@@ -38,18 +38,18 @@ fn smooth_step(x: f32, low: f32, high: f32) -> f32 {
     return t * t * (3.0 - 2.0 * t);
 }
 
-/// How much a pixel of luminance y emits, 0..1.
+/// Finds the emission of a pixel of luminance y, 0..1.
 fn emission(y: f32, rays: Rays) -> f32 {
     return smooth_step(log(max(y, 1e-5) / rays.surroundings) / rays.tone_span, EMITS.x, EMITS.y);
 }
 
-/// The weight of an emitter by its distance.
+/// Weighs an emitter by its distance.
 fn nearness_weight(distance: f32) -> f32 {
     let q = distance / NEAR;
     return 1.0 / (1.0 + q * q);
 }
 
-/// The distance at which a ray of this unit direction enters the picture.
+/// Finds the distance at which a ray of this unit direction enters the picture.
 fn entry(direction: vec2f, rays: Rays) -> f32 {
     if (INSIDE) { return 0.0; }
     var at = 0.0;
@@ -58,7 +58,7 @@ fn entry(direction: vec2f, rays: Rays) -> f32 {
     return at;
 }
 
-/// Distance from the light and number of the line of a point.
+/// Finds a point's distance from the light and the number of its line.
 fn polar(p: vec2f, rays: Rays) -> vec2f {
     let d = p - rays.light;
     var turn = atan2(d.y, d.x) - rays.start;
@@ -67,7 +67,7 @@ fn polar(p: vec2f, rays: Rays) -> vec2f {
     return vec2f(length(d), turn * (f32(LINES) / rays.span) - 0.5);
 }
 
-/// Where the bands of a point lie in their texture, which repeats its last line before the first and its first after the last.
+/// Finds the place of a point's bands in their texture, which repeats its last line before the first and its first after the last.
 fn band_place(at: vec2f, rays: Rays) -> vec2f {
     let row = clamp((at.x - rays.nearest) / rays.step - 1.0, 0.0, f32(RADII - 1u));
     return vec2f((at.y + 1.5) / f32(LINES + 2u), (row + 0.5) / f32(RADII));

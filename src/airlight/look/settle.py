@@ -23,7 +23,7 @@ Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Arra
 
 @dataclass(frozen=True)
 class LightLook:
-    """What was settled for one light; frames of a sequence keep it."""
+    """Holds what was settled for one light; frames of a sequence keep it."""
 
     settings: RaySettings
     kind: str
@@ -33,7 +33,7 @@ class LightLook:
 
 @dataclass(frozen=True)
 class Settled:
-    """What a look is for one picture. strength: solved; contrast: that it gives, of `wanted`; message: one line for the user, or ""."""
+    """Holds what a look is for one picture. strength: solved; contrast: that it gives, of `wanted`; message: a line for the user, or ""."""
 
     lights: tuple[LightLook, ...]
     strength: float
@@ -49,7 +49,7 @@ class Settled:
 
     @property
     def changes(self) -> bool:
-        """Whether the picture is changed at all."""
+        """Tells whether the picture is changed at all."""
         return self.strength > 0 and bool(self.lights)
 
 

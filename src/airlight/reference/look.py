@@ -58,12 +58,12 @@ def lightness(y: Array) -> Array:
 
 
 def emission(y: Array, tones: Tones) -> Array:
-    """How much a pixel of luminance y emits, 0..1, by where it lies between the surroundings and the light."""
+    """Find the emission of a pixel of luminance y, 0..1, by where it lies between the surroundings and the light."""
     return smoothstep(np.log(np.maximum(y, 1e-5) / tones.surroundings) / tones.span, *EMITS)
 
 
 def nearness_weight(distance: Array) -> Array:
-    """g: the weight of an emitter by its distance from the light, or from where its ray enters the picture."""
+    """Weigh an emitter, g, by its distance from the light, or from where its ray enters the picture."""
     return 1 / (1 + np.square(distance / NEAR))
 
 
@@ -222,7 +222,7 @@ def at_points(rays: Array, grid: RayGrid, x: Array, y: Array) -> tuple[Array, Ar
 
 @dataclass(frozen=True)
 class RaySettings:
-    """What turns one light's bands into amounts.
+    """Turns one light's bands into amounts.
 
     deviation: the rms of what stands out; rest: see REST; length: diagonals; mist: share of the smooth light; soft: see SOFT; weight: of
     this light among several; color: of the added light, luminance 1; tones: about the light.
@@ -275,7 +275,7 @@ def darkness(tones: Tones) -> tuple[float, float]:
 
 
 def visible(base: Array, dark: tuple[float, float] = DARK) -> Array:
-    """How much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky. dark: see
+    """Find how much of a shaft is seen before a pixel of smoothed lightness B: none before black, less before a bright sky. dark: see
     `darkness`."""
     return smoothstep(base, *dark) * (1 - SKY[2] * smoothstep(base, *SKY[:2]))
 

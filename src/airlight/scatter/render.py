@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.files.colour import by_rows
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
-from airlight.gpu.timing import Timer, compute, timing
+from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import Light, as_lights
 from airlight.look.plan import LookPlan
 from airlight.parameters import Parameters, check_ray
@@ -215,7 +215,7 @@ class Moving:
             encoder.begin_render_pass(color_attachments=[black]).end()
 
 
-class ImagePlan:
+class ImagePlan(TimedSubmits):
     """All passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
 
     picture: the texture that is read, rgba8unorm (sRGB codes) or rgba32float (linear); layer: the one that is written, rgba16float.
@@ -238,7 +238,6 @@ class ImagePlan:
         check_size(device, width, height)
         self.device, self.picture = device, picture
         self.scales = not fraction and p.method != "additive"  # whose buffer holds 0 to 1
-        self.timer: Timer | None = None
         self.scale = 1.0
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
@@ -262,20 +261,6 @@ class ImagePlan:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         self.source.write(mask, depth, self.scale, luminance)
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
-
-    def submit(self, *recorded: Callable[[Any, Timer | None], None], profile: list[tuple[str, float]] | None = None) -> None:
-        """Record and submit some passes; their times (label, ms) are added to `profile`."""
-        if profile is not None and self.timer is None:
-            self.timer = Timer(self.device)
-        timer = self.timer if profile is not None else None
-        encoder = self.device.encoder()
-        for record in recorded:
-            record(encoder, timer)
-        if timer:
-            timer.resolve(encoder)
-        self.device.submit(encoder)
-        if timer and profile is not None:
-            profile += timer.milliseconds()
 
     def codes(self, rule: Rule, profile: list[tuple[str, float]] | None = None) -> tuple[Array, Rule]:
         """The picture's codes with the layer on them, (H, W, 4) uint8, and the rule as it was measured."""

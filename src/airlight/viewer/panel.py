@@ -146,7 +146,7 @@ class Panel:
         imgui.end()
 
     def _smart(self) -> None:
-        """What a picture with the smart look needs: little of it open."""
+        """Draws what a picture with the smart look needs: little of it open."""
         s = self.state
         for d in st.shown(s):
             if d.name in st.FIRST_LOOK:
@@ -166,7 +166,7 @@ class Panel:
         self._view(opened=False)
 
     def _all(self) -> None:
-        """What a scene needs, or a picture whose shafts are the sum's."""
+        """Draws what a scene needs, or a picture whose shafts are the sum's."""
         groups = dict.fromkeys(d.group for d in st.shown(self.state) if d.group != "look")
         for group in groups:
             if group in FIRST:

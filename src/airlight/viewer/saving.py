@@ -66,7 +66,7 @@ def _command(words: list[str]) -> Callable[[], None]:
 
 
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
-    """What writes an array with the lights and parameters of the state as it is now."""
+    """Make what writes an array with the lights and parameters of the state as it is now."""
     from airlight.api import render_look, render_picture
     from airlight.occlusion.automatic import settled
 

@@ -87,7 +87,7 @@ class LookView:
                 if self._held.get(number) != last.key:  # others were asked for since, and these were known
                     self._see(last, passes, again=True)
             self.plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade, settled.dark)
-            self.plan.submit(passes, self.plan.record, *(() if self.is_codes else (self._record_lay,)))
+            self.plan.submit(self.plan.record, *(() if self.is_codes else (self._record_lay,)), profile=passes)
         self.settled = settled
 
     def _see(self, asked: "_Asked", passes: Any, again: bool = False) -> tuple[Array, Array]:
@@ -106,7 +106,7 @@ class LookView:
 
     @property
     def message(self) -> str:
-        """What there is to say about the picture, as the panel says it."""
+        """Finds what there is to say about the picture, as the panel says it."""
         text = "" if self.settled is None else self.settled.message
         for option, word in WORDS:
             text = text.replace(option, word)
@@ -144,5 +144,5 @@ class _Asked:
 
     @property
     def key(self) -> Any:
-        """What they depend on; the parts follow from the grid and the tones."""
+        """Collect what they depend on; the parts follow from the grid and the tones."""
         return self.grid, self.tones, self.fineness, None if self.pattern is None else self.pattern.tobytes()

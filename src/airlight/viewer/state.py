@@ -101,12 +101,12 @@ class ViewerState:
 
     @property
     def is_smart(self) -> bool:
-        """Whether a picture has the smart look; else its shafts are the sum's."""
+        """Tell whether a picture has the smart look; else its shafts are the sum's."""
         return self.is_image and self.look.look != "classic"
 
     @property
     def is_lit(self) -> bool:
-        """Whether shafts are shown."""
+        """Tell whether shafts are shown."""
         return self.shafts and not self.held
 
 
