@@ -90,7 +90,7 @@ class LookPlan(TimedSubmits):
         self.device, self.size, self.is_codes = device, size, is_codes
         self.small_size: tuple[int, int] = small_size or shrunk_size(*size, SIDE)
         self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
-        self.field_size = shrunk_size(*size, FIELDS[quality])
+        self.field_size: tuple[int, int] = shrunk_size(*size, FIELDS[quality])
         self.picture = picture or device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
         self.guide = device.texture(*self.small_size, "rgba16float", target=False)
         self.near = device.texture(*size, "r16float", target=False) if near else self.guide
