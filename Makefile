@@ -39,7 +39,7 @@ chromium:
 demo: env vulkan
 	@mkdir -p "$(dir $(OUT))"
 	@$(RUN)/airlight image "$(PHOTO)" -o "$(OUT)" --light auto --overwrite
-	@echo "The picture: $(abspath $(OUT))"
+	@echo "The picture: $(abspath $(OUT)). For your own: $(RUN)/airlight image photo.jpg -o out.jpg"
 
 test: lint vulkan chromium
 	$(RUN)/python -m pytest

@@ -13,7 +13,7 @@ render() { $airlight render "$@" -y; }
 put() { $python scripts/pictures.py "$@"; }
 
 photographs() { # README.md, docs/photographs.md
-    for name in casa-mila hill-sunset tea-gardens-mist; do
+    for name in night-light-frames hill-sunset tea-gardens-mist; do
         $airlight image examples/photos/$name.jpg -o $to/$name.jpg -y
     done
     $airlight image examples/photos/dandelions.jpg --candidates "$work/candidates.png" -y

@@ -479,7 +479,7 @@ def test_nothing_before_the_light_and_black_round_it(tmp_path, capsys):
     write_image(tmp_path / "black.png", black)
     for name, says, cure in (
         ("even", "nothing stands before the light: no shafts", "--rays 24 draws some"),
-        ("black", "what lies round the light is black: no air shows there", "--look classic puts the plain sum on it"),
+        ("black", "what lies round the light is black: no air shows there", "brighten the shadows first"),
     ):
         said = run(capsys, tmp_path / f"{name}.png", "-o", tmp_path / "a.png", "-y", "--light", "0.45,0.4;kind=disc")
         assert said == f"{tmp_path / name}.png: {says}; {cure}\n"

@@ -172,7 +172,7 @@ def _shafts(
 
 def add_light_shafts(
     image: Any,
-    light: Any,
+    light: Any = "auto",
     *,
     alpha: Any = None,
     depth: Any = None,
@@ -184,7 +184,8 @@ def add_light_shafts(
 ) -> Any:
     """The image with its light shafts, in the image's shape and dtype.
 
-    image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives.
+    image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives, or "auto": the likeliest place;
+    where none is likely enough the image comes back as it was, with a warning that says what to do.
     parameters: the fields of Look (strength, warmth, length, ...) and quality; or those of Parameters and Composite, which ask for
     look="classic", the sum that light_shafts gives, put on the picture.
     depth: (H, W), any unit, larger is farther: shafts pass behind what is nearer than near_range of it (0 its nearest, 1 its farthest);
@@ -192,6 +193,13 @@ def add_light_shafts(
     A grey image stays grey: where the light has a colour it gets the luminance. Warns (AirlightWarning) where nothing is changed.
     """
     array = np.asarray(image)
+    if isinstance(light, str) and light == "auto":
+        to_linear(array[:1, :1])  # refuses what is no image
+        place = likeliest(array)
+        if isinstance(place, str):
+            warnings.warn(place, AirlightWarning, stacklevel=2)
+            return shown(array.copy())
+        light = place
     named = dict(parameters)
     given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
     emits = mask if given is None else given
@@ -229,6 +237,19 @@ def add_light_shafts(
         return shown(_encoded(array, rgb, np.zeros(shape, bool)))
     changed = _lit(done.added) | (done.taken != 0)
     return shown(_encoded(array, rgb * (1 - done.taken)[..., None] + done.added, changed))
+
+
+def likeliest(image: Any) -> Any:
+    """Find the light of an image, a Candidate; or say in a line why none is taken, and what to do."""
+    from airlight.detect import ACT, ASK, find_lights
+
+    found = find_lights(image)
+    if not found or found[0].confidence < ASK:
+        return "no light found, left as it is: give its place, (x, y)"
+    if found[0].confidence < ACT:
+        x, y = found[0].position
+        return f"unsure, left as it is: perhaps at {x:.2f}, {y:.2f} ({found[0].kind}, {found[0].confidence:.2f}); give a place, (x, y)"
+    return found[0]
 
 
 def _nearness(depth: FloatArray | None, subject: FloatArray | None, near_range: tuple[float, float], wrap: float) -> FloatArray | None:

@@ -62,6 +62,71 @@ def is_triple(annotation: Any) -> bool:
     return get_origin(annotation) is tuple or any(is_triple(part) for part in get_args(annotation))
 
 
+_LOOK = "Airlight, docs/look.md"
+
+
+class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Says what shafts on a picture look like. Validated on construction; raises AirlightError."""
+
+    look: Annotated[
+        Literal["smart", "classic"] | None,
+        _meta(
+            "smart: shafts that stand out by as much as the strength says, in the light's own colour, on what lies behind them;"
+            " classic: the sum of the method, put on the picture; unset: smart, or classic where an option of the sum is given",
+            "look",
+            _LOOK,
+        ),
+    ] = None
+    strength: Annotated[
+        float,
+        _meta(
+            "how much one sees of the shafts: 95 % of the pixels change by at most 8 times this, in hundredths of OKLab", "look", _LOOK,
+            slider=(0, 2), ge=0, le=4,
+        ),
+    ] = 1.0
+    warmth: Annotated[
+        Annotated[float, Meta(ge=-1, le=1)] | None,
+        _meta(
+            "how far the light's colour is drawn to a warm white, or below 0 to a cool one; unset: as far as it is pale", "look", _LOOK,
+            slider=(-1, 1),
+        ),
+    ] = None
+    length: Annotated[
+        Annotated[float, Meta(ge=0.02, le=10)] | None,
+        _meta(
+            "distance from the light at which shafts have faded to a third; unset: by where the picture can show them", "look", _LOOK,
+            "picture diagonals", slider=(0.05, 1.5), log=True,
+        ),
+    ] = None
+    fineness: Annotated[
+        Annotated[float, Meta(ge=0.1, le=6)] | None,
+        _meta("angle over which rays are smoothed; unset: 0.55", "look", _LOOK, "degrees", slider=(0.2, 3), log=True),
+    ] = None
+    shade: Annotated[
+        Annotated[float, Meta(ge=0, le=1)] | None,
+        _meta(
+            "how dark it gets where light is missing between shafts; unset: 0.8, in float files 0, so that the layer only adds",
+            "look",
+            _LOOK,
+        ),
+    ] = None
+    mist: Annotated[
+        float, _meta("how much of the glow that is even all round the light is shown beside its shafts", "look", _LOOK, ge=0, le=1)
+    ] = 0.0
+    rays: Annotated[
+        Annotated[int, Meta(ge=0, le=200)] | None,
+        _meta(
+            "rays that are drawn where the picture has no gaps for light to come through; unset: 24 where mist hides all gaps, else none",
+            "look", _LOOK, slider=(0, 60),
+        ),
+    ] = None
+    rays_seed: Annotated[int, _meta("other drawn rays", "look", _LOOK, slider=(0, 20), ge=0, le=2**31 - 1)] = 0
+    rays_shimmer: Annotated[
+        float, _meta("moves drawn rays on, each on its own, as time does", "look", _LOOK, "turns", slider=(0, 5), ge=-1e6, le=1e6)
+    ] = 0.0
+    wrap: Annotated[float, _meta("how much of the light wraps round the edge of a subject's mask", "look", _LOOK, ge=0, le=1)] = 0.0
+
+
 class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What shapes the light shafts of an image. Validated on construction; raises AirlightError."""
 
@@ -246,71 +311,6 @@ class Composite(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True)
             le=1,
         ),
     ] = 0.0
-
-
-_LOOK = "Airlight, docs/look.md"
-
-
-class Look(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Says what shafts on a picture look like. Validated on construction; raises AirlightError."""
-
-    look: Annotated[
-        Literal["smart", "classic"] | None,
-        _meta(
-            "smart: shafts that stand out by as much as the strength says, in the light's own colour, on what lies behind them;"
-            " classic: the sum of the method, put on the picture; unset: smart, or classic where an option of the sum is given",
-            "look",
-            _LOOK,
-        ),
-    ] = None
-    strength: Annotated[
-        float,
-        _meta(
-            "how much one sees of the shafts: 95 % of the pixels change by at most 8 times this, in hundredths of OKLab", "look", _LOOK,
-            slider=(0, 2), ge=0, le=4,
-        ),
-    ] = 1.0
-    warmth: Annotated[
-        Annotated[float, Meta(ge=-1, le=1)] | None,
-        _meta(
-            "how far the light's colour is drawn to a warm white, or below 0 to a cool one; unset: as far as it is pale", "look", _LOOK,
-            slider=(-1, 1),
-        ),
-    ] = None
-    length: Annotated[
-        Annotated[float, Meta(ge=0.02, le=10)] | None,
-        _meta(
-            "distance from the light at which shafts have faded to a third; unset: by where the picture can show them", "look", _LOOK,
-            "picture diagonals", slider=(0.05, 1.5), log=True,
-        ),
-    ] = None
-    fineness: Annotated[
-        Annotated[float, Meta(ge=0.1, le=6)] | None,
-        _meta("angle over which rays are smoothed; unset: 0.55", "look", _LOOK, "degrees", slider=(0.2, 3), log=True),
-    ] = None
-    shade: Annotated[
-        Annotated[float, Meta(ge=0, le=1)] | None,
-        _meta(
-            "how dark it gets where light is missing between shafts; unset: 0.8, in float files 0, so that the layer only adds",
-            "look",
-            _LOOK,
-        ),
-    ] = None
-    mist: Annotated[
-        float, _meta("how much of the glow that is even all round the light is shown beside its shafts", "look", _LOOK, ge=0, le=1)
-    ] = 0.0
-    rays: Annotated[
-        Annotated[int, Meta(ge=0, le=200)] | None,
-        _meta(
-            "rays that are drawn where the picture has no gaps for light to come through; unset: 24 where mist hides all gaps, else none",
-            "look", _LOOK, slider=(0, 60),
-        ),
-    ] = None
-    rays_seed: Annotated[int, _meta("other drawn rays", "look", _LOOK, slider=(0, 20), ge=0, le=2**31 - 1)] = 0
-    rays_shimmer: Annotated[
-        float, _meta("moves drawn rays on, each on its own, as time does", "look", _LOOK, "turns", slider=(0, 5), ge=-1e6, le=1e6)
-    ] = 0.0
-    wrap: Annotated[float, _meta("how much of the light wraps round the edge of a subject's mask", "look", _LOOK, ge=0, le=1)] = 0.0
 
 
 # What only the sum knows: where one of these is set, and no look, the look is classic.

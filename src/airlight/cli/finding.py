@@ -15,8 +15,14 @@ if TYPE_CHECKING:
     from airlight.files import Picture
 
 
-def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None") -> list[LightText]:
-    """The lights as numbers in the display window, those to be searched for found; none where it is not clear enough which are meant."""
+def resolve_lights(
+    written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None", many: bool = False
+) -> list[LightText]:
+    """The lights as numbers in the display window, those to be searched for found; none where it is not clear enough which are meant.
+
+    many: pictures are worked on: each line names its own.
+    """
+    prefix = f"{picture.path}: " if many else ""
     lights: list[LightText] = []
     found: Any = None
     for one in written:
@@ -30,15 +36,20 @@ def resolve_lights(written: Sequence[LightText], picture: "Picture", origin: str
         places = _chosen_places(found, *one.searched, picture)
         if not places:
             return []
-        for position, kind in places:
+        for position, kind, is_guess in places:
             at = found_at(picture, position)
-            say(f"light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
+            say(f"{prefix}light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
+            if is_guess:
+                say(f"{prefix}beyond the picture, by a guess: --light X,Y puts it elsewhere", prefix="")
             lights.append(dataclasses.replace(one, position=f"{at[0]!r},{at[1]!r}", kind=one.kind or kind))
     return lights
 
 
-def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture") -> list[tuple[tuple[float, float], str]]:
-    """(position, kind) of the candidates that are meant, see `LightText.searched`; none, and a line that says why, where none will do."""
+def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture") -> list[tuple[tuple[float, float], str, bool]]:
+    """(position, kind, whether it is a guess) of the candidates that are meant, see `LightText.searched`.
+
+    None, and a line that says why, where none will do.
+    """
     from airlight.detect import ACT, ASK
 
     if not found or (rank == 0 and found[0].confidence < ASK):
@@ -51,15 +62,13 @@ def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture")
         say(f"{picture.path}: {words}", prefix="")
         return []
     if all_of_them:
-        lamps = [(position, best.kind) for position in best.lamps]
-        return (lamps if len(lamps) > 1 else [(one.position, one.kind) for one in found])[:rank]
+        lamps = [(position, best.kind, False) for position in best.lamps]
+        return (lamps if len(lamps) > 1 else [(one.position, one.kind, one.guess) for one in found])[:rank]
     if rank > len(found):
         there = "only one place looks like a light" if len(found) == 1 else f"only {len(found)} places look like a light"
         raise AirlightError(f"{picture.path}: --light auto:{rank}: {there}; --candidates FILE shows them")
     one = found[max(rank, 1) - 1]
-    if one.guess:
-        say("beyond the picture, by a guess: --light X,Y puts it elsewhere", prefix="")
-    return [(one.position, one.kind)]
+    return [(one.position, one.kind, one.guess)]
 
 
 def show_candidates(sources: Sequence[str], path: str, o: dict[str, Any]) -> None:

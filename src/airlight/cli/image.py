@@ -208,12 +208,15 @@ def image(
         _refuse_existing(todo, overwrite or resume)
     if not todo:
         return 0
+    if ctx.get_parameter_source("written") is click.core.ParameterSource.DEFAULT_MAP:
+        say("the light is that of the settings; --light auto finds each picture's own", prefix="")
     work = _Work(
         written=lights,
         origin=origin,
         parameters=built[Parameters],
         composite=built[Composite],
         look=built[Look] if chosen == "smart" else None,
+        many=many,
         ctx=ctx,
         values=values,
         debug=debug,
@@ -294,6 +297,7 @@ class _Work:
     parameters: Any
     composite: Any
     look: Any  # None: classic
+    many: bool  # pictures
     ctx: click.Context
     values: dict[str, Any]  # what the options and the preset say
     debug: str | None
@@ -382,7 +386,7 @@ class _Work:
         settles = self.look is None and (integer or self.composite.adapt > 0)
         searched = any(w.searched for w in self.written)
         coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
-        written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse)
+        written = resolve_lights(self.written, picture, self.origin if given(self.ctx, "written") else "top", coarse, self.many)
         if not settles or coarse is None:
             return written, self.parameters, None
         return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None

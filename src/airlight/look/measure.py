@@ -26,6 +26,7 @@ RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the t
 SCENE = (0.35, 0.25)  # share of the scene's colour in the light's, as air and surfaces have given it; diagonals in which it is read
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
 WARM = np.array([1.0, 0.86, 0.50])
+GOLDEN = np.array([1.0, 0.70, 0.30])  # where a given warmth leads
 WARM_LINE = math.log(WARM[0] / WARM[2]), math.log(WARM[1] / math.sqrt(WARM[0] * WARM[2]))  # how warm it is, and its green
 WARMTH = {"disc": 0.6, "glow": 0.6, "beyond": 0.5, "opening": 0.35, "lamps": 0.0}  # how far a pale light is drawn to WARM
 PALE = 0.35  # share of it that holds for a light which is as warm already
@@ -207,7 +208,11 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
     ring = ring_color(small, tone, grid)
     if warmth is None:
         warmth = own_warmth(ring, kind)
-    toward = WARM if warmth >= 0 else WARM[::-1]
+        toward = WARM
+    else:
+        toward = GOLDEN if warmth >= 0 else GOLDEN[::-1]
+        if (warmth >= 0) == (ring[0] * toward[2] > ring[2] * toward[0]):  # it is as warm, or as cool, already: some more of its own
+            toward = ring * (toward / toward.max()) ** 0.5
     ring, toward = ring / (ring @ REC709), toward / (toward @ REC709)
     mixed = np.exp((1 - abs(warmth)) * np.log(ring) + abs(warmth) * np.log(toward)) ** PURER
     mixed = np.maximum(mixed / mixed.max(), LEAST_CHANNEL)

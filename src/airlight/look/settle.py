@@ -125,7 +125,7 @@ def settle(
     )
     if share < LEAST:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
-        black = "what lies round the light is black: no air shows there; --look classic puts the plain sum on it"
+        black = "what lies round the light is black: no air shows there; brighten the shadows first"
         clear = "nothing stands before the light: no shafts; --rays 24 draws some"
         return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]

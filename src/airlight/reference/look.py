@@ -208,7 +208,7 @@ def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern:
     return np.stack([fine, all_of_it, wide], axis=-1)
 
 
-DRAWN = (0.8, 0.1)  # share of the picture's own fine rays beside drawn ones; of the light that drawn ones take and give
+DRAWN = (0.4, 0.1)  # share of the picture's own fine rays beside drawn ones; of the light that drawn ones take and give
 
 
 def at_points(rays: Array, grid: RayGrid, x: Array, y: Array) -> tuple[Array, Array]:
