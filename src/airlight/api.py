@@ -51,6 +51,8 @@ def _plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
     if plane is None:
         return None
     array = np.asarray(plane)
+    if array.ndim != 2:
+        raise AirlightError(f"the {name} has the shape {array.shape}: give (H, W), as (height, width) of the image")
     if array.shape != shape:
         size = " x ".join(str(n) for n in array.shape[:2][::-1])
         raise AirlightError(f"the {name} is {size} pixels, the image {shape[1]} x {shape[0]}: they must be of one size")
@@ -193,18 +195,12 @@ def add_light_shafts(
     A grey image stays grey: where the light has a colour it gets the luminance. Warns (AirlightWarning) where nothing is changed.
     """
     array = np.asarray(image)
-    if isinstance(light, str) and light == "auto":
-        to_linear(array[:1, :1])  # refuses what is no image
-        place = likeliest(array)
-        if isinstance(place, str):
-            warnings.warn(place, AirlightWarning, stacklevel=2)
-            return shown(array.copy())
-        light = place
     named = dict(parameters)
     given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
     emits = mask if given is None else given
     _refuse_unknown(named, (Parameters, Composite, Look))
-    lights = as_lights(light)
+    searched = isinstance(light, str) and light == "auto"
+    lights = [] if searched else as_lights(light)
     parallel = any(one.angle is not None for one in lights)
     chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "a parallel light" if parallel else "")
     if chosen == "classic":
@@ -214,7 +210,14 @@ def add_light_shafts(
         named.pop("look", None)
         if given is not None:
             named["occlusion"] = "none"
-        return _add_sum(array, light, Composite(**of_rule), alpha, depth, emits, device, named)
+        composite = Composite(**of_rule)
+        if searched:
+            place = likeliest(to_linear(array)[0])
+            if isinstance(place, str):
+                warnings.warn(place, AirlightWarning, stacklevel=2)
+                named |= {"exposure": 0.0}
+            lights = [Light((0.5, 0.5))] if isinstance(place, str) else as_lights(place)
+        return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
     quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
     look = Look(**named)
     rgb, _ = to_linear(array)
@@ -228,6 +231,12 @@ def add_light_shafts(
     mask_plane = _plane("mask", emits, shape)
     grey = array.ndim == 2 or array.shape[2] == 1
     options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality, "grey": grey}
+    if searched:
+        place = likeliest(coarse)
+        if isinstance(place, str):
+            warnings.warn(place, AirlightWarning, stacklevel=2)
+            return shown(_encoded(array, rgb, np.zeros(shape, bool)))
+        lights = as_lights(place)
     done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
     if done.settled.message:
         warnings.warn(done.settled.message, AirlightWarning, stacklevel=2)

@@ -183,10 +183,12 @@ def image(
     if overwrite + skip_existing + resume > 1:
         raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
     lights = asked_lights(ctx)
-    if candidates is not None:
+    if candidates is not None and output is None:
+        for option, value in (("--layer", layer), ("--occlusion-fraction", occlusion_fraction), ("--debug", debug)):
+            if value is not None:
+                raise AirlightError(f"{option} goes with a picture that is written: add -o FILE")
         show_candidates(sources, candidates, ctx.params)
-        if output is None:
-            return 0
+        return 0
     if output is None:
         raise AirlightError("no output is named: add -o FILE, or --candidates FILE to see where the light may be")
     if occlusion_fraction is not None and len(lights) > 1:
@@ -206,6 +208,10 @@ def image(
         _check_outputs(task.outputs, [task.source, task.mask, task.depth, task.subject, preset], many or overwrite or resume)
     if many:
         _refuse_existing(todo, overwrite or resume)
+    if candidates is not None:
+        if os.path.realpath(candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
+            raise AirlightError(f"{candidates}: is named for two outputs; give each a name of its own")
+        show_candidates(sources, candidates, ctx.params)
     if not todo:
         return 0
     if ctx.get_parameter_source("written") is click.core.ParameterSource.DEFAULT_MAP:
@@ -271,8 +277,9 @@ def _with_first(todo: list[batch.Task], done: list[batch.Task]) -> list[batch.Ta
 def _refuse_existing(todo: Sequence[batch.Writes], overwrite: bool) -> None:
     there = [] if overwrite else [path for task in todo for path in task.outputs if os.path.lexists(path)]
     if there:
+        more = f", as do {len(there) - 1} more" if len(there) > 1 else ""
         raise AirlightError(
-            f"{there[0]}: exists already, as do {len(there) - 1} more; pass -y/--overwrite to replace them, -n to leave them out,"
+            f"{there[0]}: exists already{more}; pass -y/--overwrite to replace them, -n to leave them out,"
             " or --resume to do what is missing or damaged"
         )
 

@@ -17,6 +17,8 @@ CODE_STEP = 3e-4  # the darkest 8-bit sRGB code above black, linear
 FALLOFF_CORE = 0.03  # widths within which a light's field no longer grows
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
+FIREFLY = 1000.0  # times the 99.9th percentile: brighter pixels of floats are taken for faults
+
 
 def smoothstep(x: Any, low: float, high: float) -> Any:
     """Rise from 0 at `low` to 1 at `high`, smoothly; falls where low > high."""
@@ -37,6 +39,8 @@ def linear_copy(image: Any) -> Array:
             image = np.nan_to_num(image, nan=0.0, posinf=most, neginf=0.0)
     else:
         image = to_linear(image)[0]
+    if image.dtype.kind == "f":  # a few wild pixels must not outshine all that is averaged with them
+        image = np.minimum(image, FIREFLY * max(float(np.percentile(image, 99.9)), 1e-30))
     small = shrink(np.maximum(image.astype(np.float64 if image.dtype.itemsize > 4 else np.float32, copy=False), 0), COPY_SIDE_PX)
     small = np.where(small > 1e-12 * small.max(), small, 0)  # no remainders of running sums
     return np.repeat(small, 3, axis=2) if small.shape[2] == 1 else small

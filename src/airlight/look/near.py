@@ -24,7 +24,7 @@ def check_range(near_range: Any) -> tuple[float, float]:
         low, high = (float(v) for v in near_range)
     except (TypeError, ValueError):
         low = high = math.nan
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+    if not (abs(low) <= 100 and abs(high) <= 100 and high - low >= 1e-6):
         raise AirlightError(f"near_range = {near_range!r}: give two numbers, the first the smaller, as in 0.05,0.6")
     return low, high
 

@@ -71,7 +71,7 @@ def settle(
     and gets none but those asked for; masked: (h, w), what may emit; held: of a frame before, kept as it is.
     """
     shade = look.shade if look.shade is not None else 0.0 if additive else SHADE
-    strengths = [light.strength for light in lights]
+    strengths = [light.strength if max(light.color) > 0 else 0.0 for light in lights]
     if max(strengths) <= 0 or look.strength <= 0:
         return Settled((), 0.0, shade, 0.0, 0.0)
     if held is not None and not held.changes:
@@ -125,6 +125,8 @@ def settle(
     )
     if share < LEAST:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
+        if masked is not None and all(not one.emits.any() for one in seen):
+            return Settled(found_lights, 0.0, shade, 0.0, 0.0, "the mask lets nothing shine: make it white where light is, or invert it")
         black = "what lies round the light is black: no air shows there; brighten the shadows first"
         clear = "nothing stands before the light: no shafts; --rays 24 draws some"
         return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
@@ -138,7 +140,8 @@ def settle(
 
 def _tint(light: Light) -> tuple[float, float, float] | None:
     """The colour that the user gave a light, luminance 1; None where none is given."""
-    if light.color == (1.0, 1.0, 1.0):
+    if light.color == (1.0, 1.0, 1.0) or max(light.color) <= 0:
         return None
-    r, g, b = (np.array(light.color) + 1e-6) / float((np.array(light.color) + 1e-6) @ twin.REC709)
+    hue = np.array(light.color) / max(light.color)
+    r, g, b = hue / max(float(hue @ twin.REC709), 1e-3)
     return float(r), float(g), float(b)

@@ -321,7 +321,7 @@ class Renderer:
 
         return api.light_shafts(image, light, device=self, **keywords)
 
-    def add_light_shafts(self, image: Any, light: Any, **keywords: Any) -> Any:
+    def add_light_shafts(self, image: Any, light: Any = "auto", **keywords: Any) -> Any:
         """As airlight.add_light_shafts."""
         from airlight import api
 
