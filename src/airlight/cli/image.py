@@ -373,7 +373,7 @@ class _Work:
             done = api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
         if lights and kept is None:
             doubts.tell_unchanged(picture, done, self.look, parameters, self.written, real)
-        alone = not lights or (self.look is not None and done.held is not None and not done.held.changes)
+        alone = not lights or not getattr(done.held, "changes", True)
         if task.clip is not None and kept is None and alone:
             say(f"{picture.path}: its clip follows it, and is left as it is too; begin --frames later to change that", prefix="")
         if task.clip is not None:
