@@ -40,7 +40,8 @@ def linear_copy(image: Any) -> Array:
     else:
         image = to_linear(image)[0]
     if image.dtype.kind == "f":  # a few wild pixels must not outshine all that is averaged with them
-        image = np.minimum(image, FIREFLY * max(float(np.percentile(image, 99.9)), 1e-30))
+        usual = float(np.percentile(image, 99.9)) if image.size else 0.0
+        image = np.minimum(image, min(FIREFLY * max(usual, 1e-30), float(np.finfo(image.dtype).max)))
     small = shrink(np.maximum(image.astype(np.float64 if image.dtype.itemsize > 4 else np.float32, copy=False), 0), COPY_SIDE_PX)
     small = np.where(small > 1e-12 * small.max(), small, 0)  # no remainders of running sums
     return np.repeat(small, 3, axis=2) if small.shape[2] == 1 else small
