@@ -220,14 +220,15 @@ def add_light_shafts(
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
     quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
     look = Look(**named)
-    rgb, _ = to_linear(array)
-    shape = rgb.shape[:2]
+    codes = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
+    rgb = None if codes else to_linear(array)[0]  # codes are decoded by the GPU
+    shape = array.shape[:2]
     is_float = array.dtype.kind == "f"
     near = _nearness(_plane("depth", depth, shape), _plane("subject", subject, shape), check_range(near_range), look.wrap)
-    codes = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4)
     step = max(1, max(shape) // COARSE)
-    coarse = to_linear(array[every(shape[0], step), every(shape[1], step)])[0]
-    pixels = array[..., :3] if codes else rgb
+    some = every(shape[0], step), every(shape[1], step)
+    coarse = to_linear(array[some])[0] if rgb is None else rgb[some]
+    pixels = array[..., :3] if rgb is None else rgb
     mask_plane = _plane("mask", emits, shape)
     grey = array.ndim == 2 or array.shape[2] == 1
     options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality, "grey": grey}
@@ -235,13 +236,15 @@ def add_light_shafts(
         place = likeliest(coarse)
         if isinstance(place, str):
             warnings.warn(place, AirlightWarning, stacklevel=2)
-            return shown(_encoded(array, rgb, np.zeros(shape, bool)))
+            return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
         lights = as_lights(place)
     done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
     if done.settled.message:
         warnings.warn(done.settled.message, AirlightWarning, stacklevel=2)
     if done.codes is not None:
         return shown(done.codes if array.shape[2] == 3 else np.concatenate([done.codes, array[..., 3:]], axis=2))
+    if rgb is None:
+        rgb = to_linear(array)[0]
     if done.added is None or done.taken is None:
         return shown(_encoded(array, rgb, np.zeros(shape, bool)))
     changed = _lit(done.added) | (done.taken != 0)

@@ -8,6 +8,12 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 
 
+def smoothstep(x: Any, low: float, high: float) -> Any:
+    """Rise from 0 at `low` to 1 at `high`, smoothly; falls where low > high."""
+    t = np.clip((x - low) / (high - low), 0.0, 1.0)
+    return t * t * (3 - 2 * t)
+
+
 def shrunk_size(width: int, height: int, side: int) -> tuple[int, int]:
     """(width, height) of a copy whose longer side is at most `side` px."""
     scale = min(1.0, side / max(width, height))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from airlight.detect.ranking import Candidate
-from airlight.detect.signals import FIELD_SIDE_PX, Signals, smoothstep
-from airlight.planes import Array, blur, box, label, shrink
+from airlight.detect.signals import FIELD_SIDE_PX, Signals
+from airlight.planes import Array, blur, box, label, shrink, smoothstep
 
 GUESS_OFFSET = 0.12  # of the height: how far above the frame a light is guessed behind gaps
 SKY_OFFSET = 0.10  # the same behind a bright sky

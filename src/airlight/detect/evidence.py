@@ -4,8 +4,8 @@ import numpy as np
 
 from airlight.detect.parts import Part, bright_parts
 from airlight.detect.ranking import Candidate
-from airlight.detect.signals import Signals, smoothstep
-from airlight.planes import blur, box
+from airlight.detect.signals import Signals
+from airlight.planes import blur, box, smoothstep
 
 DISC_RADIUS = 0.09  # of the long side
 LARGEST_DISC_RADIUS = 0.14  # of one in clear air

@@ -3,8 +3,8 @@
 import numpy as np
 
 from airlight.detect.ranking import Candidate
-from airlight.detect.signals import Signals, smoothstep
-from airlight.planes import Array, blur, label
+from airlight.detect.signals import Signals
+from airlight.planes import Array, blur, label, smoothstep
 
 MOST_CONFIDENCE = 0.75  # several lights are never as sure as one
 MOST_LAMPS = 6

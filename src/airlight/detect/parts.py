@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from airlight.detect.signals import Signals, smoothstep
-from airlight.planes import Array, box, label
+from airlight.detect.signals import Signals
+from airlight.planes import Array, box, label, smoothstep
 
 LEVELS = (0.97, 0.9, 0.8, 0.7, 0.6, 0.5)  # of a signal's white
 LEAST_LEVEL = 0.68  # of white: a part cut below it is only the parent of others

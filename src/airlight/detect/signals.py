@@ -20,12 +20,6 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 FIREFLY = 1000.0  # times the 99.9th percentile: brighter pixels of floats are taken for faults
 
 
-def smoothstep(x: Any, low: float, high: float) -> Any:
-    """Rise from 0 at `low` to 1 at `high`, smoothly; falls where low > high."""
-    t = np.clip((x - low) / (high - low), 0.0, 1.0)
-    return t * t * (3 - 2 * t)
-
-
 def linear_copy(image: Any) -> Array:
     """Shrink an image as in airlight.light_shafts to (h, w, 3) linear of at most COPY_SIDE_PX, without nan, inf or negative values."""
     image = np.asarray(image)

@@ -8,7 +8,7 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.look.grid import Array
 from airlight.planes import blur, shrink
-from airlight.reference.look import bilinear, smoothstep
+from airlight.reference.look import resized, smoothstep
 
 RANGE = (0.05, 0.6)  # of the normalised map: all that is nearer than the first hides shafts, nothing beyond the second does
 OUTLIERS = (1.0, 99.0)  # percentiles that become 0 and 1
@@ -61,6 +61,4 @@ def subject_nearness(subject: Array, wrap: float) -> Array:
     small = shrink(subject, SIDE)
     beside = np.minimum(2 * blur(1 - small, WRAP * math.hypot(*small.shape)), 1)
     height, width = subject.shape
-    x = (np.arange(width) + 0.5) * small.shape[1] / width - 0.5
-    y = (np.arange(height) + 0.5) * small.shape[0] / height - 0.5
-    return np.asarray(subject * (1 - wrap * bilinear(beside, *np.meshgrid(x, y))), np.float32)
+    return np.asarray(subject * (1 - wrap * resized(beside, width, height)), np.float32)

@@ -87,14 +87,14 @@ def settle(
         automatic = DRAWN_RAYS if one.kind == "beyond" and measure.is_misty(one) else 0
         count = held.lights[number].rays if held is not None else automatic if look.rays is None else look.rays
         pattern = twin.drawn_pattern(count, one.grid, look.rays_seed + number, look.rays_shimmer) if count else None
+        usual: Found | None = None
+        if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away
+            one.bands, one.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
+            usual = measure.found(small, one)
         one.bands, one.distance = bands(number, one.grid, one.tones, one.parts, fineness, pattern)
         if held is None:
-            founds.append(measure.found(small, one))
-        if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away
-            usual = dataclasses.replace(one)
-            usual.bands, usual.distance = bands(number, one.grid, one.tones, one.parts, FINENESS, pattern)
-            founds[-1] = dataclasses.replace(founds[-1], fine=measure.found(small, usual).fine)
-            bands(number, one.grid, one.tones, one.parts, fineness, pattern)
+            found = measure.found(small, one)
+            founds.append(found if usual is None else dataclasses.replace(found, fine=usual.fine))
         seen.append(one)
         rays.append(count)
     if held is not None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
+from airlight.planes import smoothstep as smoothstep
 
 REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
@@ -45,11 +46,6 @@ class Tones:
     def span(self) -> float:
         """ln(light / surroundings), at least a quarter."""
         return max(math.log(self.light / self.surroundings), 0.25)
-
-
-def smoothstep(x: Array, low: float, high: float) -> Array:
-    t = np.clip((x - low) / (high - low), 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))
 
 
 def lightness(y: Array) -> Array:

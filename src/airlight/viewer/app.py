@@ -223,7 +223,7 @@ class Viewer:
         return marks
 
     def picture_room(self) -> controls.Area:
-        """Where the picture is, logical px, and what is free above, below and beside it."""
+        """Find where the picture is, logical px, and what is free above, below and beside it."""
         x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in self.room())
         return x, y, width, height
 

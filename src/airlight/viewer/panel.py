@@ -181,7 +181,7 @@ class Panel:
         self._view(opened=True)
 
     def _compared(self) -> None:
-        """Whether there are shafts, and the picture without them beside."""
+        """Draw whether there are shafts, and the picture without them beside."""
         s = self.state
         s.shafts = self._toggle("shafts", "Shafts" if s.is_smart else "##shafts", s.shafts)
         if s.is_image:

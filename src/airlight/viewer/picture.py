@@ -330,7 +330,7 @@ class PictureView:
         self._draw(pair, target, format, area, sides, split=area[0] + split * area[2], **ramp)
 
     def _ramp(self, rule: Rule) -> dict[str, float]:
-        """What adapts the picture with its shafts."""
+        """Find what adapts the picture with its shafts."""
         return {"scale": self.ramp.scale, "white": self.ramp.white, "strength": rule.adapt} if rule.adapt else {}
 
     def _scaled(self, pair: Pair, size: tuple[int, int], ramp: dict[str, float]) -> Pair:

@@ -22,7 +22,6 @@ DRAFT_SIDE = 240  # px of the longer side of what is measured while something is
 WORDS = (  # of messages: an option, what the panel has for it
     ("--rays 24 draws some", "set Rays to 24 to draw some"),
     ("--rays 0 for none", "set Rays to 0 for none"),
-    ("--look classic", "the classic look"),
 )
 
 
