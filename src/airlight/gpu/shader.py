@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 _BINDING = re.compile(r"^@group\(0\) @binding\((\d+)\) var(?:<(\w+)(?:, (\w+))?>)? (\w+): (\w+)(?:<(\w+)(?:, \w+)?>)?;", re.M)
-LOADED = ("table", "picture", "aside", "noise", "before", "after")
+LOADED = ("table", "picture", "aside", "noise", "before", "after", "transmittance")
 _EACH = re.compile(r"^ *//! each (\w+) of (\d+): (.+)$", re.M)
 _INCLUDE = re.compile(r'^//! include "([\w/.]+)"$', re.M)
 

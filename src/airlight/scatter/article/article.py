@@ -28,6 +28,8 @@ class Article:
     other lights.
     """
 
+    transmittance: Any = None  # 1 everywhere
+
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
         self.layer = device.texture(*pixels, "rgba32float")
