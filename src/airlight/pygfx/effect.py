@@ -186,7 +186,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def transmittance(self) -> Any:
-        """The share of each surface's radiance that the medium of the last frame lets through, RGB 0..1; None where that is 1 everywhere."""
+        """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
         return self._world.march.transmittance if self._world else None
 
     @property
