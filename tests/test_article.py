@@ -10,13 +10,15 @@ from written import depth_texture
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
-from airlight.lamps import Lamp
-from airlight.medium import settle
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.punctual import PunctualLight
+from airlight.lights.spot import SpotLight
+from airlight.medium.resolve import resolve
 from airlight.parameters import March, Medium, Parameters
 from airlight.reference import article as twin
 from airlight.reference import jitter as jittered
 from airlight.scatter.article.article import Article
-from airlight.shadows import Shadow, View
+from airlight.shadows import Shadow, ShadowView
 
 PIXELS, SIDE, DEEP = (13, 9), 32, 60.0
 JITTERS = st.sampled_from(["fixed", "midpoint", "gradient", "blue"])
@@ -54,7 +56,7 @@ def depth_of(matrix: np.ndarray, places: np.ndarray) -> np.ndarray:
     return at[..., 2] / at[..., 3]
 
 
-def cascades(count: int, towards: np.ndarray, eye: np.ndarray) -> list[View]:
+def cascades(count: int, towards: np.ndarray, eye: np.ndarray) -> list[ShadowView]:
     """Maps of 20 m, 60 m, ... around the eye, so shallow that rays leave them."""
     x = np.cross(towards, [0, 0, 1.0])
     x /= np.linalg.norm(x)
@@ -64,7 +66,7 @@ def cascades(count: int, towards: np.ndarray, eye: np.ndarray) -> list[View]:
         matrix = np.eye(4)
         matrix[:3, :3] = turn * np.array([SIDE / (20 * 3**i), SIDE / (20 * 3**i), 1])[:, None]
         matrix[:3, 3] = [SIDE / 2, SIDE / 2, 0.5] - matrix[:3, :3] @ eye
-        out.append(View(matrix, texel=20 * 3**i / SIDE, depth_scale=DEEP))
+        out.append(ShadowView(matrix, texel=20 * 3**i / SIDE, depth_scale=DEEP))
     return out
 
 
@@ -72,7 +74,7 @@ def run(
     view: np.ndarray,
     matrix: np.ndarray,
     depths: np.ndarray,
-    lamp: Lamp,
+    lamp: PunctualLight,
     shadow: Shadow | None,
     march: March,
     jitter: str = "fixed",
@@ -81,7 +83,7 @@ def run(
     """(height, width, 4)"""
     device = open_device()
     made = Article(device, (depths.shape[1], depths.shape[0]))
-    made.aim(view, matrix, [(lamp, shadow)], settle(Medium(**air), march, "normal", 10.0), jitter=jitter)
+    made.aim(view, matrix, [(lamp, shadow)], resolve(Medium(**air), march, "normal", 10.0), jitter=jitter)
     encoder = device.encoder()
     made.record(encoder, depth_texture(device, depths))
     device.submit(encoder)
@@ -106,7 +108,7 @@ def test_the_gpu_is_its_twin(seed: int, flat: bool, count: int, jitter: str, pro
     march = (
         March() if plain else March(shadow_bias=0.3, article_share="prose" if prose else "code", article_absorption=0.02, article_cap=0.3)
     )
-    out = run(view, matrix, depths, Lamp("sun", intensity, direction=tuple(SUN)), shadow, march, jitter, max_distance=70.0)
+    out = run(view, matrix, depths, DirectionalLight(intensity, direction=tuple(SUN)), shadow, march, jitter, max_distance=70.0)
     into = np.linalg.inv(view)
     want = twin.layer(
         origins,
@@ -150,14 +152,14 @@ def test_towards_the_sun_and_away_it_stays_finite() -> None:
         assert not np.isfinite(twin.macklin(ahead, -ahead, 30.0))  # as the article has it
     depths = np.ones((8, 8))
     for strength in (1.0, 1e-6):
-        lamp = Lamp("sun", (1.0, 1.0, 1.0), direction=(0.0, 0.0, -1.0), strength=strength)
+        lamp = DirectionalLight((1.0, 1.0, 1.0), direction=(0.0, 0.0, -1.0), strength=strength)
         out = run(np.eye(4), projection(), depths, lamp, None, March(), max_distance=30.0)
         assert np.isfinite(out).all() and out[..., :3].min() >= -0.1 - 1e-6 and out[..., :3].max() <= 0.1 + 1e-6
 
 
 def test_its_numbers() -> None:
     """600 steps of 0.8 over 750, squared; at right angles to the sun's direction the integral is atan T."""
-    lamp = Lamp("sun", (0.7, 0.7, 0.7), direction=(0.0, 1.0, 0.0))
+    lamp = DirectionalLight((0.7, 0.7, 0.7), direction=(0.0, 1.0, 0.0))
     flat = np.diag([1e-6, 1e-6, -1e-4, 1.0])
     for distance, sum_ in ((1000.0, 480.0), (100.0, 126 * 0.8)):
         out = run(np.eye(4), flat, np.ones((1, 1)), lamp, None, March(), max_distance=distance)
@@ -165,14 +167,14 @@ def test_its_numbers() -> None:
         np.testing.assert_allclose(out[0, 0, :3], (2 * light - 1) * 0.1, atol=5e-6)
         out = run(np.eye(4), flat, np.ones((1, 1)), lamp, None, March(article_share="prose"), max_distance=distance)
         np.testing.assert_allclose(out[0, 0, :3], 0.1, atol=1e-6)  # more than 1 is cut off
-    dark = run(np.eye(4), flat, np.ones((1, 1)), Lamp("sun", (0.0, 0.0, 0.0)), None, March())
+    dark = run(np.eye(4), flat, np.ones((1, 1)), DirectionalLight((0.0, 0.0, 0.0)), None, March())
     np.testing.assert_allclose(dark[0, 0, :3], -0.1, atol=1e-7)
 
 
 def test_only_one_sun() -> None:
     made = Article(open_device(), (4, 4))
-    air = settle(Medium(), March(), "normal", 1.0)
-    sun, spot = Lamp("sun", (1.0, 1.0, 1.0)), Lamp("spot", (1.0, 1.0, 1.0))
+    air = resolve(Medium(), March(), "normal", 1.0)
+    sun, spot = DirectionalLight((1.0, 1.0, 1.0)), SpotLight((1.0, 1.0, 1.0))
     for lamps in ([(spot, None)], [(sun, None), (sun, None)], [(sun, None), (spot, None)]):
         with pytest.raises(AirlightError, match="one light, a sun"):
             made.aim(np.eye(4), projection(), lamps, air)

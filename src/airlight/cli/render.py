@@ -22,7 +22,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters, refuse_look
 
 if TYPE_CHECKING:
-    from airlight.medium import Settled
+    from airlight.medium.resolve import ResolvedMedium
     from airlight.pygfx import SceneLight
     from airlight.scenes import Stage
     from airlight.scenes.offline import Frame, Shot
@@ -229,7 +229,7 @@ def render(
 
     with needing_scenes():
         from airlight.gpu.device import shared_device
-        from airlight.medium import settle
+        from airlight.medium.resolve import resolve
         from airlight.scenes import offline, open_scene
     inputs = [path for path in (scene, preset, medium, environment) if path is not None]
     stage, all = None, _tasks(ctx, 0.0)
@@ -270,7 +270,7 @@ def render(
         linear=_is_linear(output),
     )
     if parameters.method == "march":
-        _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
+        _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
         settings = record(ctx, values, [], preset, None, stage.settings)
@@ -352,12 +352,12 @@ def asked_shot(ctx: click.Context, size: tuple[int, int, int], smooth: bool, pla
     return Shot(*size, smooth, o["camera"], eye, target, o["fov"], tuple(lights))
 
 
-def _doubt(stage: "Stage", shot: "Shot", air: "Settled") -> None:
+def _doubt(stage: "Stage", shot: "Shot", air: "ResolvedMedium") -> None:
     """Warn of a medium that hides the scene or cannot be seen."""
     import numpy as np
 
     from airlight.files.decode import tell
-    from airlight.medium import doubt
+    from airlight.medium.resolve import doubt
 
     camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
     eye = camera.world.position if shot.eye is None else shot.eye

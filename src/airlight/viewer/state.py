@@ -13,7 +13,7 @@ from airlight.cli.options import Declared, declared
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
-from airlight.medium import doubt, settle
+from airlight.medium.resolve import doubt, resolve
 from airlight.parameters import IN_WORLD, NOT_IN_SCENES, OF_LOOK, OF_SUM, Composite, InScene, Look, March, Medium, Parameters, refuse_look
 
 DEBUG = ("occlusion", "source", "lines")
@@ -228,7 +228,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
     if state.parameters.method not in IN_WORLD or radius <= 0:
         state.doubt = ""
         return
-    air = settle(state.medium, state.march, state.parameters.quality, radius)
+    air = resolve(state.medium, state.march, state.parameters.quality, radius)
     state.settled |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,

@@ -8,15 +8,16 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import compute
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.scatter.march.march import no_shadow
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
 ARTICLE = "scatter/article/article.wgsl"
-DARK = Lamp("sun", (0.0, 0.0, 0.0))
+DARK = DirectionalLight((0.0, 0.0, 0.0))
 BIAS = 0.0005  # of the map's range of depth
 SETTINGS = np.dtype([("bias", "f4"), ("absorption", "f4"), ("cap", "f4"), ("prose", "f4")])
 
@@ -41,14 +42,14 @@ class Article:
         self,
         view: Any,
         projection: Any,
-        lamps: Sequence[tuple[Lamp, Shadow | None]],
-        air: Settled,
+        lamps: Sequence[tuple[PunctualLight, Shadow | None]],
+        air: ResolvedMedium,
         *,
         jitter: str = "fixed",
     ) -> None:
         """view, projection: (4, 4), as pygfx's cameras have them. jitter: of Parameters.offset."""
-        if any(not lamp.is_sun for lamp, _ in lamps[:1]) or len(lamps) > 1:
-            kinds = ", ".join(lamp.kind for lamp, _ in lamps)
+        if any(not lamp.directional for lamp, _ in lamps[:1]) or len(lamps) > 1:
+            kinds = ", ".join(lamp.word for lamp, _ in lamps)
             raise AirlightError(f"method article takes one light, a sun (here: {kinds}): give it one, as --sun does, or use method march")
         lamp, shadow = lamps[0] if lamps else (DARK, None)
         m = air.march

@@ -49,7 +49,7 @@ fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
 fn article(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
     if (any(p >= frame.size)) { return; }
-    let ray = ray_at(p);
+    let ray = camera_ray(p);
     let most = min(frame.max_distance, STEPS * STEP);
     let distance = min(ray.reach, most);
     let first = STEP * offset(p);
@@ -70,7 +70,7 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let part = select(sum / DIVISOR, min(sum / max(distance, 1e-6), 1.0), settings.prose > 0.0);
-    let out = part * inscatter(ray.direction, light.place, distance, max(light.spread, 1e-3));
+    let out = part * inscatter(ray.direction, light.position, distance, max(light.disc_tangent, 1e-3));
     var cap = 1.0;
     if (ray.reach < most) { cap = mix(settings.cap, 1.0, lit(distance, begin, along)); }
     let brightest = max(light.intensity.r, max(light.intensity.g, light.intensity.b));
