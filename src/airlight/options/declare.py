@@ -78,7 +78,8 @@ class Option:
         found: Any = self.kind
         if self.choices_of and not callable(self.choices_of):
             found = Literal[self.choices_of]
-        bounds: dict[str, Any] = {("gt" if self.low_open else "ge"): self.low, ("lt" if self.high_open else "le"): self.high, "pattern": self.pattern}
+        low, high = "gt" if self.low_open else "ge", "lt" if self.high_open else "le"
+        bounds: dict[str, Any] = {low: self.low, high: self.high, "pattern": self.pattern}
         kept = {bound: value for bound, value in bounds.items() if value is not None}
         found = Annotated[found, Meta(**kept)] if kept else found
         if self.is_triple:
