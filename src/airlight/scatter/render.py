@@ -13,6 +13,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.files.colour import by_rows
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import Light, as_lights
 from airlight.look.plan import LookPlan
@@ -24,9 +25,7 @@ from airlight.scatter.multipass.multipass import MultipassPlan
 from airlight.scatter.radial.radial import RadialPlan
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
-KNEE = np.dtype(
-    [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
-)
+KNEE = struct_dtype(SOURCE, "Knee")
 MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3, "contrast": 4}
 Array = np.ndarray
 

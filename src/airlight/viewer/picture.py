@@ -15,6 +15,7 @@ from airlight.errors import AirlightError
 from airlight.files import Picture, encode
 from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.lights import Light
 from airlight.look.measure import Small, small_copy, white_of
 from airlight.occlusion.automatic import settled
@@ -27,11 +28,7 @@ from airlight.viewer.smart import DRAFT_SIDE, LookView
 from airlight.viewer.state import ViewerState
 
 SHOW = "viewer/show.wgsl"
-UNIFORM = np.dtype(
-    [("area", "f4", 4), ("split", "f4"), ("apron", "i4")]
-    + [(name, "f4") for name in ("gain", "scale", "white", "strength")]
-    + [("", "u4", 2)]
-)
+UNIFORM = struct_dtype(SHOW, "Show")
 BEFORE, AFTER, BOTH = 1, 2, 3  # SIDES of the shader
 LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
 LONGEST_DRAFT = 1280  # px of the longer side while something is dragged
