@@ -12,8 +12,9 @@ from look_scenes import Change, shone
 
 import airlight
 from airlight import presets
+from airlight.arrays import to_linear
+from airlight.colour import encode_codes
 from airlight.files import read_image
-from airlight.files.colour import encode_codes, to_linear
 from airlight.lights import Light
 from airlight.parameters import Look, chosen_look
 from airlight.planes import shrink

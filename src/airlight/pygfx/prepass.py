@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.files.colour import srgb_decode
+from airlight.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, timing

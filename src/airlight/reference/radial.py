@@ -16,9 +16,9 @@ import numpy.typing as npt
 from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.parameters import Parameters, check_ray
+from airlight.reference.colour import REC709
 
 Array = npt.NDArray[np.floating[Any]]
-REC709 = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
 FLOAT16_MAX = 65504.0  # what the GPU's rgba16float source can hold
 KEPT = 0.25  # of the occluders' contrast, with occlusion contrast
 _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
@@ -186,7 +186,7 @@ def finite(image: Array) -> Array:
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
-def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Sequence[float] = REC709) -> Array:
+def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Any = REC709) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
     luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
@@ -214,7 +214,7 @@ def source(
     alpha: Array | None = None,
     depth: Array | None = None,
     user_mask: Array | None = None,
-    luminance: Sequence[float] = REC709,
+    luminance: Any = REC709,
 ) -> Array:
     """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
 
@@ -245,7 +245,7 @@ def layer(
     taps: int | None = None,
     points: Array | None = None,
     dtype: Any = np.float64,
-    luminance: Sequence[float] = REC709,
+    luminance: Any = REC709,
 ) -> Array:
     """What `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
 

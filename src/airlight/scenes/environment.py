@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.luminance import REC709
 
 if TYPE_CHECKING:
     import pygfx as gfx
@@ -24,7 +25,6 @@ LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts
 SUN_RADIUS = math.radians(4)  # around the brightest place
 MAX_MENDED = 50_000  # values
 AUREOLE = math.radians(20)  # around a light: what shines into its shafts
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def equirectangular(directions: np.ndarray, yaw: float = 0.0) -> np.ndarray:
@@ -95,7 +95,7 @@ class Environment:
     def sun_and_light(self) -> tuple[np.ndarray, np.ndarray]:
         """(3,) the direction to the sun, and (3,) the irradiance (linear RGB) of what is within SUN_RADIUS around it."""
         height, width = self.picture.shape[:2]
-        luminance = self.picture @ _LUMINANCE
+        luminance = self.picture @ REC709
         weight = luminance * solid_angles(height, width)
         y, x = np.unravel_index(int(np.argmax(_blurred(luminance))), luminance.shape)
         rough = direction((x + 0.5) / width, (y + 0.5) / height)
@@ -116,7 +116,7 @@ class Environment:
             x, y, z = np.asarray(towards, float) / np.linalg.norm(towards)
             unturned = np.array([cos * x - sin * z, y, sin * x + cos * z])
             weight = weight * (_directions(height, width) @ unturned > math.cos(AUREOLE))
-        return float((np.minimum(self.picture @ _LUMINANCE, limit) * weight).sum() / weight.sum())
+        return float((np.minimum(self.picture @ REC709, limit) * weight).sum() / weight.sum())
 
     def turned_to(self, towards: np.ndarray) -> Environment:
         """The same surroundings turned about y so that their sun stands below or above a direction (3,)."""
@@ -146,7 +146,7 @@ class Environment:
         """
         import pygfx as gfx
 
-        mean = float(((self.picture @ _LUMINANCE) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
+        mean = float(((self.picture @ REC709) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
         scene.environment = self.cube(LIGHT_FACE, LIGHT_LIMIT * mean)
         if background:
             size = min(1024, max(16, 2 ** round(math.log2(self.picture.shape[1] / 3))))
