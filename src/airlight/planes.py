@@ -49,6 +49,13 @@ def shrink_to(plane: Array, columns: int, rows: int) -> Array:
     return _means(_means(plane, rows, 0), columns, 1).astype(np.float32, copy=False)
 
 
+def block_means(plane: Array, side: int) -> Array:
+    """Average blocks of side x side px; what is left over at the right and below is dropped."""
+    rows, columns = plane.shape[0] // side, plane.shape[1] // side
+    blocks = plane[: rows * side, : columns * side].reshape(rows, side, columns, side, *plane.shape[2:])
+    return np.asarray(blocks.mean(axis=(1, 3)))
+
+
 def _means(plane: Array, count: int, axis: int) -> Array:
     """The means of `count` equal stretches along an axis, each from its own pixels alone: one that is no number spoils no other's."""
     size = plane.shape[axis]

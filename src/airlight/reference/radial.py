@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
+from airlight.occlusion.automatic import check
 from airlight.parameters import Parameters, check_ray
 from airlight.reference.colour import REC709
 
@@ -186,23 +187,20 @@ def finite(image: Array) -> Array:
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
-def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Any = REC709) -> Array:
+def mask(image: Array, alpha: Any, depth: Any, parameters: Parameters, luminance: Any = REC709) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
     luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
     alpha: 1 - alpha; depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is
     missing.
     """
+    check(parameters, alpha is not None, depth is not None)
     low, high = parameters.knee
     if parameters.occlusion in ("luminance", "contrast"):
         return smoothstep(low, high, finite(image) @ np.asarray(luminance))
     if parameters.occlusion == "alpha":
-        if alpha is None:
-            raise AirlightError("occlusion alpha needs an image with an alpha channel")
         return 1.0 - np.clip(finite(alpha), 0.0, 1.0)
     if parameters.occlusion == "depth":
-        if depth is None:
-            raise AirlightError("occlusion depth needs a depth map")
         return smoothstep(low, high, finite(depth))
     return np.ones(image.shape[:2])
 

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from airlight.colour import srgb_encode
 from airlight.errors import AirlightError
 from airlight.luminance import REC709
+from airlight.planes import block_means
 
 if TYPE_CHECKING:
     import pygfx as gfx
@@ -131,12 +133,11 @@ class Environment:
 
         reduced = self.picture if limit is None else np.minimum(self.picture, limit)
         while reduced.shape[1] >= 8 * size:  # or texels between samples would be missed
-            reduced = _halved(reduced)
+            reduced = block_means(reduced, 2)
         pixels = np.ones((6, size, size, 4), np.float32)
         pixels[..., :3] = sample(reduced, equirectangular(cube_directions(size), self.yaw))
         # pygfx decodes every such texture from sRGB: its curve, continued beyond 1.
-        low = pixels[..., :3] <= 0.0031308
-        pixels[..., :3] = np.where(low, pixels[..., :3] * 12.92, 1.055 * np.maximum(pixels[..., :3], 1e-9) ** (1 / 2.4) - 0.055)
+        pixels[..., :3] = srgb_encode(pixels[..., :3])
         return gfx.Texture(pixels.astype(np.float16), dim=2, size=(size, size, 6), generate_mipmaps=True)
 
     def surround(self, scene: gfx.Scene, background: bool = True, limit: float | None = None) -> None:
@@ -151,11 +152,6 @@ class Environment:
         if background:
             size = min(1024, max(16, 2 ** round(math.log2(self.picture.shape[1] / 3))))
             scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=self.cube(size, limit))))
-
-
-def _halved(picture: np.ndarray) -> np.ndarray:
-    height, width = picture.shape[0] // 2 * 2, picture.shape[1] // 2 * 2
-    return picture[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
 
 
 def _blurred(luminance: np.ndarray) -> np.ndarray:
@@ -198,7 +194,7 @@ def load_environment(name_or_path: str) -> Environment:
     with np.errstate(invalid="ignore"):
         pixels = _mended(np.where(np.isfinite(pixels), pixels, -1)).clip(0, 65504).astype(np.float32)
     while pixels.shape[1] > MAX_WIDTH:
-        pixels = _halved(pixels)
+        pixels = block_means(pixels, 2)
     if not pixels.any():
         raise AirlightError(f"{path}: is black; give an environment with light in it")
     return Environment(pixels)
