@@ -11,8 +11,9 @@ import numpy as np
 from look_scenes import Change, shone
 
 import airlight
+from airlight.arrays import to_linear
+from airlight.colour import encode_codes
 from airlight.files import read_image
-from airlight.files.colour import encode_codes, to_linear
 from airlight.lights import Light
 from airlight.options import Look, build, chosen_look, presets
 from airlight.planes import shrink

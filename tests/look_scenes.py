@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from airlight.files.colour import srgb_encode, to_linear
+from airlight.arrays import to_linear
+from airlight.colour import srgb_encode
 from airlight.lights import Light
 from airlight.look.apply import Applied, apply
 from airlight.look.grid import points

@@ -10,12 +10,12 @@ from tags import Tags
 
 import airlight
 from airlight.cli import main
+from airlight.colour import encode_codes
 from airlight.compare import measure, page, sheet, words
 from airlight.compare.variants import limit_key, usual, variant
 from airlight.debug import LINE, NODE, STEPS, weight_error
 from airlight.errors import AirlightError
 from airlight.files import read_image, read_mask, write_image
-from airlight.files.colour import encode_codes
 from airlight.gpu.device import open_device
 from airlight.lights import Light
 from airlight.options import Parameters

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import airlight
+from airlight.colour import encode_codes, srgb_decode
 from airlight.composite.blend import Rule, blend
-from airlight.files.colour import encode_codes, srgb_decode
 from airlight.gpu.device import Device, choose, open_device
 from airlight.gpu.quick_types import quicken
 from airlight.lights import Light

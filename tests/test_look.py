@@ -8,7 +8,7 @@ import pytest
 from look_scenes import BLUE, GREY, HEIGHT, LIGHT, WARM, WIDTH, Change, bar_columns, barred, shone, sky
 
 import airlight
-from airlight.files.colour import encode_codes
+from airlight.colour import encode_codes
 from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.look.grid import points

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import airlight
+from airlight.colour import encode_codes, srgb_decode, srgb_encode
 from airlight.files import to_linear
-from airlight.files.colour import encode_codes, srgb_decode, srgb_encode
 from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.look.grid import LINES, RADII, RayGrid, points

@@ -21,11 +21,11 @@ from airlight.cli import image as image_command
 from airlight.cli import main
 from airlight.cli import render as render_command
 from airlight.cli.options import gather
+from airlight.colour import srgb_decode, srgb_encode
 from airlight.composite.blend import Rule, blend
 from airlight.composite.mix import LinearComposite
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
-from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.gpu.device import open_device
 from airlight.lights import Light
 from airlight.look.apply import apply

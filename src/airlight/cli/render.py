@@ -440,7 +440,7 @@ class _Work:
         import numpy as np
 
         from airlight import files
-        from airlight.files.colour import encode_codes
+        from airlight.colour import encode_codes
 
         pixels = frame.pixels()
         if self.add is not None:

@@ -15,8 +15,8 @@ from airlight.compare.result import SceneComparison, SceneRow, Truth
 from airlight.compare.variants import Variant
 from airlight.composite.adapt import adapt, measured
 from airlight.errors import AirlightError
-from airlight.files.colour import LUMINANCE
 from airlight.gpu.timing import run_ms
+from airlight.luminance import REC709_F32
 from airlight.medium import Settled, settle
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lamps import lamps
@@ -96,7 +96,7 @@ class View:
         color = reference.through(self.surfaces, light, way, sigma_t, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
-            adapt(color, measured(color @ np.asarray(LUMINANCE)), v.composite.adapt)
+            adapt(color, measured(np.asarray(color @ REC709_F32)), v.composite.adapt)
         return np.asarray(reference.filmic(color) if v.in_scene.tone == "filmic" else color.clip(0, 1), np.float32)
 
     # ------------------------------------------------------------ truths

@@ -11,8 +11,8 @@ import numpy as np
 import pygfx as gfx
 import wgpu
 
+from airlight.colour import srgb_decode
 from airlight.errors import AirlightError
-from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light

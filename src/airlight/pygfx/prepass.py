@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.files.colour import srgb_decode
+from airlight.colour import srgb_decode
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, timing
 from airlight.options import SceneOptions
 from airlight.options.scene import RESOLUTION
@@ -24,8 +25,7 @@ from airlight.pygfx.lights import SceneLight
 FORMAT, DEPTH = "rgba16float", "depth32float"
 MOST = 8  # discs, as in discs.wgsl
 STRONG = 1.0  # emission beyond which a material is a light
-DISC = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("soft", "f4"), ("", "f4", 3)])
-DISCS = np.dtype([("rays", "f4", 4), ("size", "f4", 2), ("count", "u4"), ("", "u4"), ("disc", DISC, MOST)])
+DISCS = struct_dtype("pygfx/discs.wgsl", "Discs")
 KEPT = {"operation": "add", "src_factor": "zero", "dst_factor": "one"}  # alpha
 
 

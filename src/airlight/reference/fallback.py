@@ -10,6 +10,7 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.options import Parameters
+from airlight.planes import block_means
 from airlight.reference import radial
 from airlight.scatter.methods import METHODS
 
@@ -21,7 +22,7 @@ def _shrink(image: Any, factor: int) -> Any:
     """Box mean of factor x factor pixels, the border repeated where the size does not divide."""
     height, width = image.shape[:2]
     padded = np.pad(image, ((0, -height % factor), (0, -width % factor), (0, 0)), mode="edge")
-    return padded.reshape(padded.shape[0] // factor, factor, padded.shape[1] // factor, factor, -1).mean(axis=(1, 3))
+    return block_means(padded, factor)
 
 
 def layer(

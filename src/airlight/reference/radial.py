@@ -15,11 +15,12 @@ import numpy.typing as npt
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
+from airlight.occlusion.automatic import check
 from airlight.options import Parameters
+from airlight.reference.colour import REC709
 from airlight.scatter.methods import METHODS
 
 Array = npt.NDArray[np.floating[Any]]
-REC709 = (0.2126, 0.7152, 0.0722)  # luminance of linear Rec. 709
 FLOAT16_MAX = 65504.0  # what the GPU's rgba16float source can hold
 KEPT = 0.25  # of the occluders' contrast, with occlusion contrast
 _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
@@ -187,23 +188,20 @@ def finite(image: Array) -> Array:
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
-def mask(image: Array, alpha: Array | None, depth: Array | None, parameters: Parameters, luminance: Sequence[float] = REC709) -> Array:
+def mask(image: Array, alpha: Any, depth: Any, parameters: Parameters, luminance: Any = REC709) -> Array:
     """m in [0, 1], (H, W): 1 where light is emitted.
 
     luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
     alpha: 1 - alpha; depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is
     missing.
     """
+    check(parameters, alpha is not None, depth is not None)
     low, high = parameters.knee
     if parameters.occlusion in ("luminance", "contrast"):
         return smoothstep(low, high, finite(image) @ np.asarray(luminance))
     if parameters.occlusion == "alpha":
-        if alpha is None:
-            raise AirlightError("occlusion alpha needs an image with an alpha channel")
         return 1.0 - np.clip(finite(alpha), 0.0, 1.0)
     if parameters.occlusion == "depth":
-        if depth is None:
-            raise AirlightError("occlusion depth needs a depth map")
         return smoothstep(low, high, finite(depth))
     return np.ones(image.shape[:2])
 
@@ -215,7 +213,7 @@ def source(
     alpha: Array | None = None,
     depth: Array | None = None,
     user_mask: Array | None = None,
-    luminance: Sequence[float] = REC709,
+    luminance: Any = REC709,
 ) -> Array:
     """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
 
@@ -246,7 +244,7 @@ def layer(
     taps: int | None = None,
     points: Array | None = None,
     dtype: Any = np.float64,
-    luminance: Sequence[float] = REC709,
+    luminance: Any = REC709,
 ) -> Array:
     """What `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
 

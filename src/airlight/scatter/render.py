@@ -7,23 +7,23 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import REC709, Rule
+from airlight.composite.blend import Rule
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
-from airlight.files.colour import by_rows
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.recycling import Recycling
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import Light, as_lights
 from airlight.look.plan import LookPlan
+from airlight.luminance import REC709_F32
 from airlight.options import Parameters
+from airlight.planes import by_rows
 from airlight.scatter.methods import METHODS
 from airlight.scatter.screen import Target
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
-KNEE = np.dtype(
-    [("low", "f4"), ("high", "f4"), ("scale", "f4"), ("apron", "i4"), ("masked", "u4"), ("", "u4", 3), ("luminance", "f4", 3), ("", "u4")]
-)
+KNEE = struct_dtype(SOURCE, "Knee")
 MODES = {"none": 0, "luminance": 1, "alpha": 2, "depth": 3, "contrast": 4}
 Array = np.ndarray
 
@@ -77,7 +77,7 @@ class _Source:
         mean = self.occluders.mean if self.occluders else device.buffer(size=16)
         self.bind = device.bind(SOURCE, self.uniform, picture, self.aside, self.texture, mean)
 
-    def write(self, mask: Array | None, depth: Array | None, scale: float, luminance: Array = REC709) -> None:
+    def write(self, mask: Array | None, depth: Array | None, scale: float, luminance: Array = REC709_F32) -> None:
         """Upload what varies from picture to picture. scale: what keeps the source in half floats; luminance: weights of the RGB."""
         self.knee["scale"], self.knee["luminance"] = scale, luminance
         self.device.queue.write_buffer(self.uniform, 0, self.knee.tobytes())
@@ -176,7 +176,7 @@ class ImagePlan(TimedSubmits):
         self.source.record(encoder, timer)
         self.lights.record(encoder, timer)
 
-    def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709) -> None:
+    def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709_F32) -> None:
         """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
         if picture.dtype != np.uint8 and self.scales:
@@ -278,7 +278,7 @@ def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Par
     height, width = picture.shape[:2]
     kind = {"masked": mask is not None, "deep": depth is not None, "fraction": options.get("fraction", False)}
     found = renderer.plan((width, height), picture.dtype == np.uint8, lights, p, **kind)
-    found.upload(picture, mask, depth, options.get("luminance", REC709))
+    found.upload(picture, mask, depth, options.get("luminance", REC709_F32))
     found.submit(found.record, profile=options.get("profile"))
     return found
 

@@ -435,8 +435,8 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
 
 def from_array(array: Any) -> Picture:
     """An array as airlight.light_shafts takes it, (H, W), (H, W, 3) or (H, W, 4), as a picture."""
+    from airlight.colour import alpha_of
     from airlight.files import to_linear
-    from airlight.files.colour import alpha_of
 
     given = np.asarray(array)
     to_linear(given)  # refuses what is no picture

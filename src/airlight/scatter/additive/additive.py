@@ -5,16 +5,14 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import Light
 from airlight.options.shafts import Parameters
 from airlight.scatter.screen import Target, times
 
 ADDITIVE = "scatter/additive/additive.wgsl"
-BLENDS = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("apron", "f4"), ("samples", "u4"), ("step", "f4"), ("decay", "f4")]
-    + [("gain", "f4", 4), ("row", "u4"), ("", "u4", 3)]
-)
+BLENDS = struct_dtype(ADDITIVE, "Blends")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan
 MANY = 8  # dispatches from which on they are waited for on the way
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
 from airlight.lights import Light
 from airlight.options.shafts import Parameters
@@ -16,10 +17,7 @@ from airlight.scatter.screen import Target, gains
 BANDS = "scatter/bands/bands.wgsl"
 TOLERANCE = 2e-3  # of the weight's fit
 TOGETHER = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
-FRAME = np.dtype(
-    [("light", "f4", 2), ("density", "f4"), ("apron", "i4"), ("home", "i4", 2), ("size", "i4", 2), ("first", "i4"), ("taps", "u4")]
-    + [("lanes", "i4"), ("", "u4"), ("c", "f4", 4), ("start", "f4", 4), ("gain", "f4", 4)]
-)
+FRAME = struct_dtype(BANDS, "Frame")
 
 
 def entering_taps(size: tuple[int, int], light: tuple[float, float], density: float) -> int:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
 from airlight.lights import Light
 from airlight.options.shafts import Parameters
@@ -19,11 +20,7 @@ from airlight.scatter.screen import Target, gains
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 NOWHERE = (1 << 32) - 1  # scan.wgsl
 ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
-BUNDLE = np.dtype(
-    [(n, "u4") for n in ("line", "lines", "stride", "run", "steps", "row", "skip", "state_in", "lines_in", "state_out")]
-    + [("end", "f4"), ("column", "u4")]
-    + [(n, "f4", 4) for n in ("c", "beyond_c", "gain")]
-)
+BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
 
 
 @dataclass

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import Light
 from airlight.options.shafts import Parameters
@@ -17,10 +18,7 @@ TAPS, PASSES = 8, 3
 LEAST = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
 TOLERANCE = 2e-3  # of the weight's fit
 MANY = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
-FRAME = np.dtype(
-    [("light", "f4", 2), ("size", "u4", 2), ("apron", "f4"), ("inset", "f4"), ("", "u4", 2)]
-    + [("taps", "f4", (TAPS, 4)), ("gain", "f4", 4), ("nearest", "f4", 4)]
-)
+FRAME = struct_dtype(MULTIPASS, "Taps")
 
 
 def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Array, float]:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import Light
 from airlight.noise import blue_noise
@@ -14,10 +15,7 @@ from airlight.scatter.screen import Target, gains
 
 RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
-RAYS = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("apron", "f4"), ("samples", "u4"), ("step", "f4"), ("decay", "f4")]
-    + [("gain", "f4", 4), ("base", "f4", 4), ("row", "u4"), ("", "u4", 3)]
-)
+RAYS = struct_dtype(RADIAL, "Rays")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
 MANY = 8  # dispatches from which on they are waited for on the way
 
