@@ -10,10 +10,12 @@ from msgspec import Meta
 from airlight.errors import AirlightError
 
 THRESHOLD, SMOOTHNESS, VEIL, RESOLUTION = 0.85, 0.2, 0.35, 0.5  # where none are given
-Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article"]
-IN_WORLD = ("march", "article")  # methods that light a medium
+Method = Literal["epipolar", "radial", "bands", "multipass", "additive", "march", "article", "article-prose"]
+IN_WORLD = ("march", "article", "article-prose")  # methods that light a medium
+ARTICLES = ("article", "article-prose")  # of these, which know no units
 IN_VIEW: tuple[str, ...] = tuple(m for m in get_args(Method) if m not in IN_WORLD)  # which work on pictures, and in scenes on the view
-_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": ("march",), "march": IN_WORLD, "article": ("article",)}  # of groups
+_STEPPED = ("march", "article-prose")  # which the settings of steps, suns and biases reach
+_METHODS = {"shafts": IN_VIEW, "occlusion": IN_VIEW, "medium": ("march",), "march": IN_WORLD, "article": ("article-prose",)}  # of groups
 MAX_SAMPLES = 16384  # software Vulkan stops an invocation's loops at 65,535 trips
 
 
@@ -135,7 +137,8 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
         _meta(
             "epipolar: the converged sum, at a cost that does not depend on samples; radial: the direct sum; bands: ring by ring around the"
             " light; multipass: three passes of eight samples; additive: scaled copies added in an 8-bit buffer, with a stencil; in scenes"
-            " also march: the light that a medium scatters, through shadow maps; article: the same as an early article did it",
+            " also march: the light that a medium scatters, through shadow maps; article: its shadows, as the code of an early article sums"
+            " them; article-prose: as that article's prose says",
             "method",
             "Airlight; " + _GG3,
         ),
@@ -188,6 +191,7 @@ class Parameters(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True
             "where samples lie in their step: start, middle, interleaved-gradient noise, blue noise; unset: fixed, with march blue",
             "method",
             _GG3 + ", sec. 13.8",
+            methods=(*IN_VIEW, *_STEPPED),
         ),
     ] = None
     scale: Annotated[
@@ -415,6 +419,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 RGB = tuple[Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)]]
 SHARES = tuple[Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)]]
 _PBR = "Pharr, Jakob and Humphreys, Physically Based Rendering"
+_ARTICLE = "unpublished article on shadow-mapped in-scattering (2014)"
 
 
 class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -463,7 +468,7 @@ class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             "medium",
             "Hx Volumetric Lighting",
             "m",
-            methods=IN_WORLD,
+            methods=_STEPPED,
             slider=(1, 1000),
             log=True,
         ),
@@ -504,7 +509,7 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
         _meta(
             "look up shadows at the centres of texels, as nearest does: a filter then lies around one",
             "march",
-            "the shadow-map article",
+            _ARTICLE,
             methods=("march",),
         ),
     ] = False
@@ -512,7 +517,9 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
         Annotated[int, Meta(ge=16, le=16384)] | None,
         _meta("side of a shadow map; unset: 1024, 2048, 4096, by quality", "march", "Airlight", "texels", slider=(512, 1024, 2048, 4096)),
     ] = None
-    cascades: Annotated[int, _meta("shadow maps of a sun, one behind the other", "march", "Engel, ShaderX5", ge=1, le=4)] = 1
+    cascades: Annotated[
+        int, _meta("shadow maps of a sun, one behind the other", "march", "Engel, ShaderX5", methods=_STEPPED, ge=1, le=4)
+    ] = 1
     cascade_split: Annotated[
         float,
         _meta("how they share the distance: 0 evenly, 1 in equal ratios", "march", "Zhang et al. 2006, practical split scheme", ge=0, le=1),
@@ -530,35 +537,40 @@ class March(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
             methods=("march",),
         ),
     ] = "nearest"
-    sun_size: Annotated[float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", ge=0, le=20)] = 0.27
+    sun_size: Annotated[
+        float, _meta("half the angle under which a sun is seen", "march", "Airlight", "degrees", methods=_STEPPED, ge=0, le=20)
+    ] = 0.27
     shadow_bias: Annotated[
-        float, _meta("how far behind what hides the light shadows begin", "march", "Airlight", "m", slider=(0, 0.1), ge=0, le=1e6)
-    ] = 0.0
-    article_share: Annotated[
-        Literal["code", "prose"],
-        _meta(
-            "with method article: what a step's share is divided by: 750, as its code does; the ray's length, as its prose says",
-            "article",
-            "the shadow-map article",
-        ),
-    ] = "code"
-    article_absorption: Annotated[
         float,
         _meta(
-            "with method article: how fast a step's share falls with its distance",
-            "article",
-            "the shadow-map article",
-            "1/m",
+            "how far behind what hides the light shadows begin",
+            "march",
+            "Airlight",
+            "m",
             slider=(0, 0.1),
+            methods=_STEPPED,
             ge=0,
             le=1e6,
         ),
     ] = 0.0
-    article_cap: Annotated[
-        float,
+    article_share: Annotated[
+        Literal["code", "prose"],
+        _meta("what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says", "article", _ARTICLE),
+    ] = "code"
+    article_steps: Annotated[
+        Annotated[int, Meta(ge=1, le=4096)] | None,
         _meta(
-            "with method article: most light before a surface in shadow; 1: as before any", "article", "the shadow-map article", ge=0, le=1
+            "steps of half a metre: 500, or 2,000, as the article's prose says; unset: 600 of 0.8 m, as in its code",
+            "article",
+            _ARTICLE,
+            slider=(100, 2000),
         ),
+    ] = None
+    article_absorption: Annotated[
+        RGB, _meta("how fast a step's share falls with its distance", "article", _ARTICLE, "1/m", slider=(0, 0.1))
+    ] = (0.0, 0.0, 0.0)
+    article_cap: Annotated[
+        float, _meta("most light before a surface in shadow; 1: as before any", "article", _ARTICLE, ge=0, le=1)
     ] = 1.0
 
 

@@ -18,7 +18,7 @@ from airlight.errors import AirlightError
 from airlight.files.colour import LUMINANCE
 from airlight.gpu.timing import run_ms
 from airlight.medium import Settled, settle
-from airlight.parameters import IN_VIEW, InScene, March, Medium, Parameters
+from airlight.parameters import ARTICLES, IN_VIEW, InScene, March, Medium, Parameters
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
@@ -55,7 +55,7 @@ class View:
     def lacks(self, v: Variant) -> str | None:
         """Why a variant does not go with the view; else None."""
         method = v.parameters.method
-        if method == "article" and [lamp.kind for lamp in self.lamps] != ["sun"]:
+        if method in ARTICLES and [lamp.kind for lamp in self.lamps] != ["sun"]:
             return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
         if method in IN_VIEW and not self.in_view:
             return "no light is before the eye, and it draws no other"
@@ -82,10 +82,10 @@ class View:
         return found
 
     def light(self, v: Variant) -> tuple[Array, Array]:
-        """(H, W, 3) the light alone, of article before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
+        """(H, W, 3) the light alone, of ARTICLES before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
         frame = self.replay(v).frame(*self.moment, layer=True)
         layer = frame.shafts()
-        return (5 * layer + 0.5 if v.parameters.method == "article" else layer), frame.pixels()
+        return (5 * layer + 0.5 if v.parameters.method in ARTICLES else layer), frame.pixels()
 
     def composited(self, light: Array, way: Array, v: Variant) -> Array:
         """(H, W, 3) the surfaces seen through the variant's medium with this light, as a display shows it."""
@@ -148,7 +148,7 @@ def compare(
 ) -> SceneComparison:
     """Measure the variants; say gets each row when it is complete. Pictures fit into box x box pixels.
 
-    Error: by `rule`, of the light against the truth of the variant's own medium; of methods that work on the picture, and of article,
+    Error: by `rule`, of the light against the truth of the variant's own medium; of methods that work on the picture, and of ARTICLES,
     after the one factor that fits best. Cost: the passes of shadow maps, source and shafts over the wall time of a one-tap copy, medians of
     interleaved runs; the pass as a whole where the device has no timestamps. Raises AirlightError, MachineError.
     """

@@ -8,7 +8,7 @@ import msgspec
 from airlight.compare.measure import DISC
 from airlight.compare.result import Comparison, PictureComparison, Row, SceneComparison, SceneRow
 from airlight.compare.rule import EDGE, NEAR, WORST
-from airlight.parameters import IN_VIEW, Parameters
+from airlight.parameters import ARTICLES, IN_VIEW, Parameters
 
 
 def percent(share: float) -> str:
@@ -111,13 +111,14 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
         "99 %: of the values are off by less; max: by no more; bias: the mean of what they are off by, with its sign; these with the worst."
     )
     if any(row.factor is not None for row in result.rows):
-        article = any(row.variant.parameters.method == "article" for row in result.rows)
+        methods = {row.variant.parameters.method for row in result.rows}
+        articles = [name for name in ARTICLES if name in methods]
         view = any(row.variant.parameters.method in IN_VIEW for row in result.rows)
-        whose = " and ".join(["methods that work on the picture"] * view + ["article"] * article)
+        whose = " and ".join(["methods that work on the picture"] * view + articles)
         said.append(
             f"The light of {whose} has no units: it is compared times the one factor that fits best, by least squares at those pixels, "
             "which is named; the picture has it as it is."
-            + (" Of article it is the light before its composite, (2 light - 1) / 10." if article else "")
+            + (f" Of {' and '.join(articles)} it is the light before its composite, (2 light - 1) / 10." if articles else "")
         )
     if all(row.parts is not None for row in result.rows):
         what = "the passes that make the light: shadow maps, and the march with its upsampling; of methods on the picture source and shafts"

@@ -24,7 +24,7 @@ from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
-from airlight.scatter.article.article import Article
+from airlight.scatter.article.article import Article, ArticleProse
 from airlight.scatter.march import march
 from airlight.scatter.render import Moving
 from airlight.shadows import fit
@@ -95,7 +95,7 @@ class _World:
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
         self.asked = method, size
         self.casters = Casters(device, scene)
-        self.march: Any = (Article if method == "article" else march.March)(device, size)
+        self.march: Any = {"march": march.March, "article": Article, "article-prose": ArticleProse}[method](device, size)
 
 
 class LightShafts(gfx.renderers.wgpu.EffectPass):
@@ -104,8 +104,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
-    medium, march: with the methods march and article, which light what fills the air through shadow maps; of `in_scene` these take the
-    resolution and the tones, of `exclude` what casts no shadow.
+    medium, march: with the methods march, article and article-prose, which light what fills the air through shadow maps; of `in_scene`
+    these take the resolution and the tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
@@ -242,12 +242,13 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
         gathered = casters.gather()
         radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
-        air = self._air = settle(self.medium, self.march, p.quality, radius or 1.0)
+        air = settle(self.medium, self.march, p.quality, radius or 1.0)
+        air = self._air = air if p.method == "march" else world.march.resolve(air)
         view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
         shining = lamps(self.lights)
         shadows = casters.draw(view, projection, shining, air, timer, gathered)
         pairs = list(zip(shining, shadows, strict=True))
-        share = {} if p.method == "article" else {"share": self.in_scene.share(p)}  # which has the picture's resolution
+        share = {"share": self.in_scene.share(p)} if p.method == "march" else {}  # the others have the picture's resolution
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)
