@@ -419,7 +419,7 @@ class InScene(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):
 RGB = tuple[Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)], Annotated[float, Meta(ge=0, le=1e6)]]
 SHARES = tuple[Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)], Annotated[float, Meta(ge=0, le=1)]]
 _PBR = "Pharr, Jakob and Humphreys, Physically Based Rendering"
-_ARTICLE = "unpublished article on shadow-mapped in-scattering (2014)"
+_ARTICLE = "shadow-map article (unpublished, 2014)"
 
 
 class Medium(_Checked, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -112,7 +112,7 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
     )
     if any(row.factor is not None for row in result.rows):
         methods = {row.variant.parameters.method for row in result.rows}
-        articles = [name for name in ARTICLES if name in methods]
+        articles: list[str] = [name for name in ARTICLES if name in methods]
         view = any(row.variant.parameters.method in IN_VIEW for row in result.rows)
         whose = " and ".join(["methods that work on the picture"] * view + articles)
         said.append(

@@ -1,4 +1,4 @@
-"""Shadow-mapped in-scattering of an unpublished article (2014), float64: twin of scatter/article/article.wgsl, whose comments hold here."""
+"""Sums the in-scattering of the shadow-map article (unpublished, 2014) in float64: twins of scatter/article/article.wgsl."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Plans and records the shadow-mapped in-scattering of an unpublished article (2014, see docs/references.md).
+"""Plans and records the in-scattering of the shadow-map article (unpublished, 2014; docs/references.md).
 
 What its composite adds to a picture, (2 light - 1) / 10, is the layer.
 """

@@ -1,11 +1,11 @@
-// Shadow-mapped in-scattering of the unpublished article of 2014 (docs/references.md), which knows no units: its lengths are metres here.
+// Shadow-mapped in-scattering of the shadow-map article (unpublished, 2014), which knows no units: its lengths are metres here.
 // With I(d) = s (atan((d + b) s) - atan(b s)), b = direction . q, c = q . q, s = 1 / sqrt(c - b^2), q = -(unit vector to the sun):
 // `article`, as its code prints it: samples at d = 0.8 i, i = 0 ... 599, until one lies within 2.0 of the surface,
 //     x = 1 + sum_i ((lit_i ? min(1, I_i) : 0) - clamp(I_(i-1), 0, 1)) / 750, I_(-1) = 0; the picture is given 0.1 (2 x^2 - 1).
 //   Where all is lit the sum telescopes to 1 + min(1, I_last) / 750; each dark step takes min(1, I_i) / 750 from it.
 // `prose`, as its text says it: I(T) times the shares of the lit steps, squared, in the sun's colour, with absorption and a cap.
 // Deviations: maps of any size, each a layer, with depth that falls from the light; cascades and their depth range by shadows/fit.py;
-// lit where no cascade holds; h = 1 / s held above 0, where the printed I divides by it. Twin: reference/article.py.
+// lit where no cascade holds; h = 1 / s held above 0, where the printed I divides by it.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/jitter.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
@@ -33,13 +33,13 @@ struct Settings {
 
 /// Integrates 1 / d^2 along a ray of length `distance`, d the distance from a lamp that lies one unit from the eye in the sun's direction:
 /// Macklin's s (atan((T + b) s) - atan(b s)) with b = -direction . towards and c = 1, as the one angle that it is. Where the ray passes
-/// the lamp it has no limit: least is the least distance at which it does. Twin: inscatter.
+/// the lamp it has no limit: least is the least distance at which it does. Twin: reference/article.py:inscatter.
 fn inscatter(direction: vec3f, towards: vec3f, distance: f32, least: f32) -> f32 {
     let away = max(length(cross(direction, towards)), least);
     return atan2(distance * away, 1.0 - distance * dot(direction, towards)) / away;
 }
 
-/// Tests whether a cascade's map holds a position of it, in texels. Twin: holds.
+/// Tests whether a cascade's map holds a position of it, in texels. Twin: reference/article.py:holds.
 fn holds(at: vec2f) -> bool {
     let out = abs(2.0 * at / light.side - 1.0);
     let most = max(out.x, out.y);
@@ -47,7 +47,7 @@ fn holds(at: vec2f) -> bool {
 }
 
 /// Tests a position on a ray against the first cascade that holds it: 1 lit, 0 in shadow; by the texel around it, as if it were at its
-/// centre. begin, along: the ray in the cascades, in texels and depth. Twin: lit.
+/// centre. begin, along: the ray in the cascades, in texels and depth. Twin: reference/article.py:lit.
 fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
     if (VIEWS == 0u) { return 1.0; }
     var k = 0u;
@@ -60,6 +60,7 @@ fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
     return select(0.0, 1.0, select(depth >= held, depth > held, STRICT) || !holds(at.xy));
 }
 
+/// Writes what the article's code adds to a picture. Twin: reference/article.py:article.
 @compute @workgroup_size(8, 8)
 fn article(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
@@ -86,6 +87,7 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
     textureStore(layer, p, vec4f(vec3f((2.0 * shafts - 1.0) * GAIN), 0.0));
 }
 
+/// Writes what the article's prose adds to a picture. Twin: reference/article.py:prose.
 @compute @workgroup_size(8, 8)
 fn prose(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
