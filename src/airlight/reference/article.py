@@ -12,27 +12,27 @@ BIAS = 0.0005  # of the map's range of depth
 
 
 def inscatter(direction: Any, towards: Any, distance: Any, least: float) -> Array:
-    """(...,) of (..., 3) unit rays, (3,) unit, (...,): integrates 1 / d^2 along a ray, as an angle at the lamp."""
+    """Integrates 1 / d^2 along a ray, as an angle at the lamp: (...,) of (..., 3) unit rays, (3,) unit, (...,) metres."""
     cosine = np.asarray(direction, float) @ np.asarray(towards, float)
     away = np.maximum(np.linalg.norm(np.cross(direction, towards), axis=-1), least)
     return np.asarray(np.arctan2(distance * away, 1 - distance * cosine) / away)
 
 
 def macklin(direction: Any, offset: Any, distance: Any) -> Array:
-    """The same as it is written (Macklin, In-Scattering Demo, 2010), with q = offset; it diverges where the ray meets the lamp."""
+    """Integrates the same as it is written (Macklin, In-Scattering Demo, 2010), q = offset; it diverges where the ray meets the lamp."""
     b = np.asarray(direction, float) @ np.asarray(offset, float)
     s = 1 / np.sqrt(np.dot(offset, offset) - b * b)
     return np.asarray(s * (np.arctan((distance + b) * s) - np.arctan(b * s)))
 
 
 def holds(at: Array, side: int, strict: bool = False) -> npt.NDArray[np.bool_]:
-    """(...,) of (..., 2) texels: tests whether a cascade's map of side x side holds them. strict: not its border."""
+    """Tests whether a cascade's map of side x side holds texels: (...,) of (..., 2). strict: not its border."""
     most = np.abs(2 * at / side - 1).max(axis=-1)
     return np.asarray(most < EXTENT if strict else most <= EXTENT)
 
 
 def lit(positions: Array, matrices: Sequence[Any], maps: Any, biases: Sequence[float], strict: bool = False) -> npt.NDArray[np.bool_]:
-    """(...,) of positions (..., 3): tests them against the first cascade that holds them.
+    """Tests positions against the first cascade that holds them: (...,) of (..., 3).
 
     matrices: (4, 4) each, to texels and depth; maps: (views, side, side); biases: of depth, one a view; strict: what is
     as deep as the map is in shadow.
@@ -52,7 +52,7 @@ def lit(positions: Array, matrices: Sequence[Any], maps: Any, biases: Sequence[f
 def article(
     origins: Array, directions: Array, surfaces: Array, towards: Any, matrices: Sequence[Any], maps: Any, *, least: float = LEAST_SINE
 ) -> Array:
-    """(...,) to be added to each channel of a picture, by the article's code.
+    """Sums what the article's code adds to each channel of a picture, (...,).
 
     origins, directions: (..., 3), unit; surfaces: (...,) distances, inf where nothing is drawn; towards: (3,) unit, to the sun.
     """
@@ -86,7 +86,7 @@ def prose(
     steps: int = STEPS,
     step: float = STEP,
 ) -> Array:
-    """(..., 3) to be added to a picture, by the article's prose. As `article`; intensity: (3,); absorption: a number or (3,), 1/m."""
+    """Sums what the article's prose adds to a picture, (..., 3). As `article`; intensity: (3,); absorption: a number or (3,), 1/m."""
     reach = min(max_distance, steps * step)
     biases = biases or [BIAS] * len(matrices)
     distance = np.minimum(surfaces, reach)
