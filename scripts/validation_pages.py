@@ -37,6 +37,7 @@ VARIANTS = {
     "64 steps, half the size": "method=march,quality=final,steps=64,resolution=0.5",
     "`epipolar`": "method=epipolar,occluders=stencil",
     "`article`": "method=article",
+    "`article-prose`": "method=article-prose",
 }
 WAYS = {
     "`epipolar`": VARIANTS["`epipolar`"],

@@ -13,6 +13,7 @@ import wgpu
 
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
+from airlight.scatter.methods import of_medium
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
@@ -226,7 +227,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
     """Each shows again what it showed, and leaves nothing behind."""
     counts = wgpu.diagnostics.object_counts
     shafts = stage.shafts(medium=THIN)
-    methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "radial")]
+    methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "article-prose", "radial")]
     first: dict[str, np.ndarray] = {}
     held = []
     gc.collect()
@@ -234,7 +235,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
         for shafts.parameters in methods:
             found = stage.frame(shafts).out
             assert np.array_equal(first.setdefault(shafts.parameters.method, found), found)
-            assert (shafts.source is None) == (shafts.air is not None) == (shafts.parameters.method in ("march", "article"))
+            assert (shafts.source is None) == (shafts.air is not None) == (shafts.parameters.method in of_medium())
         gc.collect()
         held.append({name: counts.get_dict()[name]["count"] for name in ("Texture", "Buffer", "BindGroup")})
     assert all(held[3][name] <= held[1][name] for name in held[1])

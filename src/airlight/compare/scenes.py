@@ -84,7 +84,7 @@ class View:
         return found
 
     def light(self, v: Variant) -> tuple[Array, Array]:
-        """(H, W, 3) the light alone, of article before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
+        """Give (H, W, 3) the light alone, before a composite of its own, and (H, W, 3) the picture with it, as a display shows it."""
         frame = self.replay(v).frame(*self.moment, layer=True)
         layer = frame.shafts()
         factor, offset = METHODS[v.parameters.method].light_of_layer
@@ -151,7 +151,7 @@ def compare(
 ) -> SceneComparison:
     """Measure the variants; say gets each row when it is complete. Pictures fit into box x box pixels.
 
-    Error: by `rule`, of the light against the truth of the variant's own medium; of methods that work on the picture, and of article,
+    Error: by `rule`, of the light against the truth of the variant's own medium; of methods without units,
     after the one factor that fits best. Cost: the passes of shadow maps, source and shafts over the wall time of a one-tap copy, medians of
     interleaved runs; the pass as a whole where the device has no timestamps. Raises AirlightError, MachineError.
     """

@@ -103,8 +103,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
-    medium, march: with the methods march and article, which light what fills the air through shadow maps; of `in_scene` these take the
-    resolution and the tones, of `exclude` what casts no shadow.
+    medium, march: with methods that light a medium, through shadow maps; of `in_scene` these take the resolution and the
+    tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
@@ -241,7 +241,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
         gathered = casters.gather()
         radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
-        air = self._air = settle(self.medium, self.march, p.quality, radius or 1.0)
+        air = self._air = world.march.resolve(settle(self.medium, self.march, p.quality, radius or 1.0))
         view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
         shining = lamps(self.lights)
         shadows = casters.draw(view, projection, shining, air, timer, gathered)

@@ -56,6 +56,11 @@ class March:
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
+    @staticmethod
+    def resolve(air: Settled) -> Settled:
+        """Keep every setting: the march follows all of them."""
+        return air
+
     def aim(
         self,
         view: Any,
