@@ -38,8 +38,8 @@ def sources() -> dict[str, str]:
 def cited() -> list[tuple[str, str]]:
     """(file, citation by author and year) of all that is written in the repository, but for this list itself."""
     out = []
-    for folder, pattern in (("src", "*.py"), ("src", "*.wgsl"), ("src", "*.toml"), ("tests", "*.py"), ("scripts", "*.py"), ("docs", "*.md")):
-        for path in sorted((ROOT / folder).rglob(pattern)):
+    for folder in ("src", "tests", "scripts", "docs"):
+        for path in sorted(path for path in (ROOT / folder).rglob("*") if path.suffix in (".py", ".wgsl", ".toml", ".md")):
             if path.name not in ("references.md", "test_references.py"):
                 text = re.sub(r"\n[ \t]*(?:///? |# )?", " ", path.read_text(encoding="utf-8"))  # a citation may go on in the next line
                 found = [m[0] for m in BY_YEAR.finditer(text) if not NO_AUTHORS & set(m[1].replace(",", "").split())]
