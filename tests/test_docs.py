@@ -3,6 +3,7 @@
 import contextlib
 import re
 import shlex
+from functools import cache
 from pathlib import Path
 
 import click
@@ -40,6 +41,19 @@ def test_what_is_named_is_there(page: str) -> None:
         if at is None or not all(re.search(DEFINES.format(part), at.read_text(encoding="utf-8"), re.M) for part in parts):
             lacking.append(f"{path}:{name}".rstrip(":"))
     assert lacking == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_classes_that_are_named_are_there(page: Path) -> None:
+    """`SceneLight(...)` and the like: words of two capitals between backticks, ours or another program's that we name."""
+    found = set(re.findall(r"`(?:airlight\.)?([A-Z][a-z]+(?:[A-Z][a-z]+)+)\b[^`]*`", page.read_text(encoding="utf-8")))
+    assert sorted(found - code_words()) == []
+
+
+@cache
+def code_words() -> frozenset[str]:
+    paths = (path for path in (ROOT / "src").rglob("*") if path.suffix in (".py", ".wgsl", ".toml"))
+    return frozenset(word for path in paths for word in re.findall(r"\w+", path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
