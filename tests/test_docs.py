@@ -14,7 +14,7 @@ from airlight.cli import cli
 
 ROOT = DOCS.parent
 README = ROOT / "README.md"
-PAGES = [*sorted(DOCS.glob("*.md")), README, ROOT / "CONTRIBUTING.md"]
+PAGES = [*sorted(DOCS.rglob("*.md")), README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 OF_CODE = ("architecture", "equations", "glossary", "references")
 NAMED = re.compile(r"`((?:src/airlight/|tests/|scripts/|docs/)?[\w/-]+(?:\.(?:py|wgsl|toml|md|html|js|sh)|/))(?::(\w+(?:\.\w+)?))?`")
 DEFINES = r"^[ \t]*(?:(?:async )?(?:def|class|fn|struct|const|alias|override)\s+{0}\b|(?:var<\w+> )?{0}\b(?:\[.*\])?\s*(?::.*)?=|{0}: )"
@@ -41,6 +41,13 @@ def test_what_is_named_is_there(page: str) -> None:
         if at is None or not all(re.search(DEFINES.format(part), at.read_text(encoding="utf-8"), re.M) for part in parts):
             lacking.append(f"{path}:{name}".rstrip(":"))
     assert lacking == []
+
+
+def test_tests_that_are_named_are_there() -> None:
+    files = (ROOT / "tests").rglob("*.py")
+    there = {name for path in files for name in re.findall(r"^def (test_\w+)", path.read_text(encoding="utf-8"), re.M)}
+    found = {name for page in OF_CODE for name in re.findall(r"`(test_\w+)`", (DOCS / f"{page}.md").read_text(encoding="utf-8"))}
+    assert len(found) > 30 and sorted(found - there) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
