@@ -9,7 +9,8 @@ import numpy.typing as npt
 from airlight.composite import adapt
 from airlight.composite.adapt import Ramp
 from airlight.files.colour import by_rows
-from airlight.parameters import VEIL, Composite
+from airlight.options import Composite
+from airlight.options.composite import VEIL
 
 FloatArray = npt.NDArray[np.float32]
 REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)

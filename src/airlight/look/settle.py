@@ -10,7 +10,7 @@ from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Contrast, Found, Seen, Small
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 

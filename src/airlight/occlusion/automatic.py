@@ -8,7 +8,9 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters, check_picture
+from airlight.options import Parameters
+from airlight.options.shafts import SMOOTHNESS, THRESHOLD
+from airlight.scatter.methods import check_picture
 
 NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light
