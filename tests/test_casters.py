@@ -21,7 +21,7 @@ from airlight.lights.point import PointLight  # noqa: E402
 from airlight.lights.punctual import PunctualLight  # noqa: E402
 from airlight.lights.spot import SpotLight  # noqa: E402
 from airlight.medium.resolve import resolve  # noqa: E402
-from airlight.parameters import March, Medium  # noqa: E402
+from airlight.options import March, Medium  # noqa: E402
 from airlight.pygfx import SceneLight  # noqa: E402
 from airlight.pygfx.bounds import Bounds  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402

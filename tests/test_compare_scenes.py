@@ -17,10 +17,11 @@ from airlight.compare.variants import IN_SCENES, usual, variant
 from airlight.errors import AirlightError
 from airlight.files import read_image
 from airlight.gpu.device import shared_device
-from airlight.parameters import Composite
+from airlight.options import Composite
 from airlight.reference import tracer
 from airlight.reference.medium import Layer
 from airlight.reference.triangles import world_triangles
+from airlight.scatter.methods import of_medium
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot
 from airlight.scenes.replay import Replay
@@ -192,7 +193,7 @@ def test_mitsuba_is_asked_where_it_is_there(monkeypatch):
     asked = []
 
     def layer(view, projection, size, triangles, lamps, air, casters=None, *, spp=256):
-        asked.append((size, triangles.shape, casters.shape, [lamp.kind for lamp in lamps]))
+        asked.append((size, triangles.shape, casters.shape, [lamp.word for lamp in lamps]))
         found = tracer.layer(view, projection, size, triangles, lamps, air, casters)
         light = 1.02 * found.radiance
         return found._replace(radiance=light), np.full_like(light, 0.0013 * light[rule.clear(found.path_length)].mean())
@@ -206,11 +207,12 @@ def test_mitsuba_is_asked_where_it_is_there(monkeypatch):
 
 def test_what_goes_with_a_scene():
     found, lacking = usual(view("slats").stage.settings, True, view("slats").lacks)
-    assert len(found) == len(IN_SCENES) - 1 and lacking == ["article: it takes one light, a sun (here: spot)"]
+    assert len(found) == len(IN_SCENES) - 2
+    assert lacking == [f"{name}: it takes one light, a sun (here: spot)" for name in ("article", "article-prose")]
     dark = view("window")
     assert not dark.in_view
     found, lacking = usual(dark.stage.settings, True, dark.lacks)
-    assert {v.parameters.method for v in found} == {"march", "article"} and len(lacking) == 3
+    assert {v.parameters.method for v in found} == set(of_medium()) and len(lacking) == 3
     assert all("before the eye" in reason for reason in lacking)
     assert variant("vesper-scene", {}, True).parameters.method != "march"  # a preset may hold what means nothing there
     assert variant("blend=add", {}).composite == Composite(blend="add")

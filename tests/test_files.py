@@ -8,9 +8,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from airlight.colour import encode_codes, srgb_decode
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import atomic, check_output, encode, read_image, read_mask, to_linear, write_image
-from airlight.files.colour import Profile, encode_codes, srgb_decode
+from airlight.files.colour import Profile
 from airlight.files.images import upright
 
 DATA = Path(__file__).parent / "data"

@@ -14,8 +14,8 @@ from airlight.lights.point import PointLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium, resolve
-from airlight.parameters import March as Marching
-from airlight.parameters import Medium
+from airlight.options import March as Marching
+from airlight.options import Medium
 from airlight.reference import medium as twin
 from airlight.reference.tracer import in_scattered
 from airlight.scatter.march.march import March

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import wgpu
 
-from airlight.parameters import Composite, InScene, Medium, Parameters
+from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
+from airlight.scatter.methods import of_medium
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
@@ -22,7 +23,7 @@ from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
-MARCH, PLAIN = Parameters(method="march"), InScene(tone="none", resolution=1.0)
+MARCH, PLAIN = Parameters(method="march"), SceneOptions(tone="none", resolution=1.0)
 
 
 class Stage(PassStage):
@@ -84,7 +85,7 @@ class Known:
         device.write(light, layer.astype(np.float32), size[0] * 16)
         device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
         self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        still = {"aim": lambda *_, **__: None, "record": lambda *_: None}
+        still = {"aim": lambda *_, **__: None, "record": lambda *_: None, "resolve": lambda medium: medium}
         self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
 
 
@@ -99,7 +100,7 @@ def known(stage: Stage, monkeypatch: Any) -> Stage:
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None, tone: str) -> None:
     medium = Medium(extinction=extinction)
-    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=InScene(tone=tone)))
+    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
     transmittance = seen.transmittance if extinction else 1.0
     expected = twin.through(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
     expected = twin.filmic(expected) if tone == "filmic" else expected
@@ -107,7 +108,7 @@ def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None
 
 
 def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> None:
-    shafts = known.shafts(in_scene=InScene())
+    shafts = known.shafts(in_scene=SceneOptions())
     shafts.debug = "occlusion"
     seen = known.frame(shafts)
     np.testing.assert_allclose(seen.out[..., :3], seen.transmittance, rtol=2 * HALF, atol=1e-3)
@@ -229,7 +230,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
     """Each shows again what it showed, and leaves nothing behind."""
     counts = wgpu.diagnostics.object_counts
     shafts = stage.shafts(medium=THIN)
-    methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "radial")]
+    methods = [Parameters(method=name) for name in ("march", "epipolar", "article", "article-prose", "radial")]
     first: dict[str, np.ndarray] = {}
     held = []
     gc.collect()
@@ -237,7 +238,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
         for shafts.parameters in methods:
             found = stage.frame(shafts).out
             assert np.array_equal(first.setdefault(shafts.parameters.method, found), found)
-            assert (shafts.source is None) == (shafts.resolved_medium is not None) == (shafts.parameters.method in ("march", "article"))
+            assert (shafts.source is None) == (shafts.resolved_medium is not None) == (shafts.parameters.method in of_medium())
         gc.collect()
         held.append({name: counts.get_dict()[name]["count"] for name in ("Texture", "Buffer", "BindGroup")})
     assert all(held[3][name] <= held[1][name] for name in held[1])

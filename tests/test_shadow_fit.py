@@ -14,7 +14,7 @@ from airlight.lights.kinds import KINDS
 from airlight.lights.point import PointLight
 from airlight.lights.spot import WIDEST_HALF_ANGLE, SpotLight
 from airlight.medium.resolve import ResolvedMedium, resolve
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
 from airlight.projection import Matrix, eye_rays
 from airlight.shadows import ShadowView, fit
 

@@ -13,7 +13,7 @@ from airlight.lights.point import PointLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium, resolve
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
 from airlight.reference import tracer
 
 SIZE = (16, 9)

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.medium.resolve import ResolvedMedium
-from airlight.projection import Matrix, smoothstep
+from airlight.planes import smoothstep
+from airlight.projection import Matrix
 from airlight.shadows import ShadowView
 
 Array = npt.NDArray[np.floating[Any]]
@@ -115,7 +116,7 @@ class PositionalLight(PunctualLight):
         away = float(np.linalg.norm(np.asarray(self.position, float) - eye))
         if fade == 0:
             return float(away <= distance)
-        return smoothstep((distance - away) / (fade * distance))
+        return float(smoothstep(distance - away, 0.0, fade * distance))
 
     def in_view(self, view: Matrix) -> Array:
         return np.asarray((view @ np.append(self.position, 1.0))[:3])

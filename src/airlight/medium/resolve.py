@@ -1,12 +1,12 @@
-"""Resolves `parameters.Medium` and `parameters.March` for a scene: coefficients, and a value for all that is unset."""
+"""Resolves `options.Medium` and `options.March` for a scene: coefficients, and a value for all that is unset."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from airlight import presets
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
+from airlight.options.declare import as_text
 
 OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
 MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
@@ -68,7 +68,7 @@ def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
     depths = medium.sigma_t * path_length
     if path_length <= 0 or not depths.any():
         return None
-    suits = presets.text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * (OPTICAL_DEPTH / depths.mean())))
+    suits = as_text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * (OPTICAL_DEPTH / depths.mean())))
     across = f"an optical depth of {depths.mean():.2g} over {path_length:.3g} m"
     if depths.min() > OPAQUE_DEPTH and medium.settings.extinction:
         return f"the medium hides the scene: {across}; it would be seen with a sigma_t of about {suits} 1/m"

@@ -56,6 +56,11 @@ class March:
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
+    @staticmethod
+    def resolve(medium: ResolvedMedium) -> ResolvedMedium:
+        """Keeps every setting: the march follows all of them."""
+        return medium
+
     def aim(
         self,
         view: Any,
