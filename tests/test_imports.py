@@ -22,7 +22,7 @@ LAYERS = (
     "errors colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
-HOLDS_MATHS = "scatter composite look occlusion shadows medium lights lamps daylight reference detect gpu".split()
+HOLDS_MATHS = ["scatter", "composite", "look", "occlusion", "shadows", "medium", "lights", "lamps", "daylight", "reference", "detect", "gpu"]
 
 # Imports of today that have yet to go: `importer imported`.
 FROZEN_DIRECTIONS = {
@@ -167,7 +167,7 @@ def test_no_modules_import_each_other() -> None:
         ({"api.py": "import airlight.cli.image", "cli/image.py": ""}, {"api cli.image"}, set()),
         ({"viewer/app.py": "from ..cli.image import x", "cli/image.py": ""}, {"viewer.app cli.image"}, set()),
         ({"look/plan.py": "from ..files import colour", "files/colour.py": ""}, {"look.plan files.colour"}, set()),
-        ({"api.py": "if TYPE_CHECKING:\n    from .cli import image\nelse:\n    from . import noise", "noise.py": "", "cli/image.py": ""}, set(), set()),
+        ({"api.py": "if TYPE_CHECKING:\n    from .cli import image", "cli/image.py": ""}, set(), set()),
         ({"files/a.py": "from .b import x", "files/b.py": "class A:\n    def f(self):\n        from . import a"}, set(),
          {"files.a files.b", "files.b files.a"}),
     ],
