@@ -126,7 +126,7 @@ def test_heic(tmp_path, space):
     codes = np.empty((64, 96, 3), np.uint8)
     codes[:, :48], codes[:, 48:] = (200, 60, 40), (90, 90, 90)
     image = heif.from_bytes("RGB", (96, 64), codes.tobytes())
-    from test_files import P3
+    from picture_files import P3
 
     if space == "icc":
         image.info["icc_profile"] = P3

@@ -22,7 +22,7 @@ LAYERS = (
     "errors colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
-HOLDS_MATHS = ["scatter", "composite", "look", "occlusion", "shadows", "medium", "lights", "lamps", "daylight", "reference", "detect", "gpu"]
+HOLDS_MATHS = {*LAYERS[7].split(), "scatter", "reference", "gpu"} - {"reference.look"}
 
 # Imports of today that have yet to go: `importer imported`.
 FROZEN_DIRECTIONS = {
