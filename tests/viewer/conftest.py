@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from viewer_driver import CLASSIC, SCENE_SIZE, SIZE, Driver, stage
 
+from airlight import scenes
 from airlight.files import write_image
-from airlight.viewer import app
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp
 
@@ -56,7 +56,7 @@ def kept(photo: str, folder: Path) -> Driver:
 def hands(kept: Driver, photo: str) -> Driver:
     kept.viewer.open(photo, [Lamp((0.3, 0.4))])
     kept.state.shafts, kept.state.timing = True, False
-    kept.state.sources = (*st.SCENES, photo)
+    kept.state.sources = (*scenes.NAMES, photo)
     kept.state.command = kept.state.path = ""
     st.set_values(kept.state, CLASSIC)
     kept.frame(2)
@@ -102,7 +102,7 @@ def smart(hands: Driver, forest: str) -> Driver:
 
 @pytest.fixture
 def scene(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> Iterator[Driver]:
-    monkeypatch.setattr(app, "_open_scene", lambda name: stage(name))
+    monkeypatch.setattr(scenes, "open_scene", stage)
     hands.viewer.open("table")
     hands.state.playing = False
     hands.canvas.set_logical_size(*SCENE_SIZE)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from viewer_driver import SCENE_SIZE, Driver, read_by_render, resident, stage
 
-from airlight import presets
+from airlight import presets, scenes
 from airlight.cli.options import declared
 from airlight.errors import AirlightError
 from airlight.files import read_image
@@ -24,6 +24,14 @@ def test_a_scene(scene: Driver) -> None:
     assert (seen[:, 360:].astype(int) - dark[:, 360:]).max() > 10
     scene.click("shafts")
     assert np.array_equal(scene.frame(2)[:, 360:], seen[:, 360:])
+
+
+@pytest.mark.parametrize("source", [*scenes.NAMES, *scenes.VALIDATION, "model.glb", "MODEL.GLTF"])
+def test_every_scene_is_taken_for_one(scene: Driver, photo: str, source: str) -> None:
+    scene.viewer.open(photo)
+    assert scene.state.is_image
+    scene.viewer.open(source)
+    assert not scene.state.is_image and st.command_line(scene.state)[:3] == ["airlight", "render", source]
 
 
 def test_the_path_is_drawn_on_request(scene: Driver) -> None:
@@ -126,7 +134,7 @@ def test_what_a_scene_is_meant_for_stands_where_the_user_says_nothing(scene: Dri
     meant = stage("dense")
     meant.settings = {"sigma_t": (0.1, 0.2, 0.3), "snap": True}
     st.set_values(scene.state, {"albedo": 0.5, "method": "march", "steps": "exact", "shadow_size": 64})
-    monkeypatch.setattr(app, "_open_scene", lambda name: meant)
+    monkeypatch.setattr(scenes, "open_scene", lambda name: meant)
     scene.viewer.open("table")
     state = scene.state
     assert (state.medium.sigma_t, state.medium.albedo, state.march.snap) == ((0.1, 0.2, 0.3), (0.5, 0.5, 0.5), True)

@@ -43,7 +43,8 @@ def test_command_line(photo: str, folder: Path, capsys: pytest.CaptureFixture[st
     assert main(["view", photo, "--screenshot", str(out)]) == 2
     assert main(["view", str(folder / "none.png"), "--screenshot", str(out), "-y"]) == 2
     assert main(["view", photo, "--screenshot", str(out), "-y", "--preset", "nonsense"]) == 2
-    assert len([line for line in capsys.readouterr().err.strip().splitlines() if not line.startswith("light at")]) == 3
+    assert main(["view", "slats", "--screenshot", str(out), "-y", "--light", "0.5,0.5"]) == 2  # a scene
+    assert len([line for line in capsys.readouterr().err.strip().splitlines() if not line.startswith("light at")]) == 4
 
 
 def test_an_array_in_a_notebook(codes: np.ndarray, monkeypatch: pytest.MonkeyPatch) -> None:

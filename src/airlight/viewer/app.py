@@ -12,6 +12,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
 from airlight.parameters import IN_WORLD, check_picture, chosen_look, refuse_look
+from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.saving import Saving
@@ -29,11 +30,6 @@ APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
 EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
-
-
-def is_image(source: str) -> bool:
-    """Whether a source is a picture rather than a scene."""
-    return source not in st.SCENES and not source.lower().endswith((".glb", ".gltf"))
 
 
 class Viewer:
@@ -66,7 +62,7 @@ class Viewer:
         self.linger = LINGER
         self.last: float | None = None
         path = source if isinstance(source, str) else source.path
-        self.state = ViewerState(source=path, is_image=not isinstance(source, str) or is_image(source))
+        self.state = ViewerState(source=path, is_image=not isinstance(source, str) or not is_scene(source))
         if values and self.state.is_image:
             chosen_look(values, values.get("look"))
         elif values:
@@ -94,7 +90,7 @@ class Viewer:
         state = self.state
         before = state.parameters.method
         path = source if isinstance(source, str) else source.path
-        if not isinstance(source, str) or is_image(path):
+        if not isinstance(source, str) or not is_scene(path):
             from airlight.cli.light import found_at
             from airlight.viewer.picture import PictureView
 

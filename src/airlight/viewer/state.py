@@ -7,7 +7,7 @@ import shlex
 from dataclasses import dataclass, field
 from typing import Any
 
-from airlight import presets
+from airlight import presets, scenes
 from airlight.cli.light import LightText
 from airlight.cli.options import Declared, declared
 from airlight.detect import ACT, find_lights
@@ -21,7 +21,6 @@ DEBUG_LOOK = ("source",)
 LOOK = (OF_LOOK | {"quality"}) - {"wrap"}  # which is for a subject's mask, and the viewer is given none
 FIRST_LOOK = ("strength", "warmth", "length")  # what most pictures need
 SAME = 0.06  # picture sizes within which a light is the candidate that lies there
-SCENES = ("table", "flying")
 
 
 @dataclass
@@ -71,7 +70,7 @@ class ViewerState:
     lamps: list[Lamp] = field(default_factory=list)
     lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
-    sources: tuple[str, ...] = SCENES  # to choose from
+    sources: tuple[str, ...] = scenes.NAMES  # to choose from
     size: tuple[int, int] = (0, 0)
     shafts: bool = True  # whether they are drawn
     debug: str | None = None
