@@ -165,7 +165,7 @@ def test_a_damaged_write_is_noticed(tmp_path, monkeypatch, compression, damage):
     """Of an EXR not all rows are decoded again; what an encoder may leave out is noticed all the same, and nothing is left."""
     from airlight.files import writing
 
-    true = writing._encode
+    true = writing.encode_file
     source = tmp_path / "in.exr"
     spec = oiio.ImageSpec(48, 40, 3, "half")
     spec.attribute("compression", compression)
@@ -193,11 +193,11 @@ def test_a_damaged_write_is_noticed(tmp_path, monkeypatch, compression, damage):
             file.truncate()
             file.write(data)
 
-    monkeypatch.setattr(writing, "_encode", encode)
+    monkeypatch.setattr(writing, "encode_file", encode)
     with pytest.raises(MachineError, match="read back"):
         write_image(tmp_path / "out.exr", picture.linear() * 2, picture)
     assert [p.name for p in tmp_path.iterdir()] == ["in.exr"]
-    monkeypatch.setattr(writing, "_encode", true)
+    monkeypatch.setattr(writing, "encode_file", true)
     write_image(tmp_path / "out.exr", picture.linear() * 2, picture)
 
 

@@ -104,9 +104,9 @@ def test_hosts_where_all_may_come():
     """With --host 0.0.0.0 the machine's addresses and names are ours; a name that a stranger gives to it is not."""
     guard = browser.Guard(None, "", "Render.Example", 80, False)
     for host in ("192.168.0.9:80", "[fe80::1]:80", "render.example", "localhost", socket.gethostname() + ":80"):
-        assert guard._is_ours(host), host
+        assert guard.allows_host(host), host
     for host in ("evil.example", "1.2.3.4.evil.example", "render.example.evil", "", ":80", "[", "http://localhost"):
-        assert not guard._is_ours(host), host
+        assert not guard.allows_host(host), host
 
 
 def test_at_most_eight_windows(view):

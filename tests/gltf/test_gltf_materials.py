@@ -106,9 +106,9 @@ def test_maps_are_spared_where_the_driver_fails(tmp_path: Path, eye: Eye, monkey
         (mesh,) = drawn(stage)
         if broken:
             assert np.isfinite(eye.linear(stage.scene, frontal())).all()
-        return {name for name in materials._MAPS if getattr(mesh.material, name) is not None}, mesh.material
+        return {name for name in materials.TEXTURE_MAPS if getattr(mesh.material, name) is not None}, mesh.material
 
-    everything = set(materials._MAPS)
+    everything = set(materials.TEXTURE_MAPS)
     assert shown(False)[0] == everything
     kept, material = shown(True)
     assert kept == everything - {"metalness_map"} and material.metalness == pytest.approx(0.1)

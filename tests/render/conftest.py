@@ -11,4 +11,4 @@ from airlight.scenes import offline
 def staged(monkeypatch):
     """The small stage instead of any other, and one renderer for each size: each one dropped leaks."""
     monkeypatch.setattr(scenes, "open_scene", stage)
-    monkeypatch.setattr(offline, "_renderer", kept_renderer)
+    monkeypatch.setattr(offline, "make_renderer", kept_renderer)

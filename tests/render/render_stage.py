@@ -45,7 +45,7 @@ def kept_renderer(shot):
     return _renderer_of(shot.width, shot.height, shot.samples)
 
 
-make_renderer = offline._renderer
+make_renderer = offline.make_renderer
 SIZE = ["--width", "64", "--height", "48"]
 
 

@@ -103,7 +103,7 @@ def test_what_fails_on_the_way_leaves_no_film(tmp_path, monkeypatch, capsys):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(video._At, "write", full)
+        patch.setattr(video.FileCursor, "write", full)
         assert "the disk is full" in refused(capsys, "render", "box", *SIZE, "-o", tmp_path / "a.mp4", code=1)
     frame = offline.Studio.frame
 
@@ -122,10 +122,10 @@ def test_a_film_that_lost_a_frame_is_noticed(film):
     import av
 
     with open(film, "rb") as file:
-        video._verify(av, file, "a.mp4", 64, 48, 12)
+        video.verify_film(av, file, "a.mp4", 64, 48, 12)
         for width, count in ((64, 13), (66, 12)):
             with pytest.raises(MachineError, match="did not read back"):
-                video._verify(av, file, "a.mp4", width, 48, count)
+                video.verify_film(av, file, "a.mp4", width, 48, count)
 
 
 GLB = {

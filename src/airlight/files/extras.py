@@ -88,11 +88,11 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
         if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
             numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
             spec.attribute("chromaticities", "float[8]", tuple(numbers))
-    _hand_exif(spec, image.info.get("exif") or b"", path)
+    copy_exif(spec, image.info.get("exif") or b"", path)
     return pixels, spec
 
 
-def _hand_exif(spec: Any, block: bytes, path: str) -> None:
+def copy_exif(spec: Any, block: bytes, path: str) -> None:
     """Give the spec the tags of an Exif block, but not its orientation: the pixels are upright. OpenImageIO reads them in a JPEG."""
     import OpenImageIO as oiio
 

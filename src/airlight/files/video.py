@@ -41,7 +41,7 @@ def check_film(path: str, width: int, height: int, overwrite: bool = False) -> N
     library()
 
 
-class _At:
+class FileCursor:
     """A file with a position of its own: FFmpeg reads what it has written to put the index in front."""
 
     name = "film.mp4"
@@ -98,7 +98,7 @@ def film(
     count, sound = 0, True
     with replacing(name, overwrite) as file, _told(av, name):
         options = {"movflags": "faststart", "fflags": "+bitexact"}
-        container = av.open(_At(file), "w", format="mp4", options=options, io_open=lambda *_: _At(file))
+        container = av.open(FileCursor(file), "w", format="mp4", options=options, io_open=lambda *_: FileCursor(file))
         stream = container.add_stream("libx264", rate=fps, options={"crf": f"{crf:g}", **_X264})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         codec = stream.codec_context
@@ -125,7 +125,7 @@ def film(
         container.mux(stream.encode(None))
         container.close()
         file.flush()
-        _verify(av, file, name, width, height, count)
+        verify_film(av, file, name, width, height, count)
 
 
 @contextlib.contextmanager
@@ -137,9 +137,9 @@ def _told(av: Any, name: str) -> Iterator[None]:
         raise MachineError(f"{name}: could not be encoded ({' '.join(str(error).split())[:200]})") from error
 
 
-def _verify(av: Any, file: BinaryIO, name: str, width: int, height: int, count: int) -> None:
+def verify_film(av: Any, file: BinaryIO, name: str, width: int, height: int, count: int) -> None:
     """Decode the film: every frame must be there."""
-    with av.open(_At(file)) as container:
+    with av.open(FileCursor(file)) as container:
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
         found = 0

@@ -117,7 +117,7 @@ def write_image(
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
         if not _copied(memory, like, codes, format):
-            _encode(memory, format, spec, codes, name)
+            encode_file(memory, format, spec, codes, name)
             _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
@@ -309,7 +309,7 @@ def _note(spec: Any, format: str, settings: str, name: str) -> None:
         spec.attribute(SOFTWARE, MARK + settings)
 
 
-def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
+def encode_file(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
     import OpenImageIO as oiio
 
     out = oiio.ImageOutput.create(format)

@@ -132,7 +132,7 @@ def _look(camera: gfx.PerspectiveCamera, eye: np.ndarray, target: np.ndarray) ->
     camera.local.rotation = _turned(eye - target, np.array([0.0, 1.0, 0.0]))
 
 
-def _run(seed: int) -> tuple[Path, Run]:
+def flight(seed: int) -> tuple[Path, Run]:
     """The path, and the flight of the two craft: 0 follows the path, 1 pursues 0."""
     path = Path(loop(seed, radius=46, height=24, rise=5, wander=0.16) + np.array([12, 0, -8]), radius=6, samples=512)
     start = path.at(0)
@@ -211,7 +211,7 @@ def flying(seed: int = 4) -> Stage:
     (airship, _), (ornithopter, flap) = model("airship"), model("ornithopter")
     for craft in (airship, ornithopter):
         craft.local.scale = (CRAFT,) * 3
-    path, run = _run(seed)
+    path, run = flight(seed)
     duration = _lap(path, run)
     line = gfx.Line(
         gfx.Geometry(positions=np.concatenate([path.points, path.points[:1]]).astype(np.float32)),

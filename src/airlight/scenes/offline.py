@@ -171,7 +171,7 @@ class Studio:
         scene = in_scene or InScene()
         scene = msgspec.structs.replace(scene, tone="none") if linear else scene
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
-        self.renderer = _renderer(shot)
+        self.renderer = make_renderer(shot)
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
@@ -236,7 +236,7 @@ class Studio:
     _at: np.ndarray | None = None
 
 
-def _renderer(shot: Shot) -> Any:
+def make_renderer(shot: Shot) -> Any:
     target = gfx.Texture(dim=2, size=(shot.width, shot.height, 1), format="rgba8unorm")  # which nobody reads
     renderer = gfx.WgpuRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
     most = renderer.device.limits["max-texture-dimension-2d"]

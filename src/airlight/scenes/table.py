@@ -65,7 +65,7 @@ def _sheet(width: float, height: float, tile: float, **material: Any) -> gfx.Mes
     return gfx.Mesh(geometry, gfx.MeshStandardMaterial(metalness=0, side="front", **material))
 
 
-def _rounder(geometry: gfx.Geometry) -> gfx.Geometry:
+def tessellate(geometry: gfx.Geometry) -> gfx.Geometry:
     """A turned shape (about y) with each triangle in four: a true circle around its axis, its outline bulging as the normals say.
 
     The outline: Boubekeur and Alexa, Phong Tessellation, SIGGRAPH Asia 2008, alpha 3/4, less where the normals at a place disagree.
@@ -180,7 +180,10 @@ def table() -> Stage:
     wall.local.position = (0, 6.9, WALL)
     scene.add(floor, wall)
     kinds = {node.name: node.children[0] for node in model("table")[0].iter() if any(isinstance(c, gfx.Mesh) for c in node.children)}
-    shapes = {name: kind.geometry if name == "table_rect" else _rounder(_rounder(_rounder(kind.geometry))) for name, kind in kinds.items()}
+    shapes = {name: kind.geometry for name, kind in kinds.items()}
+    for name in shapes.keys() - {"table_rect"}:
+        for _ in range(3):
+            shapes[name] = tessellate(shapes[name])
     for name, place, size, turn in THINGS:
         thing = gfx.Mesh(shapes[name], kinds[name].material)
         thing.local.position = place

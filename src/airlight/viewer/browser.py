@@ -281,7 +281,7 @@ class Guard:
 
     async def _connect(self, scope: Any, receive: Any, send: Any) -> None:
         host = _header(scope, b"host")
-        ours = self._is_ours(host) and _header(scope, b"origin") == f"http://{host}"
+        ours = self.allows_host(host) and _header(scope, b"origin") == f"http://{host}"
         if scope["path"] != PAGE or not ours or not self._is_known(scope):
             await send({"type": "websocket.close"})  # before it is accepted: 403
             return
@@ -297,7 +297,7 @@ class Guard:
 
     async def _answer(self, scope: Any, send: Any) -> None:
         token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
-        if not self._is_ours(_header(scope, b"host")):
+        if not self.allows_host(_header(scope, b"host")):
             await _reply(send, 403, "This is not the address that Airlight printed.\n")
         elif scope["path"] not in self.files:
             await _reply(send, 404, "There is nothing here.\n")
@@ -312,7 +312,7 @@ class Guard:
             kind, body = self.files[scope["path"]]
             await _reply(send, 200, body, kind)
 
-    def _is_ours(self, host: str) -> bool:
+    def allows_host(self, host: str) -> bool:
         """Whether a Host header names this machine by an address, or by a name that no other site can point at it.
 
         Its port may differ, as it does behind a tunnel.

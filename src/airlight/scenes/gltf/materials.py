@@ -107,7 +107,7 @@ def uv_matrix(transform: schema.TextureTransform) -> np.ndarray:
     return np.array([[c * x, s * y, u], [-s * x, c * y, v], [0, 0, 1]])
 
 
-_MAPS = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
+TEXTURE_MAPS = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
 _LEAST = ("ao_map", "metalness_map", "roughness_map", "normal_map", "emissive_map")  # which to leave out first
 
 
@@ -129,7 +129,7 @@ def spare_maps(material: gfx.Material, others: int) -> list[str]:
     lost: list[str] = []
     order = [name for name in _LEAST[1:3] if _spread(material, name) < 2] + list(_LEAST)  # what is flat is no loss
     for name in order:
-        if others + sum(getattr(material, each) is not None for each in _MAPS) <= 6:
+        if others + sum(getattr(material, each) is not None for each in TEXTURE_MAPS) <= 6:
             break
         found = getattr(material, name)
         if found is None:
@@ -157,4 +157,4 @@ def _spread(material: gfx.Material, name: str) -> int:
 
 def channels(material: gfx.Material) -> set[int]:
     """Which sets of texture coordinates a material needs."""
-    return {found.uv_channel for name in _MAPS if (found := getattr(material, name, None)) is not None}
+    return {found.uv_channel for name in TEXTURE_MAPS if (found := getattr(material, name, None)) is not None}
