@@ -313,14 +313,14 @@ def test_disabled_costs_nothing(stage: Stage, monkeypatch: Any) -> None:
 def test_it_follows_the_size(stage: Stage) -> None:
     shafts = stage.shafts()
     stage.draw()
-    old = weakref.ref(shafts.source)
+    old = [weakref.ref(texture) for texture in (shafts.source, shafts.layer)]
     stage.canvas.set_logical_size(130, 90)
     seen = stage.frame(shafts)
     assert seen["source"].shape == (45, 65, 3) and seen["layer"].max() > 0.1 
     shafts.in_scene = InScene(resolution=1.0)
     assert stage.frame(shafts)["layer"].shape == (90, 130, 3)
     gc.collect()
-    assert old() is None
+    assert [texture() for texture in old] == [None, None]
 
 
 def test_other_passes_keep_working(stage: Stage) -> None:
