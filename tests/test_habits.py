@@ -18,8 +18,7 @@ MOST_NOUNS = 278  # those of functions that begin with an article
 THEIRS = {
     "test_browser_messages.py": {"_active_client"},  # rendercanvas
     "test_browser_page.py": {"_active_client", "_websockets"},
-    "test_browser_upstream.py": {"_encode_frame", "_is_closed", "_quality", "_rc_close", "_rc_set_title", "_size_info",
-                                 "_update_active_states"},
+    "test_browser_upstream.py": {"_encode_frame", "_is_closed", "_size_info"},
     "test_viewer_panel.py": {"_process_events"},
     "viewer_driver.py": {"_process_events"},
     "test_gpu.py": {"_ffi", "_parse", "_parser"},  # wgpu, cffi
@@ -27,7 +26,7 @@ THEIRS = {
     "test_medium_pass.py": {"_blender", "_textures"},
     "test_scene_pass.py": {"_blender", "_texture_info", "_textures"},
     "test_scene_private.py": {"_base", "_compose_pipeline", "_gfx_use_alpha_test", "_morph_target_influences", "_perspective",
-                              "_texture_info", "_textures", "_update_object", "_view_offset"},
+                              "_texture_info", "_update_object", "_view_offset"},
     "test_renderer.py": {"_repr_png_"},  # what IPython calls
     "test_viewer_window.py": {"_repr_mimebundle_"},
 }  # fmt: skip
@@ -114,7 +113,7 @@ def test_descriptions_begin_with_a_verb() -> None:
 
 
 def test_descriptions_are_found(tmp_path: Path) -> None:
-    (tmp_path / "a.py").write_text('"""How it is."""\nclass A:\n    """The thing."""\n    def b(self):\n        """What there is.\n\n  More."""')
+    (tmp_path / "a.py").write_text('"""How it is."""\nclass A:\n    """The thing."""\n    def b(self):\n        """What is.\n\n  More."""')
     (tmp_path / "b.wgsl").write_text("/// A ray,\n/// whether it is lit.\nfn a() {}\n// Where\n")
-    assert beginning_with("What|Where|Whether|How", False, tmp_path) == ["a.py:1: How it is.", "a.py:4: What there is."]
+    assert beginning_with("What|Where|Whether|How", False, tmp_path) == ["a.py:1: How it is.", "a.py:4: What is."]
     assert beginning_with("The|A|An", True, tmp_path) == ["b.wgsl:1: A ray,"]
