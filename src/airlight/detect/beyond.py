@@ -31,7 +31,7 @@ class Directions:
     axial: bool
 
     def agreement(self, px: Array, py: Array) -> Array:
-        """The weighted share of the directions that point at each of the given places."""
+        """Weigh how many of the directions point at each of the given positions, as a share."""
         deviation = np.arctan2(py[:, None] - self.y, px[:, None] - self.x) - self.angle
         turn = np.pi if self.axial else 2 * np.pi
         deviation = (deviation + turn / 2) % turn - turn / 2
@@ -39,7 +39,7 @@ class Directions:
 
 
 def _cells(plane: Array) -> Array:
-    """The means over CELL_PX squares."""
+    """Average over CELL_PX squares."""
     rows, columns = plane.shape[0] // CELL_PX, plane.shape[1] // CELL_PX
     return plane[: rows * CELL_PX, : columns * CELL_PX].reshape(rows, CELL_PX, columns, CELL_PX).mean(axis=(1, 3))
 

@@ -1,4 +1,4 @@
-"""Codes to scene-linear Rec. 709 and back: sRGB by tables, ICC profiles by OpenColorIO."""
+"""Convert codes to scene-linear Rec. 709 and back: sRGB by tables, ICC profiles by OpenColorIO."""
 
 import os
 import tempfile
@@ -34,12 +34,12 @@ def by_rows(work: Callable[[int, int], None], height: int) -> None:
 
 
 def srgb_decode(value: np.ndarray) -> np.ndarray:
-    """The sRGB transfer curve (IEC 61966-2-1), code 0..1 to linear 0..1."""
+    """Decode the sRGB transfer curve (IEC 61966-2-1), code 0..1 to linear 0..1."""
     return np.where(value <= 0.04045, value / 12.92, ((np.maximum(value, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def srgb_encode(value: np.ndarray) -> np.ndarray:
-    """The inverse of `srgb_decode`, in the precision of `value`, which must lie in 0..1."""
+    """Encode by the inverse of `srgb_decode`, in the precision of `value`, which must lie in 0..1."""
     kind = value.dtype.type
     curved = np.power(value, kind(1 / 2.4))
     curved *= kind(1.055)
@@ -58,7 +58,7 @@ class Profile:
     """An RGB ICC profile; `decode` and `encode` work in place on contiguous (h, W, 3) float32, codes as 0..1."""
 
     def __init__(self, icc: bytes):
-        """Raises ValueError where OpenColorIO cannot use the profile (tables instead of curves and a matrix, damage, not RGB)."""
+        """Read the profile. Raises ValueError where OpenColorIO cannot use it (tables instead of curves and a matrix, damage, not RGB)."""
         import PyOpenColorIO as ocio
 
         if icc[16:20] != b"RGB ":
@@ -83,7 +83,7 @@ class Profile:
         self.encode: Callable[[np.ndarray], None] = ways[1].applyRGB
 
     def is_srgb(self) -> bool:
-        """Whether the profile is sRGB to within half an 8-bit code."""
+        """Tell whether the profile is sRGB to within half an 8-bit code."""
         steps = np.linspace(0, 1, 9, dtype=np.float32)
         codes = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(1, -1, 3)
         linear = codes.copy()
@@ -94,7 +94,7 @@ class Profile:
 
 
 def decode_codes(codes: np.ndarray, profile: Profile | None = None, linear: bool = False) -> np.ndarray:
-    """Codes (H, W, 1 or 3) uint8, uint16 or float to linear Rec. 709 (H, W, 3) float32; float is linear as it is."""
+    """Decode codes (H, W, 1 or 3) uint8, uint16 or float to linear Rec. 709 (H, W, 3) float32; float is linear as it is."""
     height, width = codes.shape[:2]
     result = np.empty((height, width, 3), np.float32)
     if codes.dtype.kind == "f":
@@ -114,7 +114,7 @@ def decode_codes(codes: np.ndarray, profile: Profile | None = None, linear: bool
 def encode_codes(
     pixels: np.ndarray, dtype: Any, profile: Profile | None = None, linear: bool = False, dither: bool | None = None
 ) -> np.ndarray:
-    """Linear Rec. 709 (H, W, 3) to codes (H, W, 3) of `dtype` (uint8 or uint16), clipped; NaN becomes 0.
+    """Encode linear Rec. 709 (H, W, 3) as codes (H, W, 3) of `dtype` (uint8 or uint16), clipped; NaN becomes 0.
 
     8 bit is dithered unless `dither` is False: blue noise of half a code either way, fixed by position.
     """
@@ -145,7 +145,7 @@ def encode_codes(
 
 
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    """An image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
+    """Decode an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
     `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already.
     Raises AirlightError for any other shape or type and for empty arrays; bad float pixels are mended as in `repair`.
@@ -171,18 +171,18 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
 
 
 def alpha_of(codes: np.ndarray) -> np.ndarray:
-    """Alpha codes (H, W) as float32 in 0..1."""
+    """Decode alpha codes (H, W) as float32 in 0..1."""
     value = codes.astype(np.float32)
     return np.clip(value, 0, 1) if codes.dtype.kind == "f" else value / np.float32(np.iinfo(codes.dtype).max)
 
 
 def is_neutral(colour: np.ndarray) -> bool:
-    """Whether the three channels of (H, W, 3) are the same everywhere."""
+    """Tell whether the three channels of (H, W, 3) are the same everywhere."""
     return bool(np.array_equal(colour[..., 0], colour[..., 1]) and np.array_equal(colour[..., 0], colour[..., 2]))
 
 
 def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, codes: np.ndarray | None = None) -> np.ndarray:
-    """The inverse of `to_linear`: (H, W, 3) linear to `dtype`, sRGB for uint8 (dithered) and uint16, linear for floats.
+    """Encode by the inverse of `to_linear`: (H, W, 3) linear to `dtype`, sRGB for uint8 (dithered) and uint16, linear for floats.
 
     `codes` is the array that was given to `to_linear`: where `changed` (H, W) is False its values are kept as they were;
     its alpha is kept, and a grey picture stays grey, in its shape, as long as the result has no colour.

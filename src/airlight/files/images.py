@@ -19,7 +19,7 @@ Window = tuple[int, int, int, int]  # x, y, width, height
 
 
 def every(size: int, step: int) -> slice:
-    """Every step-th of size, from the middle of the first step; at least one."""
+    """Index every step-th of size, from the middle of the first step; at least one."""
     return slice(min(step // 2, size - 1), None, step)
 
 
@@ -68,20 +68,20 @@ class Picture:
 
     @property
     def colour_codes(self) -> np.ndarray:
-        """The codes without alpha, (H, W, 1 or 3)."""
+        """Leave out alpha: the codes (H, W, 1 or 3)."""
         return self.codes[..., : 1 if self.codes.shape[2] < 3 else 3]
 
     @property
     def luminance(self) -> np.ndarray:
-        """(3,) float32: the weights of the luminance of the picture's linear RGB."""
+        """Give the weights of the luminance of the picture's linear RGB: (3,) float32."""
         return LUMINANCE if self.to_709 is None else (LUMINANCE @ self.to_709).astype(np.float32)
 
     def rec709(self, pixels: np.ndarray) -> np.ndarray:
-        """(..., 3) in the picture's linear RGB as linear Rec. 709."""
+        """Convert (..., 3) from the picture's linear RGB to linear Rec. 709."""
         return pixels if self.to_709 is None else pixels @ self.to_709.T.astype(np.float32)
 
     def channel(self, name: str) -> np.ndarray:
-        """(H, W) float32: a further channel of an EXR, by its name in any case. Raises AirlightError where there is none."""
+        """Find a further channel of an EXR, by its name in any case: (H, W) float32. Raises AirlightError where there is none."""
         names = [one.lower() for one in self.extra_names]
         if self.extra is None or name.lower() not in names:
             there = ", ".join(self.extra_names[:8]) or "none"
@@ -91,11 +91,11 @@ class Picture:
         return _finite(np.ascontiguousarray(self.extra[..., names.index(name.lower())][..., None]), self.path)[..., 0]
 
     def from_rec709(self, pixels: np.ndarray) -> np.ndarray:
-        """The inverse of `rec709`."""
+        """Convert by the inverse of `rec709`."""
         return pixels if self.to_709 is None else pixels @ np.linalg.inv(self.to_709).T.astype(np.float32)
 
     def linear(self, coarse: bool = False) -> np.ndarray:
-        """(H, W, 3) float32 scene-linear, in the picture's own RGB; grey expanded; straight for integer formats, as stored for EXR.
+        """Decode to scene-linear light, (H, W, 3) float32, in the picture's own RGB; grey expanded; integers straight, EXR as stored.
 
         coarse: only every n-th row and column, some COARSE of the longer.
         """
@@ -115,7 +115,7 @@ def upright(array: np.ndarray, orientation: int) -> np.ndarray:
 
 
 def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
-    """Data and display window after the orientation; the spec's attributes are turned with them."""
+    """Orient data and display window; the spec's attributes are turned with them."""
     x, y = spec.x - spec.full_x, spec.y - spec.full_y
     width, height = spec.width, spec.height
     whole = [spec.full_width, spec.full_height]
@@ -143,7 +143,7 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
 
 
 def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
-    """The layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
+    """Find the layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
     if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
         alpha_channel = -1
     found: dict[str, list[int]] = {}
@@ -157,7 +157,7 @@ def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[st
 
 
 def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
-    """The layer that is meant by what the user wrote; `rgba` is the one without a name."""
+    """Find the layer that is meant by what the user wrote; `rgba` is the one without a name."""
     if layer in found:
         return layer
     if layer.lower() == "rgba" and "" in found:
@@ -169,13 +169,13 @@ def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
 
 
 def _stands_in(found: dict[str, list[int]]) -> str | None:
-    """The layer taken where none was asked for: the one without a name, else the beauty by its usual names, else the first."""
+    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first."""
     beauty = [name for name in found if name.rpartition(".")[2].lower() in ("combined", "beauty", "rgba")]
     return "" if "" in found else next(iter(beauty + list(found)), None)
 
 
 def _straight(codes: np.ndarray) -> np.ndarray:
-    """Integer codes that were multiplied by alpha, divided again."""
+    """Divide integer codes by the alpha that they were multiplied by."""
     most = np.iinfo(codes.dtype).max
     value = codes.astype(np.float64)
     value[..., :-1] *= most / np.maximum(value[..., -1:], 1)
@@ -183,7 +183,7 @@ def _straight(codes: np.ndarray) -> np.ndarray:
 
 
 def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
-    """The embedded ICC profile, and its transform where it is not simply sRGB."""
+    """Read the embedded ICC profile, and its transform where it is not simply sRGB."""
     value = spec.getattribute("ICCProfile")
     if value is None:
         return None, None
@@ -199,7 +199,7 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
 
 
 def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """Matrix to Rec. 709 and chromaticities of a picture: those of `colorspace`, else what its file says."""
+    """Find the matrix to Rec. 709 and the chromaticities of a picture: those of `colorspace`, else what its file says."""
     if colorspace is not None:
         if not real:
             raise AirlightError(f"{name}: holds integers, whose colours its ICC profile tells; --colorspace is for EXR, HDR, float TIFF")

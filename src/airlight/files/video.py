@@ -20,7 +20,7 @@ _X264 = {"preset": "medium", "x264-params": "mbtree=0"}
 
 
 def library() -> Any:
-    """PyAV. Raises AirlightError where it is not installed."""
+    """Import PyAV. Raises AirlightError where it is not installed."""
     try:
         import av
     except ImportError:
@@ -42,7 +42,7 @@ def check_film(path: str, width: int, height: int, overwrite: bool = False) -> N
 
 
 class FileCursor:
-    """A file with a position of its own: FFmpeg reads what it has written to put the index in front."""
+    """Reads and writes a file at a position of its own: FFmpeg reads what it has written to put the index in front."""
 
     name = "film.mp4"
 
@@ -73,7 +73,7 @@ class FileCursor:
         return self._position
 
     def close(self) -> None:
-        """The file is closed by whoever opened it."""
+        """Leave the file to whoever opened it."""
 
 
 @contextlib.contextmanager
@@ -86,7 +86,7 @@ def film(
     overwrite: bool = False,
     settings: str | None = None,
 ) -> Iterator[Callable[[np.ndarray], None]]:
-    """A function that adds a frame, (height, width, 3) uint8 sRGB codes; at the end of the block the film is verified and in place.
+    """Open a film: a function that adds a frame, (height, width, 3) uint8 sRGB codes; at the block's end it is verified and in place.
 
     yuv420p, limited range, converted by and tagged as BT.709; the index in front; the same frames give the same bytes.
     crf: x264's quality, 0 (lossless) to 51. settings: a text about the run, kept as the film's comment.
@@ -130,7 +130,7 @@ def film(
 
 @contextlib.contextmanager
 def _told(av: Any, name: str) -> Iterator[None]:
-    """FFmpeg's errors as a MachineError; those of the file, as a full disk, are `replacing`'s to tell."""
+    """Raise FFmpeg's errors as a MachineError; those of the file, as a full disk, are `replacing`'s to tell."""
     try:
         yield
     except av.FFmpegError as error:
@@ -150,7 +150,7 @@ def verify_film(av: Any, file: BinaryIO, name: str, width: int, height: int, cou
 
 
 def read_settings(path: str) -> str:
-    """The settings of the run that wrote a film. Raises AirlightError where there are none."""
+    """Read the settings of the run that wrote a film. Raises AirlightError where there are none."""
     av = library()
     text = ""
     with opened(path) as (name, _), contextlib.suppress(av.FFmpegError, UnicodeDecodeError), av.open(name, format="mp4") as container:

@@ -31,7 +31,7 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
 
 
 def is_scene(source: str) -> bool:
-    """Whether a source is a scene rather than a picture."""
+    """Tell a scene, by its name or its file's, from a picture."""
     return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))
 
 
@@ -61,7 +61,7 @@ class Stage:
 
 
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
-    """The stage of "table", "flying", a scene of `validation`, or of a .glb or .gltf file, in its pose at time 0.
+    """Open "table", "flying", a scene of VALIDATION, or a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
     seed: of the path of "flying", None: its own.

@@ -34,7 +34,7 @@ SMOKE = {"sigma_t": (0.06, 0.06, 0.06), "albedo": (1.0, 1.0, 1.0), "anisotropy":
 
 
 def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
-    """Albedo and normal map of an old lime-washed wall."""
+    """Paint albedo and normal map of an old lime-washed wall."""
     n = 1024
     spots, fine, big = ground.noise(n, seed, 1.3, 3), ground.noise(n, seed + 1, 0.8, 20), ground.noise(n, seed + 2, 2.0)
     worn = ground.smoothstep(0.9, 1.3, 0.8 * spots + 0.35 * fine + 0.3 * big)
@@ -43,7 +43,7 @@ def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
 
 
 def _boards(seed: int, count: int = 8) -> gfx.TextureMap:
-    """Albedo of floor boards that run along v."""
+    """Paint the albedo of floor boards that run along v."""
     n = 1024
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(n) / n, np.arange(n) / n)
@@ -66,7 +66,7 @@ def _sheet(width: float, height: float, tile: float, **material: Any) -> gfx.Mes
 
 
 def tessellate(geometry: gfx.Geometry) -> gfx.Geometry:
-    """A turned shape (about y) with each triangle in four: a true circle around its axis, its outline bulging as the normals say.
+    """Split each triangle of a turned shape (about y) in four: a true circle around its axis, its outline bulging as the normals say.
 
     The outline: Boubekeur and Alexa, Phong Tessellation, SIGGRAPH Asia 2008, alpha 3/4, less where the normals at a place disagree.
     """
@@ -103,7 +103,7 @@ def tessellate(geometry: gfx.Geometry) -> gfx.Geometry:
 
 
 def _bar(start: float, turn: float) -> gfx.Geometry:
-    """A thin rod that climbs around the lantern from the angle `start` by `turn` radians."""
+    """Bend a thin rod that climbs around the lantern from the angle `start` by `turn` radians."""
     n, sides, thick = 17, 6, 0.017
     t = np.linspace(0, 1, n)
     angle, around = start + turn * (t - 0.5), np.arange(sides) * (2 * np.pi / sides)
@@ -125,7 +125,7 @@ def _bar(start: float, turn: float) -> gfx.Geometry:
 
 
 def _cage() -> gfx.Group:
-    """A lantern's bars, hoops, lid and chain around the lamp at the origin."""
+    """Build a lantern's bars, hoops, lid and chain around the lamp at the origin."""
     iron = gfx.MeshStandardMaterial(color=gfx.Color.from_physical(0.05, 0.04, 0.032), roughness=0.5, metalness=0.8)
     cage = gfx.Group(name="lantern")
 
@@ -148,7 +148,7 @@ def _cage() -> gfx.Group:
 
 
 def _room() -> np.ndarray:
-    """(128, 256, 3) what little light the room gives: cool from a window behind the viewer and above, warm from the walls."""
+    """Paint what little light the room gives, (128, 256, 3): cool from a window behind the viewer and above, warm from the walls."""
     n = 128
     v, u = (np.arange(n) + 0.5) / n * np.pi, ((np.arange(2 * n) + 0.5) / n - 1) * np.pi
     up, back = np.broadcast_to(np.cos(v)[:, None], (n, 2 * n)), -np.sin(v)[:, None] * np.cos(u)
@@ -159,7 +159,7 @@ def _room() -> np.ndarray:
 
 
 def table() -> Stage:
-    """The stage. Its lamp, a glowing ball, is `movable`: the light that it casts moves with it."""
+    """Build the stage. Its lamp, a glowing ball, is `movable`: the light that it casts moves with it."""
     scene = gfx.Scene()
     Environment(_room()).surround(scene, background=False)
     scene.add(gfx.Background.from_color("#000000"))
@@ -204,6 +204,6 @@ def table() -> Stage:
     lamp = SceneLight(target=ball)
 
     def pose(t: float, camera: gfx.PerspectiveCamera | None = None) -> None:
-        """Nothing moves by itself."""
+        """Leave everything: nothing moves by itself."""
 
     return Stage("table", scene, {"front": camera, "high": high}, [lamp], 0.0, pose, np.array([0.0, 2.2, 0.0]), 4.5, lamp, settings=SMOKE)

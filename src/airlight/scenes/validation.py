@@ -12,7 +12,7 @@ FOLDER = Path(str(resources.files("airlight"))) / "data" / "scenes" / "validatio
 
 
 def validation(name: str) -> Stage:
-    """The stage of one of VALIDATION; its settings are those of its medium."""
+    """Open one of VALIDATION; its settings are those of its medium."""
     file, camera = VALIDATION[name]
     stage = load(str(FOLDER / f"{file}.glb"), "none")
     stage.name = name

@@ -153,7 +153,7 @@ _SPANS = {
 
 
 def understood(text: str) -> Said | None:
-    """A message of a client, its numbers clamped; None where it is none that a client may send."""
+    """Decode a client's message, its numbers clamped; None where it is none that a client may send."""
     try:
         message: Said = _DECODER.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
@@ -168,7 +168,7 @@ def understood(text: str) -> Said | None:
 
 
 def _bound(size: _Resize) -> None:
-    """Too large a canvas gets fewer pixels a point: the points stay, and so the pointer's coordinates."""
+    """Give too large a canvas fewer pixels a point: the points stay, and so the pointer's coordinates."""
     width, height = (min(max(v, 1.0), 1e6) for v in (size.pwidth, size.pheight))
     shrunk = min(1.0, MOST_SIDE / max(width, height), math.sqrt(MOST_PIXELS / (width * height)))
     size.pwidth, size.pheight = (max(1, math.floor(v * shrunk)) for v in (width, height))
@@ -177,14 +177,14 @@ def _bound(size: _Resize) -> None:
 
 
 class _Sent(msgspec.Struct):
-    """What matters of a message to a client."""
+    """Holds what matters of a message to a client."""
 
     type: str
     index: int = 0
 
 
 class _Client:
-    """One websocket: its messages to rendercanvas, filtered, and the frames on their way to it, counted."""
+    """Serves one websocket: passes its messages to rendercanvas, filtered, and counts the frames on their way to it."""
 
     def __init__(self, app: Any, scope: Any, receive: Any, send: Any) -> None:
         self.app, self.scope, self.take, self.give = app, scope, receive, send
@@ -194,7 +194,7 @@ class _Client:
         self.patience = asyncio.timeout(None)
 
     async def run(self) -> None:
-        """Until it goes, talks too much, or takes no frames any more."""
+        """Serve until the client goes, talks too much, or takes no frames any more."""
         served = asyncio.create_task(self.app(self.scope, self.inbox.get, self._send))
         served.add_done_callback(lambda _: self._wait(0.0))
         code, why = 1008, "it took no frames"
@@ -212,7 +212,7 @@ class _Client:
                 await self.give({"type": "websocket.close", "code": code, "reason": why})
 
     async def _listen(self) -> tuple[int, str]:
-        """Its messages, until it is to be closed: with what code, and why."""
+        """Pass messages on until the client is to be closed: with what code, and why."""
         while True:
             event = await self.take()
             if event["type"] == "websocket.disconnect":
@@ -253,7 +253,7 @@ class _Client:
 
 
 class Guard:
-    """The ASGI application around rendercanvas' own, `app`.
+    """Guards rendercanvas' own ASGI application, `app`.
 
     loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name.
     """
@@ -313,7 +313,7 @@ class Guard:
             await _reply(send, 200, body, kind)
 
     def allows_host(self, host: str) -> bool:
-        """Whether a Host header names this machine by an address, or by a name that no other site can point at it.
+        """Tell whether a Host header names this machine by an address, or by a name that no other site can point at it.
 
         Its port may differ, as it does behind a tunnel.
         """
@@ -330,7 +330,7 @@ class Guard:
         return address.is_loopback or not self.loopback
 
     def _is_known(self, scope: Any) -> bool:
-        """Whether the cookie is there."""
+        """Tell whether the cookie is there."""
         for part in _header(scope, b"cookie").split(";"):
             name, _, value = part.strip().partition("=")
             if name == self.cookie and hmac.compare_digest(value.encode(), self.secret.encode()):
@@ -339,7 +339,7 @@ class Guard:
 
 
 def _header(scope: Any, name: bytes) -> str:
-    """Its value; empty where it is not there exactly once."""
+    """Read a header; empty where it is not there exactly once."""
     found = [value for key, value in scope["headers"] if key.lower() == name]
     return found[0].decode("latin-1") if len(found) == 1 else ""
 
@@ -379,7 +379,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 @contextlib.contextmanager
 def _handlers_kept() -> Iterator[dict[int, Any]]:
-    """What happens at signals (nothing known outside of the main thread), and afterwards does so again."""
+    """Keep the handlers of signals (none are known outside of the main thread), and put them back afterwards."""
     main = threading.current_thread() is threading.main_thread()
     before = {number: signal.getsignal(number) for number in STOPS} if main else {}
     try:

@@ -1,4 +1,4 @@
-"""A stage from a glTF file."""
+"""Load a stage from a glTF file."""
 
 import math
 from collections.abc import Callable
@@ -30,12 +30,12 @@ SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
 def load(path: str, environment: str | None = None) -> Stage:
-    """See `scenes.open_scene`."""
+    """Load a stage as `scenes.open_scene` says."""
     return _Loader(Gltf(path), environment).stage()
 
 
 def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
-    """A model that comes with Airlight (by its name) or a file's, without its cameras and lights, and pose(t) of its looped animation."""
+    """Load a model that comes with Airlight (by its name) or a file's, without cameras and lights, and pose(t) of its looped animation."""
     path = name_or_path
     if not path.lower().endswith((".glb", ".gltf")):
         path = str(resources.files("airlight") / "data" / "scenes" / "models" / f"{path}.glb")
@@ -101,7 +101,7 @@ class _Loader:
             self._scene.add(self._lights[i])
 
     def _spare_maps(self) -> None:
-        """See `spare_maps`."""
+        """Spare maps as `spare_maps` says."""
         kinds = {type(thing) for thing in self._scene.iter() if isinstance(thing, gfx.Light)} - {gfx.AmbientLight}
         others = len(kinds) + (self._scene.environment is not None)
         if broken_driver():
@@ -113,7 +113,7 @@ class _Loader:
     # ---------------------------------------------------------------- time
 
     def pose(self, t: float, camera: Any = None) -> None:
-        """Everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
+        """Pose everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
         self._model.pose(t)
         for i, light in self._lights.items():
             if i in self._moving:
@@ -151,7 +151,7 @@ class _Loader:
     # ---------------------------------------------------------------- what there is to see, and by what light
 
     def _bounds(self) -> tuple[np.ndarray, float]:
-        """A sphere around the vertices, at a few times if they move."""
+        """Bound the vertices by a sphere, at a few times if they move."""
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for share in (0.25, 0.5, 0.75, 0.0) if self._model.duration else (0.0,):
             self._model.pose(share * self._model.duration)
@@ -187,7 +187,7 @@ class _Loader:
                 camera.width = camera.height = 2 * distance * math.tan(math.radians(camera.fov / 2))
 
     def _surround(self) -> gfx.DirectionalLight | None:
-        """Surroundings that suit the lights; their sun where it is the only light, which is added here."""
+        """Choose surroundings that suit the lights; their sun where it is the only light, which is added here."""
         suns = [light for light in self._lights.values() if isinstance(light, gfx.DirectionalLight)]
         for i, light in self._lights.items():
             self._aim(i, light)
@@ -227,7 +227,7 @@ class _Loader:
         return sun
 
     def _shadow(self, light: gfx.Light) -> None:
-        """Shadows over the whole of the scene; near planes and biases that fit its size."""
+        """Cast shadows over the whole of the scene; near planes and biases that fit its size."""
         light.cast_shadow = True
         light.shadow.cull_mode = "none"
         r = self._radius
@@ -246,7 +246,7 @@ class _Loader:
         light.shadow.bias = 2e-4
 
     def _scene_lights(self, sun: gfx.DirectionalLight | None) -> list[SceneLight]:
-        """The lights; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
+        """Make lights for shafts; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
         if sun is not None:
             level = self._level(_towards(sun))
             return [SceneLight(sun, look=(level,) * 3, size=SUN_SIZE)]
@@ -261,7 +261,7 @@ class _Loader:
         return found
 
     def _level(self, towards: np.ndarray | None) -> float:
-        """Of the shafts that the picture's methods make of a light in this direction, or among the things."""
+        """Choose the level of the shafts that the picture's methods make of a light in this direction, or among the things."""
         if self._surroundings is None:
             return 1.0
         return min(1.0, GLOW / max(self._surroundings.aureole(towards, SKY_LIMIT), 1e-6))
@@ -272,7 +272,7 @@ def _towards(light: gfx.DirectionalLight) -> np.ndarray:
 
 
 def _light(described: schema.Light) -> gfx.Light:
-    """KHR_lights_punctual: lux for a directional light, candela for the others, which fade with the square of the distance."""
+    """Make a light of KHR_lights_punctual: lux for a directional one, candela for others, which fade with the square of the distance."""
     top = max(described.color)
     color = colour(tuple(value / top for value in described.color))
     intensity = min(described.intensity * top, 1e9)
