@@ -16,11 +16,11 @@ import numpy as np
 import pictures
 from marked import put
 
+from airlight.colour import decode_codes
 from airlight.compare import scenes, words
 from airlight.compare.result import SceneComparison, SceneRow
 from airlight.compare.sheet import codes_of
 from airlight.compare.variants import Variant, variant
-from airlight.files.colour import decode_codes
 from airlight.gpu.device import shared_device
 from airlight.lamps import Lamp
 from airlight.medium import Settled

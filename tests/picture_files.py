@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import OpenImageIO as oiio
 
-from airlight.files.colour import srgb_decode
+from airlight.colour import srgb_decode
 
 NOTHING = np.zeros((40, 48), bool)
 

@@ -12,7 +12,7 @@ from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
 from airlight.lamps import Lamp
 from airlight.medium import settle
-from airlight.parameters import March, Medium, Parameters
+from airlight.options import March, Medium, Parameters
 from airlight.reference import article as twin
 from airlight.reference import jitter as jittered
 from airlight.scatter.article.article import Article

@@ -10,19 +10,20 @@ from tags import Tags
 
 import airlight
 from airlight.cli import main
+from airlight.colour import encode_codes
 from airlight.compare import measure, page, sheet, words
 from airlight.compare.variants import limit_key, usual, variant
 from airlight.debug import LINE, NODE, STEPS, weight_error
 from airlight.errors import AirlightError
 from airlight.files import read_image, read_mask, write_image
-from airlight.files.colour import encode_codes
 from airlight.gpu.device import open_device
 from airlight.lights import Light
-from airlight.parameters import IN_VIEW, Parameters
+from airlight.options import Parameters
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage
 from airlight.scatter.epipolar.grid import QUALITY, Grid
 from airlight.scatter.epipolar.moments import mixture
+from airlight.scatter.methods import of_screen
 
 LIGHT = (0.6, 0.35)
 TEXTS = ["method=epipolar", "method=radial,samples=12", "vesper", "method=radial,samples=24,density=1.2,jitter=midpoint"]
@@ -93,7 +94,7 @@ def test_variants():
     assert len(keys) == 1
     assert len({limit_key(variant(text, base).parameters) for text in ("decay=0.9", "density=0.5", "normalization=listing", "vesper")}) == 4
     found, lacking = usual({})
-    assert {v.parameters.method for v in found} == set(IN_VIEW) and not lacking
+    assert {v.parameters.method for v in found} == set(of_screen()) and not lacking
     assert usual({"scale": 0.5, "method": "radial"})[1]  # not for epipolar
 
 

@@ -17,7 +17,7 @@ from airlight.compare.variants import IN_SCENES, usual, variant
 from airlight.errors import AirlightError
 from airlight.files import read_image
 from airlight.gpu.device import shared_device
-from airlight.parameters import Composite
+from airlight.options import Composite
 from airlight.reference import tracer
 from airlight.reference.triangles import world_triangles
 from airlight.scenes import open_scene

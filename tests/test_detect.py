@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import airlight
+from airlight.colour import decode_codes, encode_codes
 from airlight.detect import ACT, ASK, Candidate, find_light, find_lights
 from airlight.detect.sheet import draw_candidates
 from airlight.files import read_image
-from airlight.files.colour import decode_codes, encode_codes
 from airlight.planes import blur, shrink
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from airlight.cli import main
+from airlight.colour import srgb_decode
 from airlight.errors import AirlightError
 from airlight.files import extras, read_image, spaces, write_image
-from airlight.files.colour import XYZ_TO_709, srgb_decode
+from airlight.files.colour import XYZ_TO_709
 
 HAS_RAW, HAS_HEIC = (importlib.util.find_spec(module) is not None for module in ("rawpy", "pillow_heif"))
 HEIC = b"\0\0\0\x1cftypheic\0\0\0\0mif1heicmiaf" + b"\0" * 64

@@ -6,9 +6,10 @@ import pytest
 from picture_files import P3, SRGB, codes_like, store
 from test_files_reading import DATA
 
+from airlight.colour import encode_codes, srgb_decode
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import encode, read_image, to_linear, write_image
-from airlight.files.colour import Profile, encode_codes, srgb_decode
+from airlight.files.colour import Profile
 
 
 def test_table_round_trip():

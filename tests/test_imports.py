@@ -19,7 +19,7 @@ LAYERS = (
     "scatter reference",
     "shadows medium lights lamps daylight occlusion composite look detect reference.look",
     "options parameters presets gpu files notebook_image shown",
-    "errors colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
+    "errors arrays colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
 HOLDS_MATHS = {*LAYERS[7].split(), "scatter", "reference", "gpu"} - {"reference.look"}

@@ -8,13 +8,13 @@ import pytest
 from look_scenes import BLUE, GREY, HEIGHT, LIGHT, WARM, WIDTH, Change, bar_columns, barred, shone, sky
 
 import airlight
-from airlight.files.colour import encode_codes
+from airlight.colour import encode_codes
 from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.look.grid import points
 from airlight.look.measure import oklab
 from airlight.look.near import nearness, subject_nearness
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.planes import shrink
 from airlight.reference.look import REC709, WHITE
 

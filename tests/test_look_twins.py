@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import airlight
+from airlight.colour import encode_codes, srgb_decode, srgb_encode
 from airlight.files import to_linear
-from airlight.files.colour import encode_codes, srgb_decode, srgb_encode
 from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.look.grid import LINES, RADII, RayGrid, points
 from airlight.look.measure import few, small_copy
 from airlight.look.plan import FIELDS, LookPlan
 from airlight.noise import dither
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.planes import shrink
 from airlight.reference import look as twin
 

@@ -11,8 +11,8 @@ from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
 from airlight.lamps import Lamp
 from airlight.medium import Settled, settle
-from airlight.parameters import March as Marching
-from airlight.parameters import Medium
+from airlight.options import March as Marching
+from airlight.options import Medium
 from airlight.reference import medium as twin
 from airlight.reference.tracer import gathered
 from airlight.scatter.march.march import March

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import wgpu
 
-from airlight.parameters import Composite, InScene, Medium, Parameters
+from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
 
 gfx = pytest.importorskip("pygfx")
@@ -23,7 +23,7 @@ from airlight.pygfx.casters import Casters  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
-MARCH, PLAIN = Parameters(method="march"), InScene(tone="none", resolution=1.0)
+MARCH, PLAIN = Parameters(method="march"), SceneOptions(tone="none", resolution=1.0)
 
 
 class Stage(PassStage):
@@ -98,7 +98,7 @@ def known(stage: Stage, monkeypatch: Any) -> Stage:
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None, tone: str) -> None:
     medium = Medium(sigma_t=(0.01, 0.05, 0.1), extinction=extinction)
-    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=InScene(tone=tone)))
+    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
     sigma_t = medium.sigma_t if extinction else (0, 0, 0)
     expected = twin.through(seen.color[..., :3].astype(float), seen.light, seen.way, sigma_t, 1 if mix is None else mix)
     expected = twin.filmic(expected) if tone == "filmic" else expected
@@ -106,7 +106,7 @@ def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None
 
 
 def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> None:
-    shafts = known.shafts(medium=Medium(sigma_t=(0.01, 0.05, 0.1)), in_scene=InScene())
+    shafts = known.shafts(medium=Medium(sigma_t=(0.01, 0.05, 0.1)), in_scene=SceneOptions())
     shafts.debug = "occlusion"
     seen = known.frame(shafts)
     np.testing.assert_allclose(seen.out[..., :3], np.exp(-np.array([0.01, 0.05, 0.1]) * seen.way[..., None]), rtol=2 * HALF, atol=1e-3)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import airlight
-from airlight.composite.blend import REC709
 from airlight.detect import find_light
 from airlight.files import read_image
 from airlight.lights import Light
+from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 
 PHOTOS = sorted((Path(__file__).parent.parent / "examples" / "photos").glob("*.jpg"))
 
@@ -21,14 +21,14 @@ def before_and_after(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(H, W, 3) codes of both, as integers; and the luminance of the layer over its peak."""
     codes = read_image(path).codes
     light = find_light(airlight.files.to_linear(codes)[0]).position
-    layer = airlight.light_shafts(codes, light) @ REC709
+    layer = airlight.light_shafts(codes, light) @ REC709_F32
     return codes.astype(int), airlight.add_light_shafts(codes, light, look="classic").astype(int), layer / np.percentile(layer, 99.9)
 
 
 @pytest.mark.parametrize("path", PHOTOS, ids=lambda path: path.stem)
 def test_pleasant_with_nothing_else_said(path: Path) -> None:
     before, after, layer = before_and_after(path)
-    luminance = before @ REC709
+    luminance = before @ REC709_F32
     rise = (after - before).mean(axis=-1)
     outside = layer < 0.2
     if outside.any():

@@ -7,7 +7,7 @@ import pytest
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.reference import radial as ref
 
 RNG = np.random.default_rng(1)

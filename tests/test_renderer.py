@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import airlight
+from airlight.colour import encode_codes
 from airlight.files import read_image
-from airlight.files.colour import encode_codes
 from airlight.gpu.device import Device, choose
 from airlight.lights import Light
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from airlight.lamps import Lamp
 from airlight.medium import Settled, settle
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
 from airlight.reference import tracer
 
 SIZE = (16, 9)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from airlight.colour import encode_codes
 from airlight.files import read_image
-from airlight.files.colour import encode_codes
 from airlight.planes import shrink
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"

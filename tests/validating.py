@@ -5,11 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from airlight import presets
 from airlight.compare import rule
 from airlight.lamps import Lamp
 from airlight.medium import Settled
-from airlight.parameters import March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, build
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference.triangles import world_triangles
@@ -53,7 +52,7 @@ class Noisy:
 def draw(name: str, width: int, height: int, **values: object) -> Drawn:
     """One sample at pixel centres, quality final."""
     stage = open_scene(name)
-    built = presets.build(stage.settings | {"method": "march", "quality": "final"} | values)
+    built = build(stage.settings | {"method": "march", "quality": "final"} | values)
     studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], medium=built[Medium], march=built[March])
     layer = studio.frame(layer=True).layer[..., :3].astype(float)
     seen, casting = world_triangles(stage.scene, stage.lights)

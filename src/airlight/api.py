@@ -10,11 +10,12 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from airlight.arrays import encode, to_linear
+from airlight.colour import is_neutral
 from airlight.composite.blend import Rule, measured_on, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
-from airlight.files import Picture, encode, to_linear
-from airlight.files.colour import by_rows, is_neutral
+from airlight.files import Picture
 from airlight.files.images import COARSE, every
 from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
@@ -23,11 +24,13 @@ from airlight.look.apply import apply as apply_look
 from airlight.look.near import RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
 from airlight.look.settle import Settled
+from airlight.luminance import luminance
 from airlight.occlusion.automatic import check as _check
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Composite, Look, Parameters, chosen_look
+from airlight.options import Composite, Look, Parameters, chosen_look
+from airlight.planes import by_rows
 from airlight.reference import fallback
-from airlight.reference import radial as reference
+from airlight.scatter.methods import METHODS
 from airlight.scatter.render import Renderer, render_codes, render_layer
 from airlight.shown import shown
 
@@ -305,12 +308,12 @@ def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
     """Linear pixels (H, W, 3) in the image's shape and dtype; where nothing changed (H, W) its own values."""
     if array.dtype.kind != "f":
         if (array.ndim == 2 or array.shape[2] == 1) and not is_neutral(out):
-            out = np.repeat((out @ np.array(reference.REC709, np.float32))[..., None], 3, axis=2)
+            out = np.repeat(luminance(out)[..., None], 3, axis=2)
         return encode(out, array.dtype, changed, array)
     most = float(min(np.finfo(array.dtype).max, np.finfo(np.float32).max))
     result = np.where(np.isfinite(array), array, 0).astype(array.dtype)
     if array.ndim == 2 or array.shape[2] == 1:
-        values = out @ np.array(reference.REC709, np.float32)
+        values = luminance(out)
         kept = ~changed & np.isfinite(array.reshape(changed.shape))
         result[...] = np.where(kept, array.reshape(changed.shape), np.clip(values, -most, most)).reshape(array.shape)
     else:
@@ -332,7 +335,7 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
-    if p.method == "additive":  # eight bits are too few for a fraction
+    if METHODS[p.method].stencilled:  # eight bits are too few for a fraction
         plain = msgspec.structs.replace(plain, method="radial")
     plain = _settled(plain, image, lights)
     lit = _layer(

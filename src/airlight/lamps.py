@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from airlight.projection import smoothstep
+from airlight.planes import smoothstep
 
 Triple = tuple[float, float, float]
 
@@ -58,4 +58,4 @@ class Lamp:
         away = float(np.linalg.norm(np.asarray(self.position, float) - eye))
         if fade == 0:
             return float(away <= distance)
-        return smoothstep((distance - away) / (fade * distance))
+        return float(smoothstep(distance - away, 0.0, fade * distance))

@@ -1,17 +1,33 @@
 """Small operations on planes (H, W[, C]) that statistics of pictures are made of: shrinking, blurring, parts that hang together."""
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[Any]
+ROWS = 64  # of a chunk of by_rows; divides the dither tile
 
 
 def smoothstep(x: Any, low: float, high: float) -> Any:
     """Rise from 0 at `low` to 1 at `high`, smoothly; falls where low > high."""
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return t * t * (3 - 2 * t)
+
+
+def by_rows(work: Callable[[int, int], None], height: int) -> None:
+    """Call work(first row, row after the last) for chunks of rows, on two threads where the picture is large."""
+    spans = [(y, min(y + ROWS, height)) for y in range(0, height, ROWS)]
+    if len(spans) < 4:
+        for span in spans:
+            work(*span)
+        return
+    with ThreadPoolExecutor(min(8, os.cpu_count() or 1)) as pool:
+        for _ in pool.map(lambda span: work(*span), spans):
+            pass
 
 
 def shrunk_size(width: int, height: int, side: int) -> tuple[int, int]:
@@ -31,6 +47,13 @@ def shrink_to(plane: Array, columns: int, rows: int) -> Array:
     if (rows, columns) == (height, width):
         return plane.astype(np.float32, copy=False)
     return _means(_means(plane, rows, 0), columns, 1).astype(np.float32, copy=False)
+
+
+def block_means(plane: Array, side: int) -> Array:
+    """Average blocks of side x side px; what is left over at the right and below is dropped."""
+    rows, columns = plane.shape[0] // side, plane.shape[1] // side
+    blocks = plane[: rows * side, : columns * side].reshape(rows, side, columns, side, *plane.shape[2:])
+    return np.asarray(blocks.mean(axis=(1, 3)))
 
 
 def _means(plane: Array, count: int, axis: int) -> Array:

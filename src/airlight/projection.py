@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.planes import smoothstep
+
 Matrix = npt.NDArray[np.float64]
 GUARD = 8.0  # half picture sizes from its centre: a light farther out is held here, on the same side
 
@@ -21,12 +23,6 @@ class Projected:
     fade: float  # 0..1: factor of its shafts; 0 where it cannot be seen, or is behind
     direction: tuple[float, float, float]  # from the eye to the light, unit, in view space: x right, y up, -z ahead
     distance: float  # from the eye; inf where the light is given by a direction
-
-
-def smoothstep(x: float) -> float:
-    """0 up to 0, 1 from 1 on."""
-    t = min(max(x, 0.0), 1.0)
-    return t * t * (3.0 - 2.0 * t)
 
 
 def _edge_cosine(ndc: Matrix, projection: Matrix) -> float:
@@ -58,14 +54,14 @@ def project(point: Any, view: Any, projection: Any) -> Projected:
     scale = max(float(clip[3]), reach / GUARD)
     ndc = clip[:2] / scale if scale > 0 else np.zeros(2)
     if flat:
-        fade = smoothstep(ahead / 0.1)
+        fade = float(smoothstep(ahead, 0.0, 0.1))
         if at[3] == 0:
-            fade *= smoothstep(float(np.hypot(direction[0], direction[1])) / 0.1)
+            fade *= float(smoothstep(np.hypot(direction[0], direction[1]), 0.0, 0.1))
     elif ahead <= 0:
         fade = 0.0
     else:
         inside = reach <= clip[3]
-        fade = 1.0 if inside else smoothstep(ahead / _edge_cosine(ndc, projection))
+        fade = 1.0 if inside else float(smoothstep(ahead, 0.0, _edge_cosine(ndc, projection)))
     position = (float(0.5 + 0.5 * ndc[0]), float(0.5 - 0.5 * ndc[1]))
     return Projected(position, fade, (float(direction[0]), float(direction[1]), float(direction[2])), np.inf if at[3] == 0 else distance)
 

@@ -13,7 +13,8 @@ class Shown(np.ndarray):
     def _repr_png_(self) -> bytes | None:
         if self.ndim not in (2, 3) or self.size == 0 or (self.ndim == 3 and self.shape[2] not in (1, 3, 4)):
             return None
-        from airlight.files import to_linear, write_image
+        from airlight.arrays import to_linear
+        from airlight.files import write_image
 
         codes: Any = np.asarray(self)
         rgb, _ = to_linear(codes)

@@ -10,7 +10,7 @@ from look_commands import LIGHT, codes, refused, run
 import airlight
 from airlight.composite.blend import blend, measured_on, resolve
 from airlight.files import encode, read_settings, to_linear, write_image
-from airlight.parameters import Composite
+from airlight.options import Composite
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,10 @@ import pygfx as gfx
 import pytest
 from render_stage import SIZE, refused, render, stage
 
-from airlight import presets
 from airlight.cli.render import PLACE, SUN, read_scene_light
 from airlight.errors import MachineError
 from airlight.files import read_settings
-from airlight.parameters import Composite, InScene, March, Medium, Parameters
+from airlight.options import Composite, March, Medium, Parameters, SceneOptions, presets
 from airlight.pygfx import SceneLight
 from airlight.scenes import offline
 
@@ -123,7 +122,7 @@ def test_the_values_of_the_command_reach_the_pass(tmp_path, monkeypatch):
         method="radial", samples=64, density=0.8, decay=0.99, weight=0.8, exposure=0.05, normalization="listing"
     )
     more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True}
-    assert seen[0][1:] == (Composite(mix=0.5), InScene(clear="#102030"), more)
+    assert seen[0][1:] == (Composite(mix=0.5), SceneOptions(clear="#102030"), more)
 
 
 def test_a_medium_reaches_the_pass_and_is_repeated(tmp_path, monkeypatch, capsys):

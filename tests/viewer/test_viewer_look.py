@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from viewer_driver import SIZE, Driver, applied
 
-from airlight import presets
 from airlight.cli import main
+from airlight.colour import srgb_decode, srgb_encode
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
-from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.look.measure import oklab
+from airlight.options import presets
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from viewer_driver import CLASSIC, Driver
 
-from airlight import presets
-from airlight.cli.options import declared
 from airlight.files import write_image
+from airlight.options import declared, presets
 from airlight.viewer import app
 from airlight.viewer import state as st
 
@@ -44,7 +43,7 @@ def test_sliders_are_within_the_bounds() -> None:
             assert d.slider is not None, d.name
             low, high = min(d.slider), max(d.slider)
             assert d.low <= low < high <= d.high and (not d.low_open or low > d.low), d.name
-            assert d.default is None or all(low <= v <= high for v in (d.default if d.triple else (d.default,))), d.name
+            assert d.default is None or all(low <= v <= high for v in (d.default if d.is_triple else (d.default,))), d.name
 
 
 @pytest.mark.parametrize("name", ["samples", "density", "decay", "weight", "exposure"])

@@ -8,10 +8,10 @@ import pytest
 from viewer_driver import CLASSIC, Driver, app_light
 
 from airlight.cli import main
+from airlight.colour import srgb_encode
 from airlight.composite.blend import Rule, blend
 from airlight.composite.mix import LinearComposite
 from airlight.files import read_image, write_image
-from airlight.files.colour import srgb_encode
 from airlight.gpu.device import open_device
 from airlight.viewer import controls
 from airlight.viewer import state as st
@@ -126,7 +126,7 @@ def test_without_shafts_the_picture_as_it_was(hands: Driver, codes: np.ndarray) 
 def test_debug_views(hands: Driver, codes: np.ndarray) -> None:
     from airlight import Renderer
     from airlight.occlusion.automatic import settled
-    from airlight.parameters import Parameters
+    from airlight.options import Parameters
     from airlight.scatter.render import render_source
 
     hands.choose("debug", "occlusion")

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as some
 from viewer_driver import SCENE_SIZE, Driver, read_by_render, resident, stage
 
-from airlight import presets, scenes
-from airlight.cli.options import declared
+from airlight import scenes
 from airlight.errors import AirlightError
 from airlight.files import read_image
-from airlight.parameters import IN_VIEW, Medium
+from airlight.options import Medium, declared, presets
+from airlight.scatter.methods import of_screen
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
 
@@ -63,7 +63,7 @@ def lit(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> Driver:
 
 
 def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(lit: Driver) -> None:
-    of_medium, of_view = ({d.name for d in declared(scenes=True) if d.methods == methods} for methods in (("march",), IN_VIEW))
+    of_medium, of_view = ({d.name for d in declared(scenes=True) if d.methods == methods} for methods in (("march",), of_screen()))
     groups = ("Method", "Composite", "Shafts in the scene", "March")
     for group in groups:
         lit.open_group(group)

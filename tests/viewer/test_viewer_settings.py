@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as some
 from viewer_driver import CLASSIC, SCENE_SIZE, Driver, read_by_render, some_values
 
-from airlight import presets
 from airlight.cli import image as image_command
 from airlight.cli.options import gather
 from airlight.errors import AirlightError
+from airlight.options import presets
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
 

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import strategies as some
 
 from airlight.cli import render as render_command
-from airlight.cli.options import declared, gather
+from airlight.cli.options import gather
 from airlight.lights import Light
 from airlight.look.apply import apply
-from airlight.parameters import Look
+from airlight.options import Look, declared
 from airlight.viewer import app
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -138,7 +138,7 @@ def some_values(scenes: bool = True) -> Any:
             kinds[d.name] = some.integers(int(d.low), int(d.high)) | some.sampled_from(d.words or (int(d.low),))
         elif d.kind is float:
             kinds[d.name] = some.floats(d.low, d.high, exclude_min=d.low_open)
-            kinds[d.name] = some.tuples(*[kinds[d.name]] * 3) | kinds[d.name] if d.triple else kinds[d.name]
+            kinds[d.name] = some.tuples(*[kinds[d.name]] * 3) | kinds[d.name] if d.is_triple else kinds[d.name]
         else:
             kinds[d.name] = some.from_regex("#[0-9a-f]{6}", fullmatch=True)
     return some.fixed_dictionaries({}, optional=kinds)

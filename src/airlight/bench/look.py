@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from airlight.arrays import to_linear
 from airlight.bench.measure import LIGHTS, Passes, record_of
-from airlight.files.colour import encode_codes, to_linear
+from airlight.colour import encode_codes
 from airlight.gpu.device import Device
 from airlight.gpu.timing import run_ms
 from airlight.lights import Light
 from airlight.look.apply import apply
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference.scenes import foliage
 from airlight.scatter.render import Renderer
 

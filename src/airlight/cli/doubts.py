@@ -53,7 +53,7 @@ def changes_little(picture: "Picture", done: Any, float_output: bool) -> bool:
     """Tell whether no pixel of a coarse copy changes by more than CODES; in floats above white too, where codes go on."""
     import numpy as np
 
-    from airlight.files.colour import srgb_encode
+    from airlight.colour import srgb_encode
     from airlight.files.images import COARSE, every
 
     step = max(1, max(picture.width, picture.height) // COARSE)

@@ -15,14 +15,15 @@ from airlight.compare.result import SceneComparison, SceneRow, Truth
 from airlight.compare.variants import Variant
 from airlight.composite.adapt import adapt, measured
 from airlight.errors import AirlightError
-from airlight.files.colour import LUMINANCE
 from airlight.gpu.timing import run_ms
+from airlight.luminance import REC709_F32
 from airlight.medium import Settled, settle
-from airlight.parameters import IN_VIEW, InScene, March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
 from airlight.reference.triangles import world_triangles
+from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
@@ -55,9 +56,9 @@ class View:
     def lacks(self, v: Variant) -> str | None:
         """Why a variant does not go with the view; else None."""
         method = v.parameters.method
-        if method == "article" and [lamp.kind for lamp in self.lamps] != ["sun"]:
+        if METHODS[method].lights == ONE_SUN and [lamp.kind for lamp in self.lamps] != ["sun"]:
             return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
-        if method in IN_VIEW and not self.in_view:
+        if not METHODS[method].lights_medium and not self.in_view:
             return "no light is before the eye, and it draws no other"
         return None
 
@@ -67,7 +68,8 @@ class View:
     def replay(self, v: Variant) -> Replay:
         """With the variant's settings. One for all whose textures are alike, so that none is made anew from one to the next."""
         method, share = v.parameters.method, v.in_scene.share(v.parameters)
-        kind = ("view", v.in_scene.occluders) if method in IN_VIEW else (method, self.settled(v).shadow_size, v.march.cascades)
+        in_medium = METHODS[method].lights_medium
+        kind = (method, self.settled(v).shadow_size, v.march.cascades) if in_medium else ("view", v.in_scene.occluders)
         if (kind, share) not in self._replays:
             self._replays[kind, share] = Replay(self._studio(v.parameters))
         found = self._replays[kind, share]
@@ -85,7 +87,8 @@ class View:
         """(H, W, 3) the light alone, of article before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
         frame = self.replay(v).frame(*self.moment, layer=True)
         layer = frame.shafts()
-        return (5 * layer + 0.5 if v.parameters.method == "article" else layer), frame.pixels()
+        factor, offset = METHODS[v.parameters.method].light_of_layer
+        return factor * layer + offset, frame.pixels()
 
     def composited(self, light: Array, way: Array, v: Variant) -> Array:
         """(H, W, 3) the surfaces seen through the variant's medium with this light, as a display shows it."""
@@ -93,7 +96,7 @@ class View:
         color = reference.through(self.surfaces, light, way, sigma_t, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
-            adapt(color, measured(color @ np.asarray(LUMINANCE)), v.composite.adapt)
+            adapt(color, measured(np.asarray(color @ REC709_F32)), v.composite.adapt)
         return np.asarray(reference.filmic(color) if v.in_scene.tone == "filmic" else color.clip(0, 1), np.float32)
 
     # ------------------------------------------------------------ truths
@@ -130,7 +133,7 @@ class View:
         while side > 1024 and 4 * side * side * layers > MEMORY:
             side //= 2
         march = msgspec.structs.replace(march, shadow_size=side)
-        studio = self._studio(Parameters(method="march"), in_scene=InScene(resolution=1.0), medium=air.medium, march=march)
+        studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=air.medium, march=march)
         layer = studio.frame(*self.moment, layer=True).layer
         assert layer is not None
         about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
@@ -174,7 +177,7 @@ def compare(
     rows = []
     for v, (light, picture), parts in zip(variants, lights, costs, strict=True):
         number, true, where, mean = found[v.medium]
-        has_units = v.parameters.method == "march"
+        has_units = METHODS[v.parameters.method].has_units
         factor = None if has_units else rule.factor(light, true, where)
         light = light if factor is None else factor * light
         wrong = rule.errors(light, true, where)
@@ -213,7 +216,7 @@ def part_of(label: str) -> str | None:
         return "source"
     if label.startswith(("march", "upsample")):
         return "march"
-    return {"shadows": "shadow maps", "article": "article"}.get(label, "shafts")
+    return "shadow maps" if label == "shadows" else label if label in of_medium() else "shafts"
 
 
 def _costs(view: View, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.colour import encode_codes
 from airlight.compare import words
 from airlight.compare.measure import fit
 from airlight.compare.result import Comparison, SceneComparison
 from airlight.errors import MachineError
-from airlight.files.colour import encode_codes
 
 Codes = npt.NDArray[np.uint8]
 PANEL, GAP, SIZE, LINE = 320, 16, 17, 24  # px: a picture's longer side, between cells, height of the text, from line to line

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from airlight.files.colour import LUMINANCE, by_rows
+from airlight.luminance import REC709_F32
+from airlight.planes import by_rows
 
 FloatArray = npt.NDArray[np.float32]
 MIDDLE = 0.18  # what the average becomes in a picture whose tones lie evenly about it
@@ -42,7 +43,7 @@ def measured(luminances: FloatArray) -> Ramp:
     return Ramp(float(scale), max(float(scale * np.exp(greatest)), 1.0))
 
 
-def adapt(image: FloatArray, ramp: Ramp, strength: float, luminance: FloatArray = LUMINANCE) -> None:
+def adapt(image: FloatArray, ramp: Ramp, strength: float, luminance: FloatArray = REC709_F32) -> None:
     """In place, (H, W, 3) linear: colours times gain^strength, so that hues stay. strength 0: none of it; 1: all.
 
     luminance: (3,) weights of the image's RGB.

@@ -8,11 +8,12 @@ import numpy.typing as npt
 
 from airlight.composite import adapt
 from airlight.composite.adapt import Ramp
-from airlight.files.colour import by_rows
-from airlight.parameters import VEIL, Composite
+from airlight.luminance import REC709_F32
+from airlight.options import Composite
+from airlight.options.composite import VEIL
+from airlight.planes import by_rows
 
 FloatArray = npt.NDArray[np.float32]
-REC709 = np.array([0.2126, 0.7152, 0.0722], np.float32)
 WHITE = 0.9911  # screen's limit: code 254 of 255, so that nothing clips which did not
 COVER = 0.035  # mean luminance of a layer from which the automatic mix takes less of it
 
@@ -61,7 +62,7 @@ def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
     return dataclasses.replace(rule, peak=peak, mix=mix)
 
 
-def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> Rule:
+def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709_F32) -> Rule:
     """`measured` for a layer and its picture, both (H, W, 3), with the ramp that adapts them; luminance: (3,) weights of their RGB."""
     step = sample_step(*layer.shape[1::-1])
     few, lit = image[::step, ::step], layer[::step, ::step]
@@ -83,7 +84,7 @@ def _put(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray
     return np.maximum(np.float32(WHITE) - image, 0) * (layer / (1 + layer)) if rule.blend == "screen" else layer
 
 
-def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709) -> tuple[FloatArray, FloatArray]:
+def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709_F32) -> tuple[FloatArray, FloatArray]:
     """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.

@@ -7,11 +7,12 @@ import numpy as np
 from airlight.composite.blend import Rule, measured
 from airlight.composite.luminances import Luminances
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.noise import dither
 
 COMPOSITE = "composite/composite.wgsl"
-RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("", "u4")])
+RULE = struct_dtype(COMPOSITE, "Rule")
 
 
 class CodesComposite:

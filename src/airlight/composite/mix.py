@@ -8,10 +8,11 @@ from airlight.composite import adapt
 from airlight.composite.blend import COVER, Rule, measured
 from airlight.composite.luminances import Luminances
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 
 MIX = "composite/mix.wgsl"
-RULE = np.dtype([("peak", "f4"), ("veil", "f4"), ("mix", "f4"), ("scale", "f4")])
+RULE = struct_dtype(MIX, "Rule")
 
 
 class LinearComposite:

@@ -6,7 +6,7 @@ import numpy as np
 
 from airlight.detect.ranking import Candidate
 from airlight.detect.signals import FIELD_SIDE_PX, Signals
-from airlight.planes import Array, blur, box, label, shrink, smoothstep
+from airlight.planes import Array, block_means, blur, box, label, shrink, smoothstep
 
 GUESS_OFFSET = 0.12  # of the height: how far above the frame a light is guessed behind gaps
 SKY_OFFSET = 0.10  # the same behind a bright sky
@@ -38,12 +38,6 @@ class Directions:
         return np.exp(-((deviation / np.radians(AIM_DEG)) ** 2)) @ self.weight / self.weight.sum()
 
 
-def _cells(plane: Array) -> Array:
-    """Average over CELL_PX squares."""
-    rows, columns = plane.shape[0] // CELL_PX, plane.shape[1] // CELL_PX
-    return plane[: rows * CELL_PX, : columns * CELL_PX].reshape(rows, CELL_PX, columns, CELL_PX).mean(axis=(1, 3))
-
-
 def _directions(signals: Signals, axial: bool) -> Directions | None:
     """Measure where luminance rises, or along which axis it stays (beams), over cells of a small copy."""
     plane = np.log(shrink(np.minimum(signals.luminance, 1.0), SIDE_PX).astype(np.float64) + 0.003)
@@ -53,12 +47,12 @@ def _directions(signals: Signals, axial: bool) -> Directions | None:
     dy, dx = np.gradient(blur(plane, (BEAM_BLUR if axial else GRADIENT_BLUR) * max(height, width)))
     y, x = (np.indices((height // CELL_PX, width // CELL_PX)) + 0.5) * CELL_PX / width
     if axial:
-        xx, yy, xy = _cells(dx * dx), _cells(dy * dy), _cells(dx * dy)
+        xx, yy, xy = (block_means(plane, CELL_PX) for plane in (dx * dx, dy * dy, dx * dy))
         angle = 0.5 * np.arctan2(2 * xy, xx - yy) + np.pi / 2
         energy = xx + yy
         strength = np.sqrt(energy) * np.hypot(xx - yy, 2 * xy) / np.maximum(energy, 1e-12)
     else:
-        gx, gy = _cells(dx), _cells(dy)
+        gx, gy = block_means(dx, CELL_PX), block_means(dy, CELL_PX)
         angle, strength = np.arctan2(gy, gx), np.hypot(gx, gy)
     typical = float(np.median(strength))
     weight = strength / (strength + typical + 2e-4)  # one strong edge does not outvote the picture

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from airlight.colour import encode_codes
 from airlight.detect.ranking import ACT, ASK, Candidate
 from airlight.errors import MachineError
-from airlight.files.colour import encode_codes
 from airlight.planes import Array, shrink
 
 Codes = npt.NDArray[np.uint8]

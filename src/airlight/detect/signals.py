@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from airlight.files.colour import to_linear
+from airlight.arrays import to_linear
+from airlight.luminance import REC709_F32
 from airlight.planes import Array, blur, shrink
 
 COPY_SIDE_PX = 400
@@ -15,7 +16,6 @@ SIGNAL_BLUR = 0.003  # of the long side: below it lie noise and glints
 WHITE_PERCENTILE = 99.95
 CODE_STEP = 3e-4  # the darkest 8-bit sRGB code above black, linear
 FALLOFF_CORE = 0.03  # widths within which a light's field no longer grows
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 FIREFLY = 1000.0  # times the 99.9th percentile: brighter pixels of floats are taken for faults
 
@@ -52,7 +52,7 @@ class Signals:
         """Scale a copy; None where it holds nothing to search: too few pixels, black, or all the same."""
         if min(linear.shape[:2]) < 8:
             return None
-        luminance = linear.astype(np.float64) @ LUMINANCE
+        luminance = linear.astype(np.float64) @ REC709_F32
         white = float(np.percentile(luminance, WHITE_PERCENTILE))
         if white <= 0:
             white = float(luminance.max())
@@ -78,7 +78,7 @@ class Signals:
 
     @cached_property
     def luminance(self) -> Array:
-        return self.rgb @ LUMINANCE
+        return self.rgb @ REC709_F32
 
     @cached_property
     def value(self) -> Array:

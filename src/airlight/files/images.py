@@ -7,11 +7,13 @@ from typing import Any, Literal
 
 import numpy as np
 
+from airlight.arrays import repair
+from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError
 from airlight.files import spaces
-from airlight.files.colour import LUMINANCE, Profile, alpha_of, decode_codes
+from airlight.files.colour import Profile
 from airlight.files.decode import decode, tell
-from airlight.files.repair import repair
+from airlight.luminance import REC709_F32
 
 COARSE = 1500  # px of the longer side of a coarse copy, about
 OnDamage = Literal["error", "warn", "ignore"]
@@ -74,7 +76,7 @@ class Picture:
     @property
     def luminance(self) -> np.ndarray:
         """Give the weights of the luminance of the picture's linear RGB: (3,) float32."""
-        return LUMINANCE if self.to_709 is None else (LUMINANCE @ self.to_709).astype(np.float32)
+        return REC709_F32 if self.to_709 is None else (REC709_F32 @ self.to_709).astype(np.float32)
 
     def rec709(self, pixels: np.ndarray) -> np.ndarray:
         """Convert (..., 3) from the picture's linear RGB to linear Rec. 709."""
@@ -320,7 +322,7 @@ def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: boo
         value = _finite(value, picture.path)
     else:
         value /= np.float32(np.iinfo(codes.dtype).max)
-    return np.ascontiguousarray(value[..., 0] if value.shape[2] == 1 else value @ LUMINANCE)
+    return np.ascontiguousarray(value[..., 0] if value.shape[2] == 1 else value @ REC709_F32)
 
 
 def _finite(value: np.ndarray, name: str) -> np.ndarray:

@@ -9,13 +9,13 @@ from importlib.resources import files
 from typing import Any
 
 _BINDING = re.compile(r"^@group\(0\) @binding\((\d+)\) var(?:<(\w+)(?:, (\w+))?>)? (\w+): (\w+)(?:<(\w+)(?:, \w+)?>)?;", re.M)
-LOADED = ("table", "picture", "aside", "noise", "before", "after")
+_FILTERED = re.compile(r"\btexture(?:Sample\w*|Gather\w*)\(\s*(?:\d,\s*)?(\w+)")
 _EACH = re.compile(r"^ *//! each (\w+) of (\d+): (.+)$", re.M)
 _INCLUDE = re.compile(r'^//! include "([\w/.]+)"$', re.M)
 
 
 def load(path: str) -> str:
-    """The text of a .wgsl file, its path relative to the package, directives carried out."""
+    """Read a .wgsl file, its path relative to the package, and carry out its directives."""
     done: set[str] = set()
 
     def expand(name: str) -> str:
@@ -28,10 +28,11 @@ def load(path: str) -> str:
 
 
 def bindings(code: str) -> list[dict[str, Any]]:
-    """Layout entries of group 0, read off the declarations, so that all entry points of a file share one bind group.
+    """List the layout entries of group 0, read off the declarations, so that all entry points of a file share one bind group.
 
-    Textures with a name of LOADED are never filtered: they may be rgba32float on any adapter.
+    Textures that no function samples or gathers are never filtered: they may be rgba32float on any adapter.
     """
+    filtered = set(_FILTERED.findall(code))
     stages = "COMPUTE" if "@compute" in code else "VERTEX|FRAGMENT"
     entries = []
     for number, space, access, name, kind, argument in _BINDING.findall(code):
@@ -49,6 +50,6 @@ def bindings(code: str) -> list[dict[str, Any]]:
         elif kind == "texture_depth_2d_array":
             entry["texture"] = {"sample_type": "depth", "view_dimension": "2d-array"}
         else:
-            entry["texture"] = {"sample_type": "unfilterable-float" if name in LOADED else "float"}
+            entry["texture"] = {"sample_type": "float" if name in filtered else "unfilterable-float"}
         entries.append(entry)
     return entries

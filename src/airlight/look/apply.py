@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.files.colour import by_rows, srgb_decode, to_linear
+from airlight.arrays import to_linear
+from airlight.colour import srgb_decode
 from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
 from airlight.look.settle import Settled, settle
-from airlight.parameters import Look
-from airlight.planes import shrink, shrink_to, shrunk_size
+from airlight.luminance import luminance
+from airlight.options import Look
+from airlight.planes import by_rows, shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones
 
@@ -114,7 +116,7 @@ class _Reference:
     """The passes in NumPy, over a copy of the picture with white at 1."""
 
     def __init__(self, copy: Array) -> None:
-        self.y = copy @ twin.REC709
+        self.y = luminance(copy)
         self.found: dict[int, tuple[Array, Array]] = {}  # by light, its bands, and what emits
 
     def bands(

@@ -11,9 +11,10 @@ import numpy as np
 
 from airlight.lights import Light
 from airlight.look.grid import Array, RayGrid, points
+from airlight.luminance import luminance
 from airlight.planes import blur, box, label, shrink_to, shrunk_size
 from airlight.reference import look as twin
-from airlight.reference.look import REC709, RaySettings, Tones
+from airlight.reference.look import RaySettings, Tones
 
 SIDE = 400  # px of the copy's longer side
 GLANCED = 2  # every how many-th of its pixels, along each axis, is looked at for rays and contrast
@@ -88,7 +89,7 @@ class Small:
     def __post_init__(self) -> None:
         self.color = _usable(self.color)
         self.single = few(self.color) if self.single is None else _usable(self.single)
-        self.y = self.color @ REC709
+        self.y = luminance(self.color)
         level = twin.lightness(self.y)
         radius = max(1, round(GUIDE[0] * max(level.shape)))
         mean = box(level, radius)
@@ -190,7 +191,7 @@ def ring_color(small: Small, tone: Tones, grid: RayGrid) -> Array:
     around = few(small.y) * few(twin.visible(small.base, twin.darkness(tone)) * (1 - twin.emission(small.y, tone)))
     around = around * np.exp(-np.square(few(distance) / SCENE[1]))
     scene = (few(small.color) * around[..., None]).sum(axis=(0, 1)) / max(around.sum(), 1e-9) if around.sum() > 0 else ring
-    ring, scene = (np.maximum(color / max(float(color @ REC709), 1e-9), 1e-3) for color in (ring, scene))
+    ring, scene = (np.maximum(color / max(float(luminance(color)), 1e-9), 1e-3) for color in (ring, scene))
     return np.asarray(ring ** (1 - SCENE[0]) * scene ** SCENE[0])
 
 
@@ -213,10 +214,10 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
         toward = GOLDEN if warmth >= 0 else GOLDEN[::-1]
         if (warmth >= 0) == (ring[0] * toward[2] > ring[2] * toward[0]):  # it is as warm, or as cool, already: some more of its own
             toward = ring * (toward / toward.max()) ** 0.5
-    ring, toward = ring / (ring @ REC709), toward / (toward @ REC709)
+    ring, toward = ring / luminance(ring), toward / luminance(toward)
     mixed = np.exp((1 - abs(warmth)) * np.log(ring) + abs(warmth) * np.log(toward)) ** PURER
     mixed = np.maximum(mixed / mixed.max(), LEAST_CHANNEL)
-    r, g, b = mixed / (mixed @ REC709)
+    r, g, b = mixed / luminance(mixed)
     return float(r), float(g), float(b)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import GLANCED, SIDE
@@ -16,13 +17,8 @@ from airlight.reference.look import COARSE, DARK, DRAWN, THINNEST, RaySettings, 
 
 FIELDS = {"draft": 640, "normal": 1024, "final": 2048}  # px of the longer side of the copy on which rays are found, by quality
 GROUPS = LINES // COARSE
-RAYS = np.dtype(
-    [("box", "f4", 2), ("light", "f4", 2)]
-    + [(n, "f4") for n in ("start", "span", "nearest", "step", "surroundings", "tone_span")]
-    + [(n, "f4") for n in ("fine", "thinnest", "broadest", "narrow", "wide", "own", "drawn", "deviation", "rest", "length", "mist", "soft")]
-    + [("", "f4", 2), ("color", "f4", 3), ("", "f4")]
-)
-LOOK = np.dtype([("strength", "f4"), ("shade", "f4"), ("dark", "f4", 2)])
+RAYS = struct_dtype("look/rays.wgsl", "Rays")
+LOOK = struct_dtype("look/field.wgsl", "Look")
 MATTE_CODES, MATTE_LINEAR, BANDS, GLANCE, AMOUNTS, SUMS, CODES, LAYER = (
     f"look/{name}.wgsl" for name in ("matte_codes", "matte_linear", "bands", "glance", "amounts", "field", "codes", "layer")
 )

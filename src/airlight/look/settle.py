@@ -10,7 +10,8 @@ from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Contrast, Found, Seen, Small
-from airlight.parameters import Look
+from airlight.luminance import luminance
+from airlight.options import Look
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 
@@ -143,5 +144,5 @@ def _tint(light: Light) -> tuple[float, float, float] | None:
     if light.color == (1.0, 1.0, 1.0) or max(light.color) <= 0:
         return None
     hue = np.array(light.color) / max(light.color)
-    r, g, b = hue / max(float(hue @ twin.REC709), 1e-3)
+    r, g, b = hue / max(float(luminance(hue)), 1e-3)
     return float(r), float(g), float(b)

@@ -8,7 +8,10 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters, check_picture
+from airlight.luminance import REC709_F32
+from airlight.options import Parameters
+from airlight.options.shafts import SMOOTHNESS, THRESHOLD
+from airlight.scatter.methods import check_picture
 
 NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light
@@ -32,7 +35,7 @@ def settled(p: Parameters, image: Any, lights: Sequence[Light], bounded: bool = 
     """
     if p.occlusion not in ("luminance", "contrast") or p.threshold is not None:
         return p
-    y = image @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    y = image @ REC709_F32
     height, width = y.shape
     levels = [np.percentile(y, 99.9)]
     rows, columns = np.ogrid[:height, :width]

@@ -11,21 +11,20 @@ import numpy as np
 import pygfx as gfx
 import wgpu
 
+from airlight.colour import srgb_decode
 from airlight.errors import AirlightError
-from airlight.files.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
 from airlight.medium import Settled, settle
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters, check_ray
+from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import Projected, depth_terms, pixel_rays, project
 from airlight.pygfx.casters import Casters
 from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
-from airlight.scatter.article.article import Article
-from airlight.scatter.march import march
+from airlight.scatter.methods import METHODS, check_ray
 from airlight.scatter.render import Moving
 from airlight.shadows import fit
 
@@ -95,7 +94,7 @@ class _World:
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
         self.asked = method, size
         self.casters = Casters(device, scene)
-        self.march: Any = (Article if method == "article" else march.March)(device, size)
+        self.march: Any = METHODS[method].plan(device, size)
 
 
 class LightShafts(gfx.renderers.wgpu.EffectPass):
@@ -125,7 +124,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         lights: Sequence[SceneLight] | SceneLight,
         parameters: Parameters | None = None,
         composite: Composite | None = None,
-        in_scene: InScene | None = None,
+        in_scene: SceneOptions | None = None,
         *,
         medium: Medium | None = None,
         march: March | None = None,
@@ -136,7 +135,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
         self.parameters = parameters or Parameters()
-        self.composite, self.in_scene = composite or Composite(), in_scene or InScene()
+        self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
         self.radius: float | None = None
@@ -204,7 +203,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
         lit = self._project(size)
-        if self.parameters.method in IN_WORLD:
+        if METHODS[self.parameters.method].lights_medium:
             self._light_medium(command_encoder, color, depth, target_tex, timer)
         else:
             self._sum_picture(command_encoder, color, depth, target_tex, lit, timer)
@@ -247,7 +246,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         shining = lamps(self.lights)
         shadows = casters.draw(view, projection, shining, air, timer, gathered)
         pairs = list(zip(shining, shadows, strict=True))
-        share = {} if p.method == "article" else {"share": self.in_scene.share(p)}  # which has the picture's resolution
+        share = {"share": self.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}  # which has the picture's resolution
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)

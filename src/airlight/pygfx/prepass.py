@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.files.colour import srgb_decode
+from airlight.colour import srgb_decode
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, timing
-from airlight.parameters import RESOLUTION, InScene
+from airlight.options import SceneOptions
+from airlight.options.scene import RESOLUTION
 from airlight.projection import pixel_rays, project
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
@@ -23,8 +25,7 @@ from airlight.pygfx.lights import SceneLight
 FORMAT, DEPTH = "rgba16float", "depth32float"
 MOST = 8  # discs, as in discs.wgsl
 STRONG = 1.0  # emission beyond which a material is a light
-DISC = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("soft", "f4"), ("", "f4", 3)])
-DISCS = np.dtype([("rays", "f4", 4), ("size", "f4", 2), ("count", "u4"), ("", "u4"), ("disc", DISC, MOST)])
+DISCS = struct_dtype("pygfx/discs.wgsl", "Discs")
 KEPT = {"operation": "add", "src_factor": "zero", "dst_factor": "one"}  # alpha
 
 
@@ -177,12 +178,12 @@ class Prepass:
         scene: Any,
         lights: Sequence[SceneLight],
         size: tuple[int, int],
-        in_scene: InScene | None = None,
+        in_scene: SceneOptions | None = None,
         exclude: Iterable[Any] = (),
         include: Iterable[Any] = (),
     ) -> None:
         self.renderer, self.scene, self.lights = renderer, scene, lights
-        self.size, self.in_scene = size, in_scene or InScene()
+        self.size, self.in_scene = size, in_scene or SceneOptions()
         self.exclude, self.include = exclude, include
         self.device = Device.of(renderer.device)
         self.texture: Any = None

@@ -9,8 +9,10 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
+from airlight.planes import block_means
 from airlight.reference import radial
+from airlight.scatter.methods import METHODS
 
 PIXELS = 400_000  # of the sum; larger images are summed at a whole fraction of their resolution
 TAPS = 400
@@ -20,7 +22,7 @@ def _shrink(image: Any, factor: int) -> Any:
     """Average factor x factor pixels, the border repeated where the size does not divide."""
     height, width = image.shape[:2]
     padded = np.pad(image, ((0, -height % factor), (0, -width % factor), (0, 0)), mode="edge")
-    return padded.reshape(padded.shape[0] // factor, factor, padded.shape[1] // factor, factor, -1).mean(axis=(1, 3))
+    return block_means(padded, factor)
 
 
 def layer(
@@ -35,7 +37,7 @@ def layer(
     luminance: Any = radial.REC709,
 ) -> Any:
     """Sum as the GPU's layer, (H, W, 3) float32: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
-    if p.method == "radial" and p.offset in ("gradient", "blue"):
+    if METHODS[p.method].per_sample and p.offset in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.offset} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]
     if fraction:
@@ -54,7 +56,7 @@ def layer(
     for light in lights:
         at, density = light.placed(width, height, p.density)
         moved, plain = np.array(at) / reach, msgspec.structs.replace(plain, density=density)
-        if listing and p.method == "radial":
+        if listing and METHODS[p.method].per_sample:
             sums = radial.summed(small, moved, msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
             sums -= small  # the unweighted sample comes from the full resolution below
         else:

@@ -10,8 +10,8 @@ import numpy as np
 
 from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
 from airlight.planes import smoothstep as smoothstep
+from airlight.reference.colour import REC709
 
-REC709 = np.array([0.2126, 0.7152, 0.0722])
 WHITE = 0.9911  # code 254: nothing is lit beyond it
 EMITS = (0.45, 0.85)  # of the way from the surroundings' luminance to the light's, in logarithms: where emission begins, and is whole
 DARK = (0.10, 0.28)  # L: air before what is darker than the first shows no light, before the second all; at least, and of the surroundings'

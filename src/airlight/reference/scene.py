@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.composite.adapt import MIDDLE, Ramp
-from airlight.reference.radial import KEPT, REC709
+from airlight.reference.colour import REC709
+from airlight.reference.radial import KEPT
 
 Array = npt.NDArray[np.floating[Any]]
 FACING = 8.0  # power of the cosine to the light with which fog thickens
@@ -57,7 +58,7 @@ def look(color: Array, depth: Array, distance: Array) -> tuple[Array, float, flo
     the geometric mean of the occluders'.
     """
     m = (depth >= 1.0).astype(float)
-    logs = np.log(np.clip(color @ np.array(REC709), 1e-5, 1e5))
+    logs = np.log(np.clip(color @ REC709, 1e-5, 1e5))
     weight = max((1 - m).sum(), 1e-6)
     mean = ((1 - m)[..., None] * color).sum(axis=(0, 1)) / weight
     level = np.exp(((logs * m).sum() + 0.02 * logs.sum()) / (m.sum() + 0.02 * m.size))

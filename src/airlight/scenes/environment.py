@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from airlight.colour import srgb_encode
 from airlight.errors import AirlightError
+from airlight.luminance import REC709
+from airlight.planes import block_means
 
 if TYPE_CHECKING:
     import pygfx as gfx
@@ -24,7 +27,6 @@ LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts
 SUN_RADIUS = math.radians(4)  # around the brightest place
 MAX_MENDED = 50_000  # values
 AUREOLE = math.radians(20)  # around a light: what shines into its shafts
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def equirectangular(directions: np.ndarray, yaw: float = 0.0) -> np.ndarray:
@@ -95,7 +97,7 @@ class Environment:
     def sun_and_light(self) -> tuple[np.ndarray, np.ndarray]:
         """Measure the direction (3,) to the sun, and the irradiance (3,) (linear RGB) of what is within SUN_RADIUS around it."""
         height, width = self.picture.shape[:2]
-        luminance = self.picture @ _LUMINANCE
+        luminance = self.picture @ REC709
         weight = luminance * solid_angles(height, width)
         y, x = np.unravel_index(int(np.argmax(_blurred(luminance))), luminance.shape)
         rough = direction((x + 0.5) / width, (y + 0.5) / height)
@@ -116,7 +118,7 @@ class Environment:
             x, y, z = np.asarray(towards, float) / np.linalg.norm(towards)
             unturned = np.array([cos * x - sin * z, y, sin * x + cos * z])
             weight = weight * (_directions(height, width) @ unturned > math.cos(AUREOLE))
-        return float((np.minimum(self.picture @ _LUMINANCE, limit) * weight).sum() / weight.sum())
+        return float((np.minimum(self.picture @ REC709, limit) * weight).sum() / weight.sum())
 
     def turned_to(self, towards: np.ndarray) -> Environment:
         """Turn the surroundings about y so that their sun stands below or above a direction (3,)."""
@@ -131,12 +133,11 @@ class Environment:
 
         reduced = self.picture if limit is None else np.minimum(self.picture, limit)
         while reduced.shape[1] >= 8 * size:  # or texels between samples would be missed
-            reduced = _halved(reduced)
+            reduced = block_means(reduced, 2)
         pixels = np.ones((6, size, size, 4), np.float32)
         pixels[..., :3] = sample(reduced, equirectangular(cube_directions(size), self.yaw))
         # pygfx decodes every such texture from sRGB: its curve, continued beyond 1.
-        low = pixels[..., :3] <= 0.0031308
-        pixels[..., :3] = np.where(low, pixels[..., :3] * 12.92, 1.055 * np.maximum(pixels[..., :3], 1e-9) ** (1 / 2.4) - 0.055)
+        pixels[..., :3] = srgb_encode(pixels[..., :3])
         return gfx.Texture(pixels.astype(np.float16), dim=2, size=(size, size, 6), generate_mipmaps=True)
 
     def surround(self, scene: gfx.Scene, background: bool = True, limit: float | None = None) -> None:
@@ -146,16 +147,11 @@ class Environment:
         """
         import pygfx as gfx
 
-        mean = float(((self.picture @ _LUMINANCE) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
+        mean = float(((self.picture @ REC709) * solid_angles(*self.picture.shape[:2])).sum() / (4 * np.pi))
         scene.environment = self.cube(LIGHT_FACE, LIGHT_LIMIT * mean)
         if background:
             size = min(1024, max(16, 2 ** round(math.log2(self.picture.shape[1] / 3))))
             scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=self.cube(size, limit))))
-
-
-def _halved(picture: np.ndarray) -> np.ndarray:
-    height, width = picture.shape[0] // 2 * 2, picture.shape[1] // 2 * 2
-    return picture[:height, :width].reshape(height // 2, 2, width // 2, 2, 3).mean(axis=(1, 3))
 
 
 def _blurred(luminance: np.ndarray) -> np.ndarray:
@@ -198,7 +194,7 @@ def load_environment(name_or_path: str) -> Environment:
     with np.errstate(invalid="ignore"):
         pixels = _mended(np.where(np.isfinite(pixels), pixels, -1)).clip(0, 65504).astype(np.float32)
     while pixels.shape[1] > MAX_WIDTH:
-        pixels = _halved(pixels)
+        pixels = block_means(pixels, 2)
     if not pixels.any():
         raise AirlightError(f"{path}: is black; give an environment with light in it")
     return Environment(pixels)

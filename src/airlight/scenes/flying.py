@@ -6,6 +6,7 @@ import numpy as np
 import pygfx as gfx
 import pylinalg as la
 
+from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage, ground
 from airlight.scenes.environment import Environment
@@ -33,15 +34,15 @@ def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
     x, z = np.meshgrid(*[np.linspace(-size / 2, size / 2, n)] * 2)
     rough, fine = ground.noise(n, seed, 2.3, 2), ground.noise(n, seed + 1, 1.6, 12)
     r = np.hypot(x, z) / (1 + 0.10 * rough)
-    edge = ground.smoothstep(size * 0.48, size * 0.33, r)
-    hills = (0.55 * rough + 0.10 * fine) * ground.smoothstep(flat * 0.8, flat * 1.4, np.hypot(x, z))
+    edge = smoothstep(r, size * 0.48, size * 0.33)
+    hills = (0.55 * rough + 0.10 * fine) * smoothstep(np.hypot(x, z), flat * 0.8, flat * 1.4)
     h = edge * (top + hills) - 2.5 * (1 - edge)
     dz, dx = np.gradient(h, size / (n - 1))
-    steep = ground.smoothstep(0.55, 1.1, np.hypot(dx, dz) + 0.12 * fine)
+    steep = smoothstep(np.hypot(dx, dz) + 0.12 * fine, 0.55, 1.1)
     patches = 0.5 + 0.5 * np.tanh(ground.noise(n, seed + 2, 1.2, 6))
     albedo = ground.mix(ground.mix((0.10, 0.13, 0.035), (0.23, 0.19, 0.075), patches), (0.24, 0.21, 0.18), steep)
     albedo *= (1 + 0.25 * ground.noise(n, seed + 3, 0.5))[..., None].clip(0.4, 1.6)
-    albedo *= ground.mix((0.5, 0.5, 0.5), (1, 1, 1), ground.smoothstep(-0.2, 1.0, h))  # wet below
+    albedo *= ground.mix((0.5, 0.5, 0.5), (1, 1, 1), smoothstep(h, -0.2, 1.0))  # wet below
     k = np.arange(0, n, 4)
     k[-1] = n - 1
     m = len(k)

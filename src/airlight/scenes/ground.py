@@ -7,6 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import pygfx as gfx
 
+from airlight.colour import srgb_encode
+from airlight.planes import smoothstep
+
 Array = npt.NDArray[np.floating]
 
 
@@ -31,11 +34,6 @@ def tiled(field: Array, x: Array, y: Array) -> Array:
     return np.asarray(rows[0] * (1 - fy) + rows[1] * fy)
 
 
-def smoothstep(low: float, high: float, x: Array) -> Array:
-    t = np.clip((x - low) / (high - low), 0, 1)
-    return np.asarray(t * t * (3 - 2 * t))
-
-
 def mix(a: npt.ArrayLike, b: npt.ArrayLike, weight: Array) -> Array:
     """Mix a where the weight (...,) is 0 with b where it is 1; a, b: (3,) or (..., 3)."""
     return np.asarray(np.asarray(a) * (1 - weight[..., None]) + np.asarray(b) * weight[..., None])
@@ -53,10 +51,10 @@ def sky(sun: npt.NDArray[np.float64], height: int, seed: int) -> npt.NDArray[np.
     colour += (0.16 * towards)[..., None] * (1.0, 0.5, 0.25) + (2.2 * np.exp(-angle / 0.06))[..., None] * (1.0, 0.6, 0.26)
     # A layer of cloud seen from below: its plane's coordinates, thinner towards the zenith and in the haze.
     field, away = noise(1024, seed, 1.45, 3), np.maximum(up, 0.01) + 0.06
-    cover = smoothstep(0.1, 1.9, tiled(field, 0.06 * right / away, 0.11 * back / away)) * smoothstep(0.02, 0.12, up)
+    cover = smoothstep(tiled(field, 0.06 * right / away, 0.11 * back / away), 0.1, 1.9) * smoothstep(up, 0.02, 0.12)
     lit = mix((0.13, 0.10, 0.14), (1.3, 0.62, 0.28), np.exp(-angle / 0.38))
     colour = mix(colour, lit, 0.75 * cover)
-    below = smoothstep(0.0, -0.1, up)
+    below = smoothstep(up, 0.0, -0.1)
     return np.asarray(mix(colour, (0.02, 0.035, 0.045), below), np.float32)
 
 
@@ -81,7 +79,7 @@ def codes(linear: Array) -> npt.NDArray[np.uint8]:
     """Encode (H, W, 3) albedo as (H, W, 4) sRGB codes."""
     x = np.clip(linear, 0, 1)
     out = np.full((*x.shape[:2], 4), 255, np.uint8)
-    out[..., :3] = np.rint(255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - 0.055))
+    out[..., :3] = np.rint(255 * srgb_encode(x))
     return out
 
 

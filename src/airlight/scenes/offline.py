@@ -17,9 +17,10 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
 from airlight.lamps import Triple
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters
+from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.scatter.methods import METHODS
 from airlight.scenes import Stage
 
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -154,7 +155,7 @@ class Studio:
         shot: Shot,
         parameters: Parameters | None = None,
         composite: Composite | None = None,
-        in_scene: InScene | None = None,
+        in_scene: SceneOptions | None = None,
         *,
         medium: Medium | None = None,
         march: March | None = None,
@@ -168,7 +169,7 @@ class Studio:
         if self._followed is None:
             _place(self.camera, stage, shot)
         self._lights, self._moved = _lights(stage, shot)
-        scene = in_scene or InScene()
+        scene = in_scene or SceneOptions()
         scene = msgspec.structs.replace(scene, tone="none") if linear else scene
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
         self.renderer = make_renderer(shot)
@@ -189,7 +190,7 @@ class Studio:
         with _raised():
             self.renderer.render(self.stage.scene, self.camera)
         shafts, projection = self.shafts, self.camera.projection_matrix
-        medium = shafts.parameters.method in IN_WORLD
+        medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
         found = Frame(
             picture=self.renderer.snapshot(),

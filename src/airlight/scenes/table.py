@@ -8,6 +8,7 @@ import numpy as np
 import pygfx as gfx
 import pylinalg as la
 
+from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage, ground
 from airlight.scenes.environment import Environment
@@ -37,7 +38,7 @@ def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
     """Paint albedo and normal map of an old lime-washed wall."""
     n = 1024
     spots, fine, big = ground.noise(n, seed, 1.3, 3), ground.noise(n, seed + 1, 0.8, 20), ground.noise(n, seed + 2, 2.0)
-    worn = ground.smoothstep(0.9, 1.3, 0.8 * spots + 0.35 * fine + 0.3 * big)
+    worn = smoothstep(0.8 * spots + 0.35 * fine + 0.3 * big, 0.9, 1.3)
     albedo = ground.mix((0.36, 0.31, 0.25), (0.20, 0.145, 0.10), worn) * (1 + 0.07 * big + 0.05 * fine)[..., None]
     return ground.texture(ground.codes(albedo)), ground.texture(ground.normals(0.5 * spots + 0.25 * fine - 0.6 * worn, 0.22), srgb=False)
 
@@ -53,7 +54,7 @@ def _boards(seed: int, count: int = 8) -> gfx.TextureMap:
     g = stretched[board, np.arange(n)[:, None], np.arange(n)[None, :]]
     across = u * count - board
     end = (v + rng.uniform(0, 1, count)[board]) % 0.5
-    gap = np.minimum(ground.smoothstep(0, 0.025, np.minimum(across, 1 - across)), ground.smoothstep(0, 0.003, np.minimum(end, 0.5 - end)))
+    gap = np.minimum(smoothstep(np.minimum(across, 1 - across), 0, 0.025), smoothstep(np.minimum(end, 0.5 - end), 0, 0.003))
     tone = (rng.uniform(0.7, 1.15, count)[board] * (1 + 0.16 * g) * (0.25 + 0.75 * gap))[..., None]
     albedo = np.array([0.19, 0.115, 0.065]) * tone
     return ground.texture(ground.codes(albedo))
@@ -85,7 +86,7 @@ def tessellate(geometry: gfx.Geometry) -> gfx.Geometry:
     a, b = edges.T
     middle = (outline[a] + outline[b]) / 2
     bulge = sum(((outline[k] - middle) * lift[k]).sum(1, keepdims=True) * lift[k] / 2 for k in (a, b))
-    middle += 0.75 * ground.smoothstep(0.8, 1.0, np.minimum(smooth[a], smooth[b]))[:, None] * bulge
+    middle += 0.75 * smoothstep(np.minimum(smooth[a], smooth[b]), 0.8, 1.0)[:, None] * bulge
     to = outward[a] * (radius[a] > 1e-3)[:, None] + outward[b] * (radius[b] > 1e-3)[:, None]
     to /= np.maximum(np.linalg.norm(to, axis=1, keepdims=True), 1e-9)
     lean = slope[a] + slope[b]
@@ -153,7 +154,7 @@ def _room() -> np.ndarray:
     v, u = (np.arange(n) + 0.5) / n * np.pi, ((np.arange(2 * n) + 0.5) / n - 1) * np.pi
     up, back = np.broadcast_to(np.cos(v)[:, None], (n, 2 * n)), -np.sin(v)[:, None] * np.cos(u)
     right = np.sin(v)[:, None] * np.sin(u)
-    base = ground.mix((0.05, 0.036, 0.028), (0.05, 0.06, 0.085), ground.smoothstep(-0.4, 0.8, up))
+    base = ground.mix((0.05, 0.036, 0.028), (0.05, 0.06, 0.085), smoothstep(up, -0.4, 0.8))
     window = np.exp(-(((right + 0.72) / 0.28) ** 2 + ((up - 0.35) / 0.25) ** 2)) * (back > 0)
     return np.asarray(base + window[..., None] * np.array([1.6, 2.2, 3.2]), np.float32)
 

@@ -6,32 +6,31 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from airlight.colour import srgb_decode, srgb_encode
 from airlight.composite import adapt
-from airlight.composite.blend import REC709, Rule, resolve
+from airlight.composite.blend import Rule, resolve
 from airlight.composite.codes import CodesComposite
 from airlight.composite.mix import LinearComposite
 from airlight.debug import DIM, draw
 from airlight.errors import AirlightError
 from airlight.files import Picture, encode
-from airlight.files.colour import srgb_decode, srgb_encode
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.lights import Light
 from airlight.look.measure import Small, small_copy, white_of
+from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Look, Parameters
+from airlight.options import Look, Parameters
 from airlight.planes import shrink_to, shrunk_size
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.methods import METHODS
 from airlight.scatter.render import ImagePlan
 from airlight.viewer import state as st
 from airlight.viewer.smart import DRAFT_SIDE, LookView
 from airlight.viewer.state import ViewerState
 
 SHOW = "viewer/show.wgsl"
-UNIFORM = np.dtype(
-    [("area", "f4", 4), ("split", "f4"), ("apron", "i4")]
-    + [(name, "f4") for name in ("gain", "scale", "white", "strength")]
-    + [("", "u4", 2)]
-)
+UNIFORM = struct_dtype(SHOW, "Show")
 BEFORE, AFTER, BOTH = 1, 2, 3  # SIDES of the shader
 LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
 LONGEST_DRAFT = 1280  # px of the longer side while something is dragged
@@ -96,7 +95,7 @@ class PictureView:
         else:
             pixels = np.rint(255 * np.clip(self.linear, 0, 1)).astype(np.uint8)
             pixels[..., :3] = encode(self.linear[..., :3], np.dtype(np.uint8))
-        self.picture_scale = adapt.measured(self.coarse @ REC709).scale
+        self.picture_scale = adapt.measured(self.coarse @ REC709_F32).scale
         self.texture = device.texture(*self.size, "rgba8unorm" if self.bounded else "rgba32float", target=False)
         self.pixels = pixels
         device.write(self.texture, np.ascontiguousarray(pixels), pixels.shape[1] * pixels[0, 0].nbytes)
@@ -124,7 +123,7 @@ class PictureView:
 
     def _plan(self, p: Parameters, fraction: bool = False) -> ImagePlan:
         """Plan the passes for such parameters; their lights and the rest are set later."""
-        key = p.occlusion, p.border, p.method == "additive", fraction
+        key = p.occlusion, p.border, METHODS[p.method].stencilled, fraction
         if key not in self.plans:
             if len(self.plans) > 3:
                 self.plans.clear()

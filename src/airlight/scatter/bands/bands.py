@@ -6,16 +6,18 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
+from airlight.lights import Light
+from airlight.options.shafts import Parameters
+from airlight.scatter import methods
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
+from airlight.scatter.screen import Target, gains
 
 BANDS = "scatter/bands/bands.wgsl"
 TOLERANCE = 2e-3  # of the weight's fit
 TOGETHER = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
-FRAME = np.dtype(
-    [("light", "f4", 2), ("density", "f4"), ("apron", "i4"), ("home", "i4", 2), ("size", "i4", 2), ("first", "i4"), ("taps", "u4")]
-    + [("lanes", "i4"), ("", "u4"), ("c", "f4", 4), ("start", "f4", 4), ("gain", "f4", 4)]
-)
+FRAME = struct_dtype(BANDS, "Frame")
 
 
 def entering_taps(size: tuple[int, int], light: tuple[float, float], density: float) -> int:
@@ -41,15 +43,13 @@ class BandsPlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         density: float,
         lam: float,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         mix = mixture(density, lam, TOLERANCE)
         home = [math.floor(v) for v in light]
         into = np.array(light) - home
@@ -92,3 +92,11 @@ class BandsPlan:
             run.end()
             if isinstance(encoder, Recording):
                 encoder.pause()
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> BandsPlan:
+    """Plan the sum of one light. Raises AirlightError for a ray that passes the light."""
+    (x, y), density = light.placed(*size, p.density)
+    methods.check_ray(p.method, density)
+    gain, _ = gains(p, light)
+    return BandsPlan(device, size, (x * size[0], y * size[1]), target, density=density, lam=p.lam, gain=gain)

@@ -7,17 +7,15 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
 from airlight.scatter.epipolar.grid import Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
 NEAR = 20  # gather.wgsl
-FRAME = np.dtype(
-    [("size", "u4", 2), ("light", "f4", 2), ("diagonal", "f4", 2), ("scale", "f4", 2), ("base", "f4", 4)]
-    + [("ray", "f4", 4), ("gain", "f4", 4), ("first", "u4", 4)]
-)
-CORNER = np.dtype([("place", "f4", 2), ("line", "f4", 2), ("row", "f4"), ("first", "f4"), ("last", "f4"), ("", "u4")])
+FRAME = struct_dtype(RASTER, "Frame")
+CORNER = struct_dtype(RASTER, "Corner")
 
 
 def ways(grid: Grid) -> tuple[Array, list[int]]:

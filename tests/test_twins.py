@@ -1,0 +1,228 @@
+"""Each pure shader function has a float64 twin of its name in reference/, named in its comment, and is called over arrays in a test.
+
+Entry points are excepted, and functions that touch more than their parameters, uniforms and read-only records: textures, arrays in
+buffers, workgroup and private memory, pointers; themselves or by what they call (wgsl.impure).
+"""
+
+import ast
+import re
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+from wgsl import Function, functions, impure
+
+import airlight
+from airlight.gpu.shader import load
+
+PACKAGE = Path(airlight.__file__).parent
+TESTS = Path(__file__).parent
+SHADERS = sorted(str(p.relative_to(PACKAGE).as_posix()) for p in PACKAGE.rglob("*.wgsl"))
+TWIN = re.compile(r"\bTwin: ([\w/]+\.py):(\w+)\.(?=\s|$)")
+# Functions that have no twin, or none that a test calls: to be emptied.
+LACKING: set[str] = {
+    # the others
+    "composite/put.wgsl:lift_veil",
+    "composite/put.wgsl:screened",
+    "gpu/half.wgsl:nearest_half",
+    "gpu/srgb.wgsl:srgb_decode",
+    "gpu/srgb.wgsl:srgb_encode",
+    "look/bands.wgsl:counts",
+    "look/bands.wgsl:direction_of",
+    "look/bands.wgsl:falloff",
+    "look/bands.wgsl:is_within",
+    "look/codes.wgsl:root_of",
+    "look/codes.wgsl:slope_of_root",
+    "look/field.wgsl:change",
+    "look/matte_codes.wgsl:about_decoded",
+    "look/rays.wgsl:band_place",
+    "look/rays.wgsl:emission",
+    "look/rays.wgsl:entry",
+    "look/rays.wgsl:nearness_weight",
+    "look/rays.wgsl:polar",
+    "look/rays.wgsl:smooth_step",
+    "occlusion/mask.wgsl:luminance",
+    "occlusion/mask.wgsl:rise",
+    "pygfx/drawn.wgsl:sound",
+    "pygfx/look.wgsl:log_luminance",
+    "pygfx/mask.wgsl:part",
+    "scatter/bands/bands.wgsl:cell",
+    "scatter/epipolar/gather_raster.wgsl:at",
+    "viewer/show.wgsl:adapted",
+    # the march
+    "scatter/march/lights.wgsl:approach",
+    "scatter/march/lights.wgsl:bias_in",
+    "scatter/march/lights.wgsl:by_v",
+    "scatter/march/lights.wgsl:cut",
+    "scatter/march/lights.wgsl:in_cone",
+    "scatter/march/lights.wgsl:in_full",
+    "scatter/march/lights.wgsl:in_narrow_cone",
+    "scatter/march/lights.wgsl:lamp_stretch",
+    "scatter/march/lights.wgsl:line_of",
+    "scatter/march/lights.wgsl:threshold",
+    "scatter/march/lights.wgsl:v_at",
+    "scatter/march/ray.wgsl:lamplight",
+    "scatter/march/ray.wgsl:mean_transmittance",
+    "scatter/march/ray.wgsl:pixel_of",
+    "scatter/march/ray.wgsl:sunlight",
+    "scatter/march/ray.wgsl:until",
+    "scatter/march/scene.wgsl:henyey_greenstein",
+    "scatter/march/scene.wgsl:phase",
+    "scatter/march/scene.wgsl:phase_between",
+    "scatter/march/scene.wgsl:phase_by",
+    "scatter/march/steps.wgsl:angle_at",
+    "scatter/march/steps.wgsl:by_angle",
+    "scatter/march/steps.wgsl:first_step",
+    "scatter/march/steps.wgsl:on_disc",
+    "scatter/march/steps.wgsl:passed",
+    "scatter/march/tile.wgsl:tile_at",
+    "scatter/march/tile.wgsl:tiles_along",
+    "scatter/march/tiles.wgsl:rounded",
+    "scatter/march/upsample.wgsl:apart",
+    "scatter/march/walk.wgsl:way",
+    # the article and the passes of scenes
+    "pygfx/merge.wgsl:filmic",
+    "pygfx/merge.wgsl:lines",
+    "pygfx/merged.wgsl:through",
+    "pygfx/view.wgsl:axial",
+    "pygfx/view.wgsl:emits",
+    "pygfx/view.wgsl:lights_at",
+    "pygfx/view.wgsl:radiance",
+    "pygfx/view.wgsl:view_ray",
+    "pygfx/view.wgsl:with_light",
+    "scatter/article/article.wgsl:holds",
+    "scatter/article/article.wgsl:inscatter",
+}
+# Files whose comments name twins in another form, or such as do not exist: to be emptied.
+UNNAMED: set[str] = {
+    # the others
+    "composite/composite.wgsl",
+    "composite/mix.wgsl",
+    "composite/put.wgsl",
+    "gpu/srgb.wgsl",
+    "look/amounts.wgsl",
+    "look/bands.wgsl",
+    "look/codes.wgsl",
+    "look/field.wgsl",
+    "look/glance.wgsl",
+    "look/layer.wgsl",
+    "look/matte.wgsl",
+    "look/matte_linear.wgsl",
+    "look/put.wgsl",
+    "look/rays.wgsl",
+    "occlusion/source.wgsl",
+    "pygfx/balance.wgsl",
+    "pygfx/discs.wgsl",
+    "pygfx/look.wgsl",
+    "pygfx/mask.wgsl",
+    "scatter/additive/additive.wgsl",
+    "scatter/bands/bands.wgsl",
+    "scatter/multipass/multipass.wgsl",
+    "viewer/lay.wgsl",
+    "viewer/show.wgsl",
+    # the march
+    "scatter/march/lights.wgsl",
+    "scatter/march/ray.wgsl",
+    "scatter/march/scene.wgsl",
+    "scatter/march/upsample.wgsl",
+    # the article and the passes of scenes
+    "pygfx/merge.wgsl",
+    "pygfx/merged.wgsl",
+    "pygfx/view.wgsl",
+    "scatter/article/article.wgsl",
+}
+
+
+@cache
+def own(path: str) -> tuple[Function, ...]:
+    """The functions of a file itself, without what it includes."""
+    return tuple(functions((PACKAGE / path).read_text("utf-8")))
+
+
+@cache
+def definitions(path: str) -> set[str]:
+    """The functions and classes of a module of the package."""
+    file = PACKAGE / path
+    if not file.is_file():
+        return set()
+    return {node.name for node in ast.parse(file.read_text("utf-8")).body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+
+
+@cache
+def users() -> dict[str, list[str]]:
+    """For each file the files that are loaded with it, itself among them."""
+    found: dict[str, list[str]] = {path: [] for path in SHADERS}
+
+    def include(path: str, into: str) -> None:
+        if into not in found[path]:
+            found[path].append(into)
+            for other in re.findall(r'^//! include "([\w/.]+)"$', (PACKAGE / path).read_text("utf-8"), re.M):
+                include(other, into)
+
+    for path in SHADERS:
+        include(path, path)
+    return found
+
+
+@cache
+def called() -> set[tuple[str, str]]:
+    """(path, function) of every two strings that follow one another in a call or a tuple of a test, the first the name of a shader."""
+    found = set()
+    for file in TESTS.glob("test_*.py"):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            parts = node.args if isinstance(node, ast.Call) else node.elts if isinstance(node, ast.Tuple) else []
+            texts = [p.value if isinstance(p, ast.Constant) and isinstance(p.value, str) else "" for p in parts]
+            found |= {(a, b) for a, b in pairwise(texts) if a.endswith(".wgsl")}
+    return found
+
+
+def pure() -> dict[tuple[str, str], Function]:
+    """By (path, name)."""
+    found = {}
+    for path in SHADERS:
+        # a fragment of a shader is judged by what uses it: it may name what only they declare
+        touching = set.union(*(impure(load(user)) for user in users()[path]))
+        found |= {(path, f.name): f for f in own(path) if not f.is_entry and f.name not in touching}
+    return found
+
+
+def problem(path: str, function: Function) -> str:
+    """What a pure function lacks, or nothing."""
+    named = TWIN.findall(function.about)
+    if len(named) != 1:
+        return "its comment names no twin: it ends with `Twin: reference/FILE.py:NAME.`"
+    module, name = named[0]
+    if name != function.name or not module.startswith("reference/"):
+        return f"its twin {module}:{name} has another name, or is not in reference/"
+    if name not in definitions(module):
+        return f"there is no {name} in {module}"
+    if not {(user, name) for user in users()[path]} & called():
+        return f'no test calls it: call("{path}", "{name}", ...)'
+    return ""
+
+
+def test_each_pure_function_has_a_twin() -> None:
+    found = {f"{path}:{name}": problem(path, f) for (path, name), f in pure().items()}
+    assert {name: text for name, text in found.items() if text and name not in LACKING} == {}
+    assert [name for name in LACKING if not found.get(name)] == [], "these are done or gone: take them from the list"
+
+
+def test_twins_that_are_named_exist() -> None:
+    """In any comment, of an entry point or a file too, and in one form."""
+    wrong = set()
+    for path in SHADERS:
+        text = (PACKAGE / path).read_text("utf-8")
+        named = TWIN.findall(text)
+        if len(named) != len(re.findall(r"twin", text, re.I)) or any(name not in definitions(module) for module, name in named):
+            wrong.add(path)
+    assert wrong == UNNAMED
+
+
+def test_this_finds_functions() -> None:
+    """The rule itself: there are many pure functions, and entry points and reads of textures are not among them."""
+    names = set(pure())
+    assert len(names) > 50
+    assert {("gpu/half.wgsl", "nearest_half"), ("look/rays.wgsl", "polar"), ("scatter/march/scene.wgsl", "phase")} <= names
+    assert not {("look/bands.wgsl", "scan"), ("viewer/show.wgsl", "between"), ("scatter/epipolar/scan.wgsl", "store")} & names
+    broken = Function("polar", "Find it. Twin: reference/look.py:no_such_name.", False, (), "f32", "")
+    assert problem("look/rays.wgsl", broken) and problem("look/rays.wgsl", Function("polar", "", False, (), "f32", ""))
