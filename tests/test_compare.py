@@ -190,7 +190,7 @@ def test_long_names_are_cut_and_own_limits_shown(photo):
     paper.write(0, 0, "x" * 100, 200)
     assert paper.texts[0][2].endswith("…") and (paper.done()[:, 199] == sheet.PAPER).all()
     assert "normalization listing" in page.page(result(photo), "t", 10.0)
-    assert words.limit(result(photo).rows[2].parameters) == "D = 0.8, lambda = 1.51, normalization listing"
+    assert words.limit(result(photo).rows[2].parameters) == "D = 0.794667, lambda = 1.5, normalization listing"
     assert [words.percent(v) for v in (0.00171, 0.153, 0.05, 2.0, 0)] == ["0.17 %", "15 %", "5.0 %", "200 %", "0 %"]
 
 

@@ -39,8 +39,11 @@ FROZEN_PRIVATE = {
 }
 
 
+NAMED_TUPLE = ("_asdict", "_fields", "_make", "_replace")  # public, in spite of their names
+
+
 def is_private(name: str) -> bool:
-    return name.startswith("_") and not name.startswith("__")
+    return name.startswith("_") and not name.startswith("__") and name not in NAMED_TUPLE
 
 
 def private_names(text: str) -> set[str]:

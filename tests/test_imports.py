@@ -17,30 +17,22 @@ LAYERS = (
     "pygfx",
     "api debug",
     "scatter reference",
-    "shadows medium lights lamps daylight occlusion composite look detect reference.look",
+    "shadows medium lights lamps daylight occlusion composite look detect reference.look reference.colour",
     "options parameters presets gpu files notebook_image shown",
     "errors arrays colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
-HOLDS_MATHS = {*LAYERS[7].split(), "scatter", "reference", "gpu"} - {"reference.look"}
+HOLDS_MATHS = {*LAYERS[7].split(), "scatter", "reference", "gpu"}
 
 # Imports of today that have yet to go: `importer imported`.
 FROZEN_DIRECTIONS = {
-    "composite.adapt files.colour",
-    "composite.blend files.colour",
-    "detect.sheet files.colour",
-    "detect.signals files.colour",
-    "look.apply files.colour",
     "reference.triangles pygfx",
     "reference.triangles pygfx.prepass",
     "reference.triangles scenes.gltf.meshes",
     "scatter.render api",
-    "scatter.render files.colour",
     "viewer.app cli.light",
-    "viewer.panel cli.options",
     "viewer.saving cli.image",
     "viewer.state cli.light",
-    "viewer.state cli.options",
 }
 FROZEN_CIRCLES = {
     "api scatter.render",
@@ -52,12 +44,6 @@ FROZEN_CIRCLES = {
     "detect.ranking detect.night",
     "files.decode files.extras",
     "files.extras files.decode",
-    "reference.additive reference.radial",
-    "reference.bands reference.radial",
-    "reference.multipass reference.radial",
-    "reference.radial reference.additive",
-    "reference.radial reference.bands",
-    "reference.radial reference.multipass",
     "scatter.render api",
     "scenes scenes.flying",
     "scenes scenes.gltf.load",

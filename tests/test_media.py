@@ -119,7 +119,10 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         ("--sigma-t 1", "--sigma-t means nothing with method epipolar: leave it out, or use --method march"),
         ("--method march --samples 20", "--samples means nothing with method march"),
         ("--method article --steps 20", "--steps means nothing with method article"),
-        ("--method march --article-cap 1", "--article-cap means nothing with method march"),
+        ("--method march --article-cap 1", "--article-cap means nothing with method march: leave it out, or use --method article-prose"),
+        ("--method article --article-cap 1", "--article-cap means nothing with method article"),
+        ("--method article --cascades 4", "--cascades means nothing with method article: leave it out, or use --method march or art"),
+        ("--method article --jitter blue", "--jitter means nothing with method article"),
     ],
 )
 def test_bad_values_are_refused_in_one_line(capsys: pytest.CaptureFixture[str], words: str, says: str) -> None:

@@ -40,6 +40,7 @@ IN_SCENES = (
     "method=march,quality=final,steps=64",
     "method=march,quality=final,steps=64,resolution=0.5",
     "method=article",
+    "method=article-prose",
     "method=epipolar,occluders=stencil",
     "method=epipolar,occluders=prepass",
     "method=radial",

@@ -3,7 +3,7 @@
 A group of parameters is a class, a parameter a line in it:
 
     class Fog(Options, group="fog"):
-        height: float = real(10.0, "height of its upper side", "Quilez 2010", "m", ge=0)
+        height: float = real(10.0, "height of its upper side", "Hx Volumetric Lighting", "m", ge=0)
 
 Instances are frozen and validated on construction; a value that does not fit raises AirlightError.
 """

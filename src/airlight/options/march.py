@@ -2,7 +2,9 @@
 
 from typing import Literal
 
-from airlight.options.declare import Options, choice, real, switch, whole
+from airlight.options.declare import RGB, Options, choice, real, rgb, switch, whole
+
+ARTICLE = "shadow-map article (unpublished, 2014)"
 
 
 class March(Options, group="march"):
@@ -16,7 +18,7 @@ class March(Options, group="march"):
     snap: bool = switch(
         False,
         "look up shadows at the centres of texels, as nearest does: a filter then lies around one",
-        "the shadow-map article",
+        ARTICLE,
     )
     shadow_size: int | None = whole(
         None,
@@ -44,16 +46,15 @@ class March(Options, group="march"):
     shadow_bias: float = real(0.0, "how far behind what hides the light shadows begin", "Airlight", "m", ge=0, le=1e6, slider=(0, 0.1))
     article_share: str = choice(
         "code", ("code", "prose"),
-        "with method article: what a step's share is divided by: 750, as its code does; the ray's length, as its prose says",
-        "the shadow-map article", group="article",
+        "what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",
+        ARTICLE, group="article",
     )
-    article_absorption: float = real(
-        0.0,
-        "with method article: how fast a step's share falls with its distance",
-        "the shadow-map article", "1/m", ge=0, le=1e6, slider=(0, 0.1), group="article",
+    article_steps: int | None = whole(
+        None,
+        "steps of half a metre: 500, or 2,000, as the article's prose says; unset: 600 of 0.8 m, as in its code",
+        ARTICLE, ge=1, le=4096, slider=(100, 2000), group="article",
     )
-    article_cap: float = real(
-        1.0,
-        "with method article: most light before a surface in shadow; 1: as before any",
-        "the shadow-map article", ge=0, le=1, group="article",
+    article_absorption: RGB = rgb(
+        (0.0, 0.0, 0.0), "how fast a step's share falls with its distance", ARTICLE, "1/m", ge=0, le=1e6, slider=(0, 0.1), group="article"
     )
+    article_cap: float = real(1.0, "most light before a surface in shadow; 1: as before any", ARTICLE, ge=0, le=1, group="article")

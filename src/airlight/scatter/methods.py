@@ -66,7 +66,7 @@ class Method:
 
 
 _SCREEN = frozenset(
-    {"shafts", "occlusion", "normalization", "border", "scale", "occluders", "resolution", "region", "depth_aware", "clear"}
+    {"shafts", "occlusion", "normalization", "border", "scale", "occluders", "resolution", "region", "depth_aware", "clear", "jitter"}
 )  # shafts, occlusion, medium, march: groups
 _SHADOWS = frozenset(
     {"max_distance", "shadow_size", "cascades", "cascade_split", "cascade_blend", "sun_size", "shadow_bias"}
@@ -106,16 +106,25 @@ METHODS: dict[str, Method] = {
         "the light that a medium scatters, through shadow maps",
         "scatter.march.march:March",
         "reference.tracer:layer",
-        frozenset({"medium", "march", "resolution"}),
+        frozenset({"medium", "march", "resolution", "jitter"}),
         jitter="blue",
         lights_medium=True,
         has_units=True,
     ),
     "article": Method(
-        "the same as an early article did it",
+        "its shadows, as the code of an early article sums them",
         "scatter.article.article:Article",
         "reference.article:layer",
-        _SHADOWS | {"article"},
+        frozenset({"shadow_size", "cascade_split", "cascade_blend"}),
+        lights_medium=True,
+        lights=ONE_SUN,
+        light_of_layer=(5.0, 0.5),
+    ),
+    "article-prose": Method(
+        "as that article's prose says",
+        "scatter.article.article:ArticleProse",
+        "reference.article:layer",
+        _SHADOWS | {"article", "jitter"},
         lights_medium=True,
         lights=ONE_SUN,
         light_of_layer=(5.0, 0.5),
