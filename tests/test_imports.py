@@ -36,26 +36,7 @@ FROZEN_DIRECTIONS = {
 }
 FROZEN_CIRCLES = {
     "api scatter.render",
-    "detect.beyond detect.ranking",
-    "detect.evidence detect.ranking",
-    "detect.night detect.ranking",
-    "detect.ranking detect.beyond",
-    "detect.ranking detect.evidence",
-    "detect.ranking detect.night",
-    "files.decode files.extras",
-    "files.extras files.decode",
     "scatter.render api",
-    "scenes scenes.flying",
-    "scenes scenes.gltf.load",
-    "scenes scenes.table",
-    "scenes scenes.validation",
-    "scenes.flying scenes",
-    "scenes.flying scenes.gltf.load",
-    "scenes.gltf.load scenes",
-    "scenes.table scenes",
-    "scenes.table scenes.gltf.load",
-    "scenes.validation scenes",
-    "scenes.validation scenes.gltf.load",
 }
 
 

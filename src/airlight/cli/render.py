@@ -17,7 +17,7 @@ from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_optio
 from airlight.cli.light import split_light
 from airlight.cli.options import check_given, gather, given, scene_options
 from airlight.cli.settings import record
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, presets, refuse_look
 from airlight.scatter.methods import METHODS
 
@@ -356,14 +356,13 @@ def _doubt(stage: "Stage", shot: "Shot", air: "Settled") -> None:
     """Warn of a medium that hides the scene or cannot be seen."""
     import numpy as np
 
-    from airlight.files.decode import tell
     from airlight.medium import doubt
 
     camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
     eye = camera.world.position if shot.eye is None else shot.eye
     said = doubt(air, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
     if said is not None:
-        tell(said)
+        warn(said)
 
 
 def _tasks(ctx: click.Context, duration: float) -> list[Task]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from airlight.detect.ranking import Candidate
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import FIELD_SIDE_PX, Signals
 from airlight.planes import Array, block_means, blur, box, label, shrink, smoothstep
 

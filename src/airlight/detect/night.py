@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from airlight.detect.ranking import Candidate
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import Signals
 from airlight.planes import Array, blur, label, smoothstep
 

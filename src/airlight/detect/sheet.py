@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.colour import encode_codes
-from airlight.detect.ranking import ACT, ASK, Candidate
+from airlight.detect.candidate import Candidate
+from airlight.detect.ranking import ACT, ASK
 from airlight.errors import MachineError
 from airlight.planes import Array, shrink
 

@@ -4,13 +4,12 @@ import contextlib
 import os
 import stat
 import threading
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError, warn
 from airlight.files import extras
 
 MAX_PIXELS = 2**27
@@ -43,10 +42,6 @@ _MAGIC = (
     (b"PF", "pnm"),
     (b"Pf", "pnm"),
 )
-
-
-def tell(message: str, level: int = 3) -> None:
-    warnings.warn(message, AirlightWarning, stacklevel=level)
 
 
 @contextlib.contextmanager
@@ -205,7 +200,7 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         names += fresh
         kinds += [str(kind) for kind in further.channelformats] or [str(further.format)] * len(fresh)
     if lost:
-        tell(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
+        warn(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
     spec.nchannels, spec.channelnames, spec.channelformats = len(names), tuple(names), tuple(_types(kinds))
     return np.concatenate(found, axis=2, dtype=np.float32)
 
@@ -265,7 +260,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
         hint = "copy or export it again" if pixels is None else "copy or export it again, or pass --on-damage warn to use what is there"
         raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
     if text and on_damage == "warn":
-        tell(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
+        warn(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
     if parts > 1 and format != "openexr":
-        tell(f"{path}: holds {parts} pictures; only the first is used", 5)
+        warn(f"{path}: holds {parts} pictures; only the first is used", 5)
     return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files.atomic import scratch
 
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
@@ -66,8 +66,6 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     """Decode HEIC: (H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif. Arguments as `decode_raw`."""
     import OpenImageIO as oiio
 
-    from airlight.files.decode import tell
-
     heif = _library("pillow_heif", "heic", path)
     try:
         image = heif.open_heif(file, convert_hdr_to_8bit=True)
@@ -84,7 +82,7 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
     elif nclx:
         if nclx["transfer_characteristics"] not in _PLAIN_TRANSFER:
-            tell(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
+            warn(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
         if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
             numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
             spec.attribute("chromaticities", "float[8]", tuple(numbers))

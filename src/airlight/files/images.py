@@ -9,10 +9,10 @@ import numpy as np
 
 from airlight.arrays import repair
 from airlight.colour import alpha_of, decode_codes
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files import spaces
 from airlight.files.colour import Profile
-from airlight.files.decode import decode, tell
+from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
 
 COARSE = 1500  # px of the longer side of a coarse copy, about
@@ -196,7 +196,7 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
         profile = Profile(icc)
         return icc, None if profile.is_srgb() else profile
     except ValueError as error:
-        tell(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
+        warn(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
         return icc, None
 
 
@@ -213,7 +213,7 @@ def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np
     try:
         return spaces.to_rec709(value), value
     except ValueError as error:
-        tell(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
+        warn(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
         return None, None
 
 
@@ -227,7 +227,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
 
     space = spec.get_string_attribute("jpeg:ColorSpace") + spec.get_string_attribute("tiff:ColorSpace")
     if "CMYK" in space or "YCbCrK" in space:
-        tell(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
+        warn(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
 
     names = list(spec.channelnames)
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
@@ -249,7 +249,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     rest = [i for i in range(len(names)) if usable[i] and not (replaced and i in chosen) and not names[i].startswith("airlight.")]
     lost = [names[i] for i in range(len(names)) if not usable[i]] if format == "openexr" else [names[i] for i in rest if i not in chosen]
     if lost:
-        tell(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
+        warn(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
     extra = np.ascontiguousarray(pixels[..., rest]) if format == "openexr" and rest else None
 
     associated = format == "openexr"

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from airlight.colour import alpha_of, encode_codes, is_neutral
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.files.atomic import check_output, output_format, replacing, scratch
-from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem, tell
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
 from airlight.files.images import Picture, upright
 from airlight.planes import by_rows
 
@@ -90,7 +90,7 @@ def write_image(
     if transparency is not None:
         if format in ("jpeg", "hdr"):
             if (transparency < (1 if real else np.iinfo(kind).max)).any():
-                tell(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
+                warn(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
             transparency = None
         elif format == "webp" and (transparency == np.iinfo(kind).max).all():  # it would be left out, and not read back
             transparency = None
@@ -111,7 +111,7 @@ def write_image(
         if format == "openexr":
             channels.append(like.extra)
         else:
-            tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
+            warn(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
     spec = _spec(given.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
     if settings is not None:
@@ -297,13 +297,13 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
             room -= size
             spec.attribute(item.name, item.type, item.value)
     if lost:
-        tell(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
+        warn(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
 
 
 def _note(spec: Any, format: str, settings: str, name: str) -> None:
     """Put the settings of the run into the spec."""
     if format == "jpeg" and len(settings) > MOST_SETTINGS:
-        tell(f"{name}: the settings are too long for a JPEG and are left out", 4)
+        warn(f"{name}: the settings are too long for a JPEG and are left out", 4)
     elif format in ("openexr", "png"):
         spec.attribute(SETTINGS, settings)
     else:

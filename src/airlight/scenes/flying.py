@@ -8,9 +8,10 @@ import pylinalg as la
 
 from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage, ground
+from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
+from airlight.scenes.stage import Stage
 from airlight.scenes.steering import Path, Run, Vehicle, follow, limited, loop, shadow
 
 SUN = np.array([0.10, 0.095, -1.0]) / np.linalg.norm([0.10, 0.095, -1.0])  # direction to it

@@ -21,7 +21,7 @@ from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.scatter.methods import METHODS
-from airlight.scenes import Stage
+from airlight.scenes.stage import Stage
 
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 LEAST = 1e-6  # metres

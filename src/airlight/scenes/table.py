@@ -10,9 +10,10 @@ import pylinalg as la
 
 from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage, ground
+from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
+from airlight.scenes.stage import Stage
 
 LAMP = np.array([0.0, 2.95, -2.2])  # where the lamp hangs at first
 LAMP_RADIANCE = (14.0, 8.0, 3.4)

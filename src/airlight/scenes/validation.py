@@ -5,8 +5,9 @@ from importlib import resources
 from pathlib import Path
 
 from airlight.options import presets
-from airlight.scenes import VALIDATION, Stage
 from airlight.scenes.gltf.load import load
+from airlight.scenes.names import VALIDATION
+from airlight.scenes.stage import Stage
 
 FOLDER = Path(str(resources.files("airlight"))) / "data" / "scenes" / "validation"
 

@@ -22,8 +22,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
-from airlight.errors import AirlightError
-from airlight.files.decode import tell
+from airlight.errors import AirlightError, warn
 from airlight.supervisor import STOPS
 
 if TYPE_CHECKING:
@@ -427,7 +426,7 @@ async def _serve(
         name = socket.gethostname() if bound in ("0.0.0.0", "::") else host
         written = f"[{name}]" if ":" in name else name
         if not loopback:
-            tell(
+            warn(
                 f"listening on {host}: whoever has the address below can look and steer, and all is sent unencrypted; "
                 "safer is the default --host with a tunnel (ssh -L)"
             )

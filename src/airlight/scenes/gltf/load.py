@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.files.decode import tell
+from airlight.errors import warn
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage
 from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.materials import broken_driver, colour, spare_maps
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.gltf.model import Model
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.stage import Stage
 
 MAX_LIGHTS = 8  # the brightest; each has a shadow map
 LOW_SUN = math.radians(25)  # up to here the sunrise suits a file's sun, above the sky
@@ -94,7 +94,7 @@ class _Loader:
         named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
         asked = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(asked) > MAX_LIGHTS:
-            tell(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
+            warn(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
             asked = dict(sorted(asked.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in asked.items():
             self._lights[i], self._described[i] = _light(light), light
@@ -108,7 +108,7 @@ class _Loader:
             lost = [name for material in {thing.material for thing in self._model.drawn} for name in spare_maps(material, others)]
             if lost:
                 names = ", ".join(sorted(name.replace("_", " ") + "s" for name in set(lost)))
-                tell(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
+                warn(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
 
     # ---------------------------------------------------------------- time
 
