@@ -12,7 +12,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 
 MIX = "composite/mix.wgsl"
-RULE = struct_dtype(MIX, "Rule")
+SETTINGS = struct_dtype(MIX, "Settings")
 
 
 class LinearComposite:
@@ -23,8 +23,8 @@ class LinearComposite:
         width, height, _ = picture.size
         self.device, self.size, self.picture_scale = device, (width, height), picture_scale
         self.result = device.texture(width, height, "rgba16float")
-        self.uniform = device.buffer(size=RULE.itemsize, uniform=True)
-        constants = {"SCREEN": rule.blend == "screen", "VEIL": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
+        self.uniform = device.buffer(size=SETTINGS.itemsize, uniform=True)
+        constants = {"SCREEN": rule.blend == "screen", "SUBTRACT_HAZE": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
         self.pipeline = device.pipeline(MIX, "put", **constants)
         self.bind = device.bind(MIX, self.uniform, picture, layer, self.result)
         self.of_layer, self.of_result = Luminances(device, layer), Luminances(device, self.result)
@@ -34,8 +34,8 @@ class LinearComposite:
         if rule.mix is None or (rule.veil and rule.peak is None):
             cover = COVER * (adapt.MIDDLE / self.picture_scale if rule.adapt else 1.0)
             rule = measured(rule, (self.of_layer.read() / scale).astype(np.float32), cover)
-        values = np.zeros((), RULE)
-        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
+        values = np.zeros((), SETTINGS)
+        values["peak"], values["haze_floor"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         values["scale"] = scale
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         return rule

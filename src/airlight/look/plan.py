@@ -61,7 +61,7 @@ class _LightRays:
             entries[entry] = -(-count // 64), RADII
         self.steps = [(device.pipeline(BANDS, entry, INSIDE=inside), counts) for entry, counts in entries.items()]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1], INSIDE=inside)
-        self.settle = device.pipeline(AMOUNTS, "settle", INSIDE=inside)
+        self.amount = device.pipeline(AMOUNTS, "ray_amount", INSIDE=inside)
         self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
 
 
@@ -177,7 +177,7 @@ class LookPlan(TimedSubmits):
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from bands to `result`."""
         for number, rays in enumerate(self.lights[: self.count], 1):
-            self._run("amounts", encoder, rays.settle, rays.amounts_bind, (LINES + 2, RADII), timer)
+            self._run("amounts", encoder, rays.amount, rays.amounts_bind, (LINES + 2, RADII), timer)
             self._run("field", encoder, rays.gathers[number == self.count], rays.field_bind, self.field_size, timer)
         if self.count not in self.puts:
             common = [self.lights[self.count - 1].field, self.near, self.device.sampler(), self.picture]

@@ -1,12 +1,18 @@
 """The concentric rectangular bands of 13.8 in float64: from ring to ring around the light, one new sample a pixel."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from airlight.reference.radial import Array, bilinear
 from airlight.scatter.bands.bands import TOLERANCE, entering_taps
 from airlight.scatter.epipolar.moments import mixture
+
+
+def state_index(odd: Any, side: Any, lane: Any, k: Any, lanes: int, powers: int) -> Any:
+    """Index the shader's state [half, side, lane, power, RGB], flat, at red. odd: the half that odd rings write."""
+    return np.ravel_multi_index((np.asarray(odd, int), side, lane, k, 0 * np.asarray(k)), (2, 4, lanes, powers, 3))
 
 
 def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, border: str = "clamp") -> Array:

@@ -51,6 +51,14 @@ def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any
     return np.asarray(out.reshape(height // factor, factor, width // factor, factor, 3).mean(axis=(1, 3)))
 
 
+def sample_pixel(texel: Any, k: Any, taps: int, ratio: Any, pixels: Any) -> Array:
+    """Find the pixel (..., 2) at the middle of part k of taps x taps of a texel (..., 2), row by row. ratio: pixels a texel, (2,); pixels:
+    size of the picture."""
+    k = np.asarray(k)
+    middle = (np.stack([k % taps, k // taps], axis=-1) + 0.5) / taps
+    return np.asarray(np.minimum(np.floor((np.asarray(texel) + middle) * ratio), np.asarray(pixels) - 1))
+
+
 def look(color: Array, depth: Array, distance: Array) -> tuple[Array, float, float]:
     """(mean colour of the occluders, level of the fog, its distance) of a picture: what contrast knows of it.
 

@@ -1,6 +1,6 @@
 // The variant of the shadow-map article, as it was and not as light is; its lengths are its units. Twin: reference/article.py.
 //! include "scatter/march/ray.wgsl"
-//! include "scatter/jitter.wgsl"
+//! include "wgsl/jitter.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
 
 const STEPS = 600.0;

@@ -14,7 +14,7 @@ from airlight.scatter.epipolar.wayback import WayBack
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 NOWHERE = (1 << 32) - 1  # scan.wgsl
-ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
+ROW = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
 
 

@@ -87,12 +87,12 @@ def corners(grid: Grid) -> Array:
                 of += (i, i, i)
         if not points:
             continue
-        place = np.array(points)
+        position = np.array(points)
         zone, first, last = np.array(spans)[of].T
-        u = q.sign * (place[:, q.axis] - grid.light[q.axis])
-        v = place[:, 1 - q.axis] - grid.light[1 - q.axis]
-        record = np.zeros(len(place), CORNER)
-        record["place"] = place
+        u = q.sign * (position[:, q.axis] - grid.light[q.axis])
+        v = position[:, 1 - q.axis] - grid.light[1 - q.axis]
+        record = np.zeros(len(position), CORNER)
+        record["position"] = position
         factor = 0.5 ** (len(q.splits) - 2 - zone)
         across = u / q.u[-1]
         line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
