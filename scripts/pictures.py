@@ -80,7 +80,7 @@ def border(out: str) -> None:
     sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
     import test_prepass as test
 
-    from airlight.parameters import InScene
+    from airlight.options import SceneOptions
 
     stage, scene = test.Stage(), test.pillars()
     for place in (1.3, 1.1, 0.95):
@@ -88,7 +88,7 @@ def border(out: str) -> None:
         means = {}
         for region in (1.0, 1.2, 2.0):
             seen[region] = []
-            means[region] = test.flicker(stage, scene, place, InScene(occluders="prepass", tone="none", region=region), seen[region])
+            means[region] = test.flicker(stage, scene, place, SceneOptions(occluders="prepass", tone="none", region=region), seen[region])
         ratios = {region: float((means[region] / means[2.0]).max()) for region in (1.0, 1.2)}
         print(f"sun at {place}: of region 2's difference " + ", ".join(f"{ratio:.2f} with region {r}" for r, ratio in ratios.items()))
     changes = {region: np.diff(layers, axis=0) for region, layers in seen.items()}
@@ -137,7 +137,7 @@ def streaks(out: str) -> None:
     import pygfx as gfx
 
     import airlight
-    from airlight.parameters import Composite, InScene, Parameters
+    from airlight.options import Composite, Parameters, SceneOptions
     from airlight.projection import project
     from airlight.pygfx import SceneLight
     from airlight.scenes import Stage
@@ -161,7 +161,7 @@ def streaks(out: str) -> None:
     given = {"exposure": 1.5, "density": 0.97}
     layers = []
     for occluders in ("contrast", "prepass"):
-        scenery = InScene(occluders=occluders, resolution=1, region=1, depth_aware=1e5, tone="none")  # so far that there is no fog
+        scenery = SceneOptions(occluders=occluders, resolution=1, region=1, depth_aware=1e5, tone="none")  # so far that there is no fog
         studio = Studio(stage, Shot(480, 270, samples=1), Parameters(**given), Composite(mix=0.0), scenery)
         frame = studio.frame(layer=True)
         layers.append(frame.layer[..., :3].astype(np.float32))

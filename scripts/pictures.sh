@@ -48,9 +48,9 @@ guide() { put guide $to/guide.jpg scenes.md; }
 
 world() { # docs/world.md
     put guide $to/world.jpg world.md
-    for share in code prose; do
-        render flying --method article --time 20.2 --width 640 --article-share $share --cascades 4 -o "$work/article.$share.png"
-    done
+    render flying --method article --time 20.2 --width 640 -o "$work/article.1.png"
+    render flying --method article-prose --time 20.2 --width 640 --article-share prose --article-steps 500 --article-cap 0.3 --cascades 4 \
+        -o "$work/article.2.png"
     put jpeg $to/article.jpg 2 "$work"/article.*.png
 }
 

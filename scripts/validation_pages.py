@@ -1,5 +1,5 @@
 """Measures the scenes of validation and rewrites what is generated of their pages in docs/validation/, with a picture each; then one scene
-by methods of both kinds, into docs/benchmarks.md, docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
+by methods of both kinds, into docs/world.md and docs/pictures/ways.jpg: python scripts/validation_pages.py [NAME ...]
 
 What a page says of Mitsuba comes from the table in docs/world.md: run scripts/validation_table.py before.
 
@@ -37,6 +37,7 @@ VARIANTS = {
     "64 steps, half the size": "method=march,quality=final,steps=64,resolution=0.5",
     "`epipolar`": "method=epipolar,occluders=stencil",
     "`article`": "method=article",
+    "`article-prose`": "method=article-prose",
 }
 WAYS = {
     "`epipolar`": VARIANTS["`epipolar`"],
@@ -160,7 +161,6 @@ def ways(width: int, runs: int) -> None:
     chosen = [variant(text, stage.settings | AIR, True) for text in WAYS.values()]
     seen: list[list[np.ndarray]] = []
     figures: list[str] = []
-    short: list[list[str]] = [[] for _ in chosen]
     commands = []
     for where, target in TARGETS.items():
         print(where)
@@ -168,15 +168,10 @@ def ways(width: int, runs: int) -> None:
         seen.append([codes_of(large.light(v)[1], LARGE[0]) for v in chosen[:DRAWN]])
         view = scenes.View(stage, Shot(width, width * 9 // 16, samples=1, eye=EYE, target=target), TIME)
         result = scenes.compare(view, chosen, against="walk", runs=runs, say=said)
-        for label, row, brief in zip(WAYS, result.rows, short, strict=True):
+        for label, row in zip(WAYS, result.rows, strict=True):
             figures.append(f"| {where} | {label} | {' | '.join(cells(row, result.copy_ms))} |")
-            brief += [words.percent(row.rmse), f"{row.copies:.{0 if row.copies >= 10 else 1}f}"]
         commands += [command(target, v) for v in chosen[:DRAWN]]
     pictures.write(str(PICTURES / "ways.jpg"), pictures.grid(DRAWN, [one for row in seen for one in row]), 250_000)
-    heads = [f"{where}: error | copies" for where in TARGETS]
-    rows = ["| light | " + " | ".join(heads) + " |", "|" + "---|" * 5]
-    rows += [f"| {label} | {' | '.join(of)} |" for label, of in zip(WAYS, short, strict=True)]
-    put(DOCS / "benchmarks.md", "ways", "\n".join(rows) + "\n")
     rows = ["| light | | rmse | bias | 99 % | copies: shadow maps | light |", "|" + "---|" * 7, *figures]
     put(DOCS / "world.md", "ways", "\n".join([*commands, "", *rows, "", how(result, runs)]) + "\n")
 

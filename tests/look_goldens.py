@@ -11,12 +11,11 @@ import numpy as np
 from look_scenes import Change, shone
 
 import airlight
-from airlight import presets
 from airlight.arrays import to_linear
 from airlight.colour import encode_codes
 from airlight.files import read_image
 from airlight.lights import Light
-from airlight.parameters import Look, chosen_look
+from airlight.options import Look, build, chosen_look, presets
 from airlight.planes import shrink
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
@@ -54,7 +53,7 @@ def changed(renderer: Any, name: str, side: int, strength: float = 1.0) -> Chang
 
 def in_look(renderer: Any, name: str, look: str) -> Change:
     """The same by a preset, at 320 px."""
-    return shone(renderer, to_linear(photograph(name, 320))[0], LIGHTS[name], presets.build(presets.load(look))[Look])
+    return shone(renderer, to_linear(photograph(name, 320))[0], LIGHTS[name], build(presets.load(look))[Look])
 
 
 def blocks(change: Change) -> np.ndarray:

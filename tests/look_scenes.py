@@ -11,7 +11,7 @@ from airlight.lights import Light
 from airlight.look.apply import Applied, apply
 from airlight.look.grid import points
 from airlight.look.measure import oklab
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference.look import REC709, bilinear
 from airlight.reference.look import across as blur_lines  # a Gaussian over lines
 

@@ -18,7 +18,7 @@ from airlight.gpu.device import Device, shared_device  # noqa: E402
 from airlight.gpu.timing import Timer  # noqa: E402
 from airlight.lamps import Lamp  # noqa: E402
 from airlight.medium import settle  # noqa: E402
-from airlight.parameters import March, Medium  # noqa: E402
+from airlight.options import March, Medium  # noqa: E402
 from airlight.pygfx import SceneLight  # noqa: E402
 from airlight.pygfx.bounds import Bounds  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402

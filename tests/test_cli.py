@@ -13,12 +13,10 @@ import pytest
 from click.testing import CliRunner
 
 import airlight
-from airlight import presets
 from airlight.cli import cli, docs, main
 from airlight.cli.light import place, read_light
-from airlight.cli.options import declared
 from airlight.errors import AirlightError, AirlightWarning, MachineError
-from airlight.parameters import Look, Parameters
+from airlight.options import Look, Parameters, declared, presets
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "airlight"]
@@ -93,7 +91,7 @@ def refused(capsys, *args, code=2):
 
 def test_every_parameter_is_an_option_with_its_default_and_source():
     known = {option for p in cli.commands["image"].params for option in p.opts}
-    assert {p.option for p in declared()} <= known
+    assert {p.flag for p in declared()} <= known
     assert {p.name for p in declared(scenes=True)} == set(presets.keys())
     assert len(declared()) >= len(msgspec.structs.fields(Parameters))
     for p in declared():

@@ -18,11 +18,12 @@ from airlight.errors import AirlightError
 from airlight.files import read_image, read_mask, write_image
 from airlight.gpu.device import open_device
 from airlight.lights import Light
-from airlight.parameters import IN_VIEW, Parameters
+from airlight.options import Parameters
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage
 from airlight.scatter.epipolar.grid import QUALITY, Grid
 from airlight.scatter.epipolar.moments import mixture
+from airlight.scatter.methods import of_screen
 
 LIGHT = (0.6, 0.35)
 TEXTS = ["method=epipolar", "method=radial,samples=12", "vesper", "method=radial,samples=24,density=1.2,jitter=midpoint"]
@@ -93,7 +94,7 @@ def test_variants():
     assert len(keys) == 1
     assert len({limit_key(variant(text, base).parameters) for text in ("decay=0.9", "density=0.5", "normalization=listing", "vesper")}) == 4
     found, lacking = usual({})
-    assert {v.parameters.method for v in found} == set(IN_VIEW) and not lacking
+    assert {v.parameters.method for v in found} == set(of_screen()) and not lacking
     assert usual({"scale": 0.5, "method": "radial"})[1]  # not for epipolar
 
 
@@ -189,7 +190,7 @@ def test_long_names_are_cut_and_own_limits_shown(photo):
     paper.write(0, 0, "x" * 100, 200)
     assert paper.texts[0][2].endswith("…") and (paper.done()[:, 199] == sheet.PAPER).all()
     assert "normalization listing" in page.page(result(photo), "t", 10.0)
-    assert words.limit(result(photo).rows[2].parameters) == "D = 0.8, lambda = 1.51, normalization listing"
+    assert words.limit(result(photo).rows[2].parameters) == "D = 0.794667, lambda = 1.5, normalization listing"
     assert [words.percent(v) for v in (0.00171, 0.153, 0.05, 2.0, 0)] == ["0.17 %", "15 %", "5.0 %", "200 %", "0 %"]
 
 

@@ -14,7 +14,7 @@ import pytest
 from airlight.errors import MachineError
 from airlight.files import read_image, write_image
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.scatter.radial import radial
 
 FAULTING = Path(__file__).with_name("faulting.py")

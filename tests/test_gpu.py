@@ -11,9 +11,10 @@ from airlight.composite.blend import Rule, blend
 from airlight.gpu.device import Device, choose, open_device
 from airlight.gpu.quick_types import quicken
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.render import Renderer, render_codes, render_layer
+from airlight.scatter.screen import Target
 
 RNG = np.random.default_rng(5)
 
@@ -74,9 +75,7 @@ def test_every_pixel_is_written_once_and_alike(pretended: Device, place: tuple[f
         device.write(source, image, width * 8)
         device.write(layer, np.full_like(image, 99.0), width * 8)
         at = (place[0] * width, place[1] * height)
-        plan = EpipolarPlan(
-            device, (width, height), at, density=density, lam=1.2, border="clamp", quality=quality, source=source, layer=layer
-        )
+        plan = EpipolarPlan(device, (width, height), at, Target(source, layer), density=density, lam=1.2, border="clamp", quality=quality)
         encoder = device.encoder()
         plan.record(encoder)
         device.submit(encoder)

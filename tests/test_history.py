@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.gpu.device import Recording, open_device
 from airlight.gpu.timing import run_ms
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.reference import additive, bands, fallback, multipass
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage

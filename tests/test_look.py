@@ -14,7 +14,7 @@ from airlight.look.apply import apply
 from airlight.look.grid import points
 from airlight.look.measure import oklab
 from airlight.look.near import nearness, subject_nearness
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.planes import shrink
 from airlight.reference.look import REC709, WHITE
 

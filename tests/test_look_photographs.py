@@ -9,9 +9,8 @@ from look_goldens import LIGHTS, LOOKS, PHOTOS, blocks, changed, goldens, in_loo
 from look_scenes import Change, rays_share, shone
 
 import airlight
-from airlight import presets
 from airlight.files import read_image
-from airlight.parameters import Look
+from airlight.options import Look, presets
 from airlight.planes import shrink
 from airlight.reference.look import WHITE
 

@@ -21,7 +21,7 @@ from airlight.look.grid import LINES, RADII, RayGrid, points
 from airlight.look.measure import few, small_copy
 from airlight.look.plan import FIELDS, LookPlan
 from airlight.noise import dither
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.planes import shrink
 from airlight.reference import look as twin
 

@@ -15,7 +15,7 @@ from airlight.cli import main
 from airlight.composite.blend import blend, measured_on, resolve
 from airlight.detect import ASK
 from airlight.files import encode, read_image, read_settings, to_linear, write_image
-from airlight.parameters import Composite
+from airlight.options import Composite
 from airlight.reference import radial as reference
 
 LIGHT = ["--light", "0.52,0.42"]

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from airlight import presets
 from airlight.cli import image, main, render, view
-from airlight.cli.options import declared, gather
+from airlight.cli.options import gather
 from airlight.errors import AirlightError
 from airlight.medium import BLACK, EMPTY, doubt, settle
-from airlight.parameters import IN_VIEW, IN_WORLD, OF_SCENES, InScene, March, Medium
+from airlight.options import ALL, OF_PICTURES, OF_SCENES, March, Medium, SceneOptions, build, declared, presets
+from airlight.options.declare import as_text
+from airlight.scatter.methods import of_medium, of_screen
 
 RENDER = ("render", "-o", "a.png", "--width", "32")
 NUMBERS = some.floats(0, 1e6)
@@ -30,19 +31,19 @@ def asked(*words: str, command: Any = render.render) -> dict[str, Any]:
 
 
 def test_a_medium_belongs_to_scenes() -> None:
-    assert set(presets.structs()) - set(presets.structs(scenes=False)) == {InScene, Medium, March} == set(OF_SCENES)
+    assert set(ALL) - set(OF_PICTURES) == {SceneOptions, Medium, March} == set(OF_SCENES)
     method = next(d for d in declared() if d.name == "method")
-    assert method.choices == IN_VIEW and set(IN_VIEW).isdisjoint(IN_WORLD)
-    assert next(d for d in declared(scenes=True) if d.name == "method").choices == (*IN_VIEW, *IN_WORLD)
+    assert method.choices == of_screen() and set(of_screen()).isdisjoint(of_medium())
+    assert next(d for d in declared(scenes=True) if d.name == "method").choices == (*of_screen(), *of_medium())
     for d in declared(scenes=True):
-        assert set(d.methods) <= {*IN_VIEW, *IN_WORLD}, d.name
-        assert d.group not in ("medium", "march", "article") or (d.methods and not set(d.methods) & set(IN_VIEW)), d.name
+        assert set(d.methods) <= {*of_screen(), *of_medium()}, d.name
+        assert d.group not in ("medium", "march", "article") or (d.methods and not set(d.methods) & set(of_screen())), d.name
 
 
 def test_what_declarations_say() -> None:
     by_name = {d.name: d for d in declared(scenes=True)}
     sigma_t, steps, snap = by_name["sigma_t"], by_name["steps"], by_name["snap"]
-    assert (sigma_t.kind, sigma_t.triple, sigma_t.default, sigma_t.low, sigma_t.high) == (float, True, None, 0, 1e6)
+    assert (sigma_t.kind, sigma_t.is_triple, sigma_t.default, sigma_t.low, sigma_t.high) == (float, True, None, 0, 1e6)
     assert (by_name["albedo"].default, by_name["albedo"].high) == ((0.9, 0.9, 0.9), 1)
     assert (steps.kind, steps.words, steps.choices, steps.default, steps.low, steps.high) == (int, ("exact",), (), None, 1, 4096)
     assert (snap.kind, snap.default, by_name["extinction"].default) == (bool, False, True)
@@ -67,12 +68,12 @@ def test_what_is_no_triple(bad: Any) -> None:
 
 @given(some.tuples(NUMBERS, NUMBERS, NUMBERS), some.integers(1, 4096) | some.just("exact"), some.booleans())
 def test_values_are_written_and_read(sigma_t: Any, steps: Any, snap: bool) -> None:
-    text = presets.text(sigma_t)
+    text = as_text(sigma_t)
     assert text.count(",") == (0 if len(set(sigma_t)) == 1 else 2)
     words = ("--method", "march", "--sigma-t", text, "--steps", str(steps), "--snap" if snap else "--no-snap")
     wanted = {"method": "march", "sigma_t": sigma_t, "steps": steps, "snap": snap}
     assert asked(*words) == wanted
-    written = f"method=march,sigma_t={presets.text(sigma_t, '/')},steps={steps},snap={presets.text(snap)}"
+    written = f"method=march,sigma_t={as_text(sigma_t, '/')},steps={steps},snap={as_text(snap)}"
     assert presets.written(written) == wanted
 
 
@@ -118,7 +119,10 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         ("--sigma-t 1", "--sigma-t means nothing with method epipolar: leave it out, or use --method march"),
         ("--method march --samples 20", "--samples means nothing with method march"),
         ("--method article --steps 20", "--steps means nothing with method article"),
-        ("--method march --article-cap 1", "--article-cap means nothing with method march"),
+        ("--method march --article-cap 1", "--article-cap means nothing with method march: leave it out, or use --method article-prose"),
+        ("--method article --article-cap 1", "--article-cap means nothing with method article"),
+        ("--method article --cascades 4", "--cascades means nothing with method article: leave it out, or use --method march or art"),
+        ("--method article --jitter blue", "--jitter means nothing with method article"),
     ],
 )
 def test_bad_values_are_refused_in_one_line(capsys: pytest.CaptureFixture[str], words: str, says: str) -> None:
@@ -135,7 +139,7 @@ def test_a_scene_or_preset_that_asks_for_a_method_is_said(capsys: pytest.Capture
 
 def test_pictures_have_no_medium(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
     for command in ("image", "compare"):
-        for method in IN_WORLD:
+        for method in of_medium():
             said = refused(capsys, command, "in.png", "-o", "a.png", "--method", method)
             assert f"method {method} lights the air" in said and "airlight render SCENE" in said
         assert "--sigma-t" in refused(capsys, command, "in.png", "-o", "a.png", "--sigma-t", "1")
@@ -160,7 +164,7 @@ def test_our_media_load_and_say_their_sources(capsys: pytest.CaptureFixture[str]
         shaped = {"rayleigh": set(), "henyey-greenstein": {"anisotropy"}}[said["phase"]]
         assert set(said) == {"sigma_t", "albedo", "phase"} | shaped  # whatever the defaults are
         assert re.search(r"\((.* (19|20)\d\d.*)\)", presets.description(name, presets.MEDIA)), name
-        assert presets.build(said)[Medium] != Medium()
+        assert build(said)[Medium] != Medium()
     for command in ("render", "view"):
         assert main([command, "--list-media"]) == 0
         assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == list(presets.names(presets.MEDIA))

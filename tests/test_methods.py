@@ -17,7 +17,7 @@ from airlight.lights import Light
 from airlight.reference import radial as reference
 from airlight.reference.jitter import offsets
 from airlight.reference.scenes import foliage
-from airlight.scatter import render
+from airlight.scatter.epipolar import epipolar
 from airlight.scatter.epipolar.moments import mixture
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
@@ -324,7 +324,7 @@ def check_lines(case: tuple) -> None:
     p = airlight.Parameters(method="epipolar", occlusion="none", **keywords)
     truth = reference.layer(image, [Light(place)], p)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(render, "direct_taps", lambda *_: 0)
+        patch.setattr(epipolar, "direct_taps", lambda *_: 0)
         out = airlight.light_shafts(image, place, quality="final", occlusion="none", **keywords)
     assert out.min() >= 0
     assert np.sqrt(((out - truth) ** 2).mean()) <= 0.02 * max(truth.max(), 1e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from airlight.gpu.device import Device, open_device
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.scatter.render import Moving, plan
 
 SIZE = (400, 240)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import airlight
 from airlight.files import to_linear
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.reference import radial as reference
 from airlight.scatter.render import Renderer, render_codes, render_layer
 

@@ -12,7 +12,7 @@ from airlight.files import read_image
 from airlight.lights import Light
 from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 
 PHOTOS = sorted((Path(__file__).parent.parent / "examples" / "photos").glob("*.jpg"))
 

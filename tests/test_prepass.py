@@ -13,13 +13,13 @@ import pylinalg as la  # noqa: E402
 from prepass_scene import exhibition  # noqa: E402
 from rendercanvas.offscreen import OffscreenRenderCanvas  # noqa: E402
 
-from airlight.parameters import Composite, InScene, Parameters  # noqa: E402
+from airlight.options import Composite, Parameters, SceneOptions  # noqa: E402
 from airlight.projection import pixel_rays, project  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, private, use_hdr  # noqa: E402
 from airlight.pygfx.prepass import Prepass, margin  # noqa: E402
 
 SIZE = (400, 200)
-WHOLE = InScene(resolution=1, region=1, occluders="prepass", tone="none")
+WHOLE = SceneOptions(resolution=1, region=1, occluders="prepass", tone="none")
 HALF = 1e-3  # of a half float
 
 
@@ -42,11 +42,11 @@ class Stage:
         self.renderer.render(scene, camera)
         return self.renderer.snapshot()[..., :3].astype(np.float32)
 
-    def prepass(self, scene: Any, camera: Any, lights: Any = (), in_scene: InScene = WHOLE, **keywords: Any) -> Prepass:
+    def prepass(self, scene: Any, camera: Any, lights: Any = (), in_scene: SceneOptions = WHOLE, **keywords: Any) -> Prepass:
         camera.set_view_size(*SIZE)
         return Prepass(self.renderer, scene, list(lights), SIZE, in_scene, **keywords)
 
-    def source(self, scene: Any, camera: Any, lights: Any = (), in_scene: InScene = WHOLE, **keywords: Any) -> np.ndarray:
+    def source(self, scene: Any, camera: Any, lights: Any = (), in_scene: SceneOptions = WHOLE, **keywords: Any) -> np.ndarray:
         made = self.prepass(scene, camera, lights, in_scene, **keywords)
         made.draw(camera)
         return self.read(made.texture)[..., :3]
@@ -249,7 +249,7 @@ def test_the_nearest_of_include_and_exclude_counts(stage: Stage) -> None:
 
 
 def test_the_clear_colour_stands_for_the_sky(stage: Stage) -> None:
-    source = stage.source(before_white(layer(0)), eye(), (), InScene(resolution=1, region=1, clear="#101010"))
+    source = stage.source(before_white(layer(0)), eye(), (), SceneOptions(resolution=1, region=1, clear="#101010"))
     np.testing.assert_allclose(source[0, 0], gfx.Color("#101010").to_physical()[:3], rtol=HALF)
     assert centre(source).max() == 0
 
@@ -262,7 +262,7 @@ def test_discs_are_drawn_where_nothing_is(stage: Stage, light: str) -> None:
     where = {"direction": tuple(towards)} if light == "sun" else {"position": tuple(towards * 20 + (0, 0.2, 5))}
     sun = SceneLight(**where, size=4.0)
     scene = gfx.Scene()
-    made = stage.prepass(scene, camera, [sun, SceneLight(direction=(0, 0, 1), size=3.0)], InScene(resolution=0.5, region=1.2))
+    made = stage.prepass(scene, camera, [sun, SceneLight(direction=(0, 0, 1), size=3.0)], SceneOptions(resolution=0.5, region=1.2))
     made.draw(camera)
     x, y, width, height = made.view
     w, h, _ = made.texture.size
@@ -294,7 +294,7 @@ def cameras() -> list[Any]:
 def test_a_wider_region_holds_the_view_texel_by_texel(stage: Stage, number: int) -> None:
     e, camera = exhibition(), cameras()[number]
     close = stage.source(e.scene, camera)
-    made = stage.prepass(e.scene, camera, (), InScene(resolution=1, region=1.3))
+    made = stage.prepass(e.scene, camera, (), SceneOptions(resolution=1, region=1.3))
     made.draw(camera)
     x, y, width, height = (int(n) for n in made.view)
     assert (x, y, width, height) == (60, 30, *SIZE)
@@ -338,7 +338,7 @@ def test_the_scene_is_left_as_it_was_also_after_an_error(stage: Stage, monkeypat
 def test_nothing_is_made_in_further_frames(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     e, device = exhibition(), stage.renderer.device
     lights = [SceneLight(target=e.lamp), SceneLight(direction=(0.1, 0.2, -1), size=2.0)]
-    made = stage.prepass(e.scene, e.camera, lights, InScene(resolution=0.5))
+    made = stage.prepass(e.scene, e.camera, lights, SceneOptions(resolution=0.5))
     made.draw(e.camera)
     for name in ("render_pipeline", "shader_module", "bind_group", "bind_group_layout", "pipeline_layout", "texture", "buffer"):
         monkeypatch.setattr(type(device), f"create_{name}", lambda *_, name=name, **__: pytest.fail(f"create_{name} in a further frame"))
@@ -372,7 +372,7 @@ def test_it_draws_within_a_frame_and_the_picture_is_unchanged(stage: Stage) -> N
         plain.append(stage.picture(e.scene, e.camera))
     at = [SceneLight(target=e.lamp)]
     two = [LightShafts(stage.renderer, e.scene, e.camera, at, composite=Composite(mix=0.0), in_scene=WHOLE) for _ in range(2)]
-    two[1].in_scene = InScene(occluders="prepass", resolution=0.25, region=1.5, tone="none")
+    two[1].in_scene = SceneOptions(occluders="prepass", resolution=0.25, region=1.5, tone="none")
     stage.renderer.effect_passes = two
     for frame in range(3):
         e.camera.local.x, e.box.local.y = 0.2 * frame, 0.1 * frame
@@ -391,7 +391,7 @@ def test_its_shafts_are_those_of_the_stencil_where_nothing_is_seen_through(stage
     layers = []
     for occluders, border in (("stencil", "clamp"), ("prepass", "clamp"), ("prepass", "black")):
         shafts = LightShafts(stage.renderer, e.scene, e.camera, SceneLight(target=e.lamp), Parameters(border=border))
-        shafts.in_scene = InScene(occluders=occluders, resolution=1, region=1, tone="none")
+        shafts.in_scene = SceneOptions(occluders=occluders, resolution=1, region=1, tone="none")
         stage.renderer.effect_passes = [shafts]
         stage.picture(e.scene, e.camera)
         layers.append(stage.read(shafts.layer)[..., :3])
@@ -414,7 +414,7 @@ def pillars() -> Any:
     return scene
 
 
-def flicker(stage: Stage, scene: Any, ndc: float, in_scene: InScene, seen: list[np.ndarray]) -> np.ndarray:
+def flicker(stage: Stage, scene: Any, ndc: float, in_scene: SceneOptions, seen: list[np.ndarray]) -> np.ndarray:
     """(16,) the mean difference from frame to frame of the layer, within the view, of a camera turning by 0.1 degrees a frame; a sun
     stands at ndc, 1 being the view's right border. The layers go to `seen`."""
     camera = eye(0.0)
@@ -438,7 +438,7 @@ def flicker(stage: Stage, scene: Any, ndc: float, in_scene: InScene, seen: list[
 def test_occluders_that_cross_the_border_do_not_flicker(stage: Stage, ndc: float) -> None:
     scene = pillars()
     cured, bare, unbounded = (
-        flicker(stage, scene, ndc, InScene(occluders="prepass", tone="none", **({"region": region} if region else {})), [])
+        flicker(stage, scene, ndc, SceneOptions(occluders="prepass", tone="none", **({"region": region} if region else {})), [])
         for region in (None, 1.0, 2.0)
     )
     assert unbounded.min() > 1e-4

@@ -4,16 +4,15 @@ import os
 
 import pytest
 
-from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import Look, Parameters, chosen_look
+from airlight.options import Look, Parameters, build, chosen_look, presets
 
 
 @pytest.mark.parametrize("name", presets.names())
 def test_our_presets_load(name):
     values = presets.load(name)
     assert values and presets.description(name)
-    built = presets.build(values)
+    built = build(values)
     if chosen_look(values, values.get("look")) == "classic":
         assert built[Parameters] != Parameters()
     else:
@@ -31,7 +30,7 @@ def test_looks_and_sums_by_their_names():
 
 def test_the_defaults_of_known_systems():
     assert set(presets.names()) >= {"vesper", "babylon", "pmndrs"}
-    systems = {name: presets.build(presets.load(name))[Parameters] for name in ("vesper", "babylon", "pmndrs")}
+    systems = {name: build(presets.load(name))[Parameters] for name in ("vesper", "babylon", "pmndrs")}
     assert systems["vesper"].lam == pytest.approx(1.5, abs=0.01)
     assert systems["babylon"].lam == pytest.approx(3.24, abs=0.01)
     assert systems["pmndrs"].lam == pytest.approx(6.3, abs=0.03)

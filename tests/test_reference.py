@@ -7,7 +7,7 @@ import pytest
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters, build, presets
 from airlight.reference import radial as ref
 
 RNG = np.random.default_rng(1)
@@ -70,6 +70,24 @@ def test_direct_sum_is_the_hand_loop(border, normalization, light):
                     at = x - i * (x - light[0]) * density / n, y - i * (y - light[1]) * density / n
                     expected += exposure * decay**i * weight * slow_bilinear(image, *at, border) / n
             np.testing.assert_allclose(out[row, column], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("preset", ["vesper", "vesper-scene"])
+@pytest.mark.parametrize("light", [(0.3, 0.4), (-0.7, 1.8)])
+def test_presets_of_vesper_are_its_loop(preset, light):
+    image = np.random.default_rng(2).random((9, 11, 3))
+    weight, exposure, decay, density, samples = 0.8, 0.05, 0.99, 0.8, 150
+    at = ref.pixel_centres(11, 9)
+    delta, illumination, total = (at - light) * density / samples, 1.0, image.copy()
+    for _ in range(1, samples):
+        at = at - delta
+        total += ref.bilinear(image, at[..., 0], at[..., 1]) * illumination * weight
+        illumination *= decay
+    p = build(presets.load(preset))[Parameters]
+    assert (p.method, p.jitter, p.border) == ("radial", None, "clamp")
+    names = ("samples", "density", "decay", "weight", "exposure", "normalization")
+    out = ref.direct_sum(image, light, **{name: getattr(p, name) for name in names})
+    np.testing.assert_allclose(out, total * exposure, rtol=1e-13)
 
 
 @pytest.mark.parametrize("lam", [0.0, 0.5, 3.0])

@@ -21,7 +21,7 @@ from airlight.cli import main
 from airlight.cli.render import PLACE, SUN, read_scene_light
 from airlight.errors import AirlightError, MachineError
 from airlight.files import read_image, read_settings, video
-from airlight.parameters import Composite, InScene, March, Medium, Parameters
+from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage, offline
 
@@ -517,10 +517,10 @@ def test_the_values_of_the_command_reach_the_pass(tmp_path, monkeypatch):
     options = ("--preset", "vesper", "--samples", "64", "--occluders", "stencil", "--clear", "#102030", "--mix", "0.5")
     assert render("-o", tmp_path / "a.exr", *options) == 0
     assert seen[0][0] == Parameters(
-        method="radial", samples=64, density=0.8, decay=0.99, weight=0.8, exposure=0.05, normalization="listing"
+        method="radial", samples=64, density=0.8 * 149 / 150, decay=0.99, weight=0.8, exposure=0.05, normalization="listing"
     )
     more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True}
-    assert seen[0][1:] == (Composite(mix=0.5), InScene(clear="#102030"), more)
+    assert seen[0][1:] == (Composite(mix=0.5), SceneOptions(clear="#102030"), more)
 
 
 def test_a_medium_reaches_the_pass_and_is_repeated(tmp_path, monkeypatch, capsys):

@@ -10,7 +10,7 @@ import pytest
 from airlight.composite.adapt import measured
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Composite, InScene, Parameters
+from airlight.options import Composite, Parameters, SceneOptions
 from airlight.reference import scene as twin
 from airlight.scatter.render import Renderer, plan, render_layer
 
@@ -22,7 +22,7 @@ from airlight.pygfx import LightShafts, SceneLight, add_light_shafts  # noqa: E4
 from airlight.pygfx.private import is_hdr  # noqa: E402
 
 SIZE = (192, 108)
-PLAIN = InScene(tone="none")
+PLAIN = SceneOptions(tone="none")
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
 
 
@@ -96,7 +96,8 @@ def close(found: np.ndarray, expected: np.ndarray, relative: float = 2 * HALF, a
 @pytest.mark.parametrize("resolution", [1.0, 0.5, 0.25])
 @pytest.mark.parametrize("clear", [None, "#101010"])
 def test_the_mask_is_its_twin(stage: Stage, resolution: float, clear: str | None) -> None:
-    shafts = stage.shafts(SceneLight(target=stage.sun, emitter=False), in_scene=InScene(tone="none", resolution=resolution, clear=clear))
+    options = SceneOptions(tone="none", resolution=resolution, clear=clear)
+    shafts = stage.shafts(SceneLight(target=stage.sun, emitter=False), in_scene=options)
     seen = stage.frame(shafts)
     linear = None if clear is None else np.full(3, ((0x10 / 255 + 0.055) / 1.055) ** 2.4)
     close(seen["source"], twin.source(seen["color"], seen["depth"], round(1 / resolution), linear))
@@ -105,7 +106,7 @@ def test_the_mask_is_its_twin(stage: Stage, resolution: float, clear: str | None
 
 def test_contrast_is_its_twin(stage: Stage) -> None:
     """Source, what was looked at, and the fog in the picture."""
-    shafts = stage.shafts(in_scene=InScene(tone="none", occluders="contrast"))
+    shafts = stage.shafts(in_scene=SceneOptions(tone="none", occluders="contrast"))
     seen = stage.frame(shafts)
     rays, terms = pixel_rays(stage.camera.projection_matrix), depth_terms(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(SIZE[0]) + 0.5) / SIZE[0], (np.arange(SIZE[1]) + 0.5) / SIZE[1])
@@ -134,7 +135,7 @@ def bilinear(layer: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("reach", [0.0, 5.0])
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(stage: Stage, reach: float, tone: str) -> None:
-    seen = stage.frame(stage.shafts(in_scene=InScene(tone=tone, depth_aware=reach), composite=Composite(mix=0.6)))
+    seen = stage.frame(stage.shafts(in_scene=SceneOptions(tone=tone, depth_aware=reach), composite=Composite(mix=0.6)))
     added = 0.6 * bilinear(seen["layer"])
     if reach:
         rays, terms = pixel_rays(stage.camera.projection_matrix), depth_terms(stage.camera.projection_matrix)
@@ -152,7 +153,7 @@ def test_a_background_shaft_does_not_cover_what_is_near(stage: Stage) -> None:
     near.local.position = (-0.3, 0.4, 6.5)
     stage.scene.add(near)
     plain = stage.frame(stage.shafts())
-    cured = stage.frame(stage.shafts(in_scene=InScene(tone="none", depth_aware=10.0)))
+    cured = stage.frame(stage.shafts(in_scene=SceneOptions(tone="none", depth_aware=10.0)))
     terms = depth_terms(stage.camera.projection_matrix)
     at = twin.axial(plain["depth"], terms) < 2  # the box, 1.5 away
     over = [(seen["out"] - seen["color"])[at].mean() for seen in (plain, cured)]
@@ -315,7 +316,7 @@ def test_it_follows_the_size(stage: Stage) -> None:
     stage.canvas.set_logical_size(130, 90)
     seen = stage.frame(shafts)
     assert seen["source"].shape == (45, 65, 3) and seen["layer"].max() > 0.1 and shafts.source is not old
-    shafts.in_scene = InScene(resolution=1.0)
+    shafts.in_scene = SceneOptions(resolution=1.0)
     assert stage.frame(shafts)["layer"].shape == (90, 130, 3)
     kept = [value for binds in shafts._binds.values() for value in binds[""]]
     assert old not in kept and len(shafts._binds) == 1
@@ -369,7 +370,7 @@ def test_adaptation_keeps_the_level(stage: Stage) -> None:
     means, plain_means, clipped = [], [], []
     for level in (1 / 16, 1 / 4, 1, 4, 16):
         stage.scene, sun = plain(level)
-        shafts = stage.shafts(SceneLight(target=sun), composite=Composite(adapt=1.0), in_scene=InScene())
+        shafts = stage.shafts(SceneLight(target=sun), composite=Composite(adapt=1.0), in_scene=SceneOptions())
         seen = stage.frame(shafts)
         means.append(seen["out"].mean())
         lit = (seen["color"] + bilinear(seen["layer"])) @ np.array([0.2126, 0.7152, 0.0722])
@@ -387,7 +388,7 @@ def test_adaptation_keeps_the_level(stage: Stage) -> None:
 
 
 def test_adaptation_follows_in_time(stage: Stage) -> None:
-    shafts = stage.shafts(composite=Composite(adapt=1.0), in_scene=InScene(adapt_seconds=0.5))
+    shafts = stage.shafts(composite=Composite(adapt=1.0), in_scene=SceneOptions(adapt_seconds=0.5))
     luminances, states = [], []
     for level, dt in ((1.0, 0.1), (8.0, 0.1), (8.0, 0.2), (8.0, 0.0)):
         stage.scene, shafts.lights[0].target = plain(level)
@@ -404,7 +405,7 @@ def test_adaptation_follows_in_time(stage: Stage) -> None:
 
 def test_the_profile_names_each_pass(stage: Stage) -> None:
     """On a device that measures times; the tests' own may have been made without, by an earlier test."""
-    shafts = stage.shafts(composite=Composite(adapt=0.5), in_scene=InScene(occluders="contrast"))
+    shafts = stage.shafts(composite=Composite(adapt=0.5), in_scene=SceneOptions(occluders="contrast"))
     assert shafts.profile() == []
     shafts.timing = True
     for _ in range(40):  # without asking: nothing piles up
@@ -432,7 +433,7 @@ def test_a_lamp_that_writes_depth_or_hangs_before_a_wall_emits(stage: Stage) -> 
 def test_a_disc_where_nothing_hides_it(stage: Stage) -> None:
     stage.scene.remove(stage.sun)
     size, direction = 4.0, (0.05, 0.12, -1)
-    shafts = stage.shafts(SceneLight(direction=direction, size=size), in_scene=InScene(tone="none", clear="#000000"))
+    shafts = stage.shafts(SceneLight(direction=direction, size=size), in_scene=SceneOptions(tone="none", clear="#000000"))
     seen = stage.frame(shafts)["source"]
     rays = pixel_rays(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(96) + 0.5) / 96, (np.arange(54) + 0.5) / 54)

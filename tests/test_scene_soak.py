@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from airlight.parameters import Composite, InScene, Parameters
+from airlight.options import Composite, Parameters, SceneOptions
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot, Studio
 
 SETTINGS = [
-    (Parameters(), Composite(), InScene()),
-    (Parameters(), Composite(adapt=0.5), InScene(depth_aware=3.0)),
-    (Parameters(density=0.8), Composite(), InScene(occluders="contrast")),
-    (Parameters(), Composite(), InScene(occluders="prepass", region=1.3)),
-    (Parameters(method="radial", samples=40), Composite(), InScene(clear="#101010")),
+    (Parameters(), Composite(), SceneOptions()),
+    (Parameters(), Composite(adapt=0.5), SceneOptions(depth_aware=3.0)),
+    (Parameters(density=0.8), Composite(), SceneOptions(occluders="contrast")),
+    (Parameters(), Composite(), SceneOptions(occluders="prepass", region=1.3)),
+    (Parameters(method="radial", samples=40), Composite(), SceneOptions(clear="#101010")),
 ]
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from airlight.lamps import Lamp
 from airlight.medium import Settled, settle
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
 from airlight.projection import Matrix, eye_rays
 from airlight.shadows import View, fit
 

@@ -7,8 +7,7 @@ pytest.importorskip("pygfx")
 import numpy as np
 import validating
 
-from airlight import presets
-from airlight.parameters import InScene, March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, SceneOptions, build
 from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot, Studio
 
@@ -46,8 +45,8 @@ def stepped(name: str, width: int, height: int, time: float = 0.0) -> float:
     """The rmse over the mean of 64 steps at half the resolution, whole pictures, from the exact walk at all of it."""
     stage, found = open_scene(name), []
     for steps, resolution in (("exact", 1.0), (64, 0.5)):
-        built = presets.build(stage.settings | {"method": "march", "steps": steps})
-        more = {"medium": built[Medium], "march": built[March], "in_scene": InScene(resolution=resolution)}
+        built = build(stage.settings | {"method": "march", "steps": steps})
+        more = {"medium": built[Medium], "march": built[March], "in_scene": SceneOptions(resolution=resolution)}
         studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], **more)
         found.append(studio.frame(time, layer=True).layer[..., :3].astype(float))
     return float(np.sqrt(np.mean((found[1] - found[0]) ** 2)) / found[0].mean())

@@ -17,11 +17,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from airlight import presets
 from airlight.cli import image as image_command
 from airlight.cli import main
 from airlight.cli import render as render_command
-from airlight.cli.options import declared, gather
+from airlight.cli.options import gather
 from airlight.colour import srgb_decode, srgb_encode
 from airlight.composite.blend import Rule, blend
 from airlight.composite.mix import LinearComposite
@@ -31,7 +30,8 @@ from airlight.gpu.device import open_device
 from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.look.measure import oklab
-from airlight.parameters import IN_VIEW, Look, Medium
+from airlight.options import Look, Medium, Parameters, declared, presets
+from airlight.scatter.methods import of_screen
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
 from airlight.viewer.state import Lamp, ViewerState
@@ -200,7 +200,7 @@ def test_sliders_are_within_the_bounds() -> None:
             assert d.slider is not None, d.name
             low, high = min(d.slider), max(d.slider)
             assert d.low <= low < high <= d.high and (not d.low_open or low > d.low), d.name
-            assert d.default is None or all(low <= v <= high for v in (d.default if d.triple else (d.default,))), d.name
+            assert d.default is None or all(low <= v <= high for v in (d.default if d.is_triple else (d.default,))), d.name
 
 
 @pytest.mark.parametrize("name", ["samples", "density", "decay", "weight", "exposure"])
@@ -696,7 +696,6 @@ def test_without_shafts_the_picture_as_it_was(hands: Driver, codes: np.ndarray) 
 def test_debug_views(hands: Driver, codes: np.ndarray) -> None:
     from airlight import Renderer
     from airlight.occlusion.automatic import settled
-    from airlight.parameters import Parameters
     from airlight.scatter.render import render_source
 
     hands.choose("debug", "occlusion")
@@ -838,7 +837,7 @@ def some_values(scenes: bool = True) -> Any:
             kinds[d.name] = some.integers(int(d.low), int(d.high)) | some.sampled_from(d.words or (int(d.low),))
         elif d.kind is float:
             kinds[d.name] = some.floats(d.low, d.high, exclude_min=d.low_open)
-            kinds[d.name] = some.tuples(*[kinds[d.name]] * 3) | kinds[d.name] if d.triple else kinds[d.name]
+            kinds[d.name] = some.tuples(*[kinds[d.name]] * 3) | kinds[d.name] if d.is_triple else kinds[d.name]
         else:
             kinds[d.name] = some.from_regex("#[0-9a-f]{6}", fullmatch=True)
     return some.fixed_dictionaries({}, optional=kinds)
@@ -1079,7 +1078,7 @@ def lit(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> Driver:
 
 
 def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(lit: Driver) -> None:
-    of_medium, of_view = ({d.name for d in declared(scenes=True) if d.methods == methods} for methods in (("march",), IN_VIEW))
+    of_medium, of_view = ({d.name for d in declared(scenes=True) if d.methods == methods} for methods in (("march",), of_screen()))
     groups = ("Method", "Composite", "Shafts in the scene", "March")
     for group in groups:
         lit.open_group(group)

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from documented import DOCS, drawn
 
-from airlight import presets
 from airlight.cli import cli
 from airlight.medium import settle
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium, build
 from airlight.scenes import VALIDATION, open_scene
 
 pytest.importorskip("pygfx")
@@ -41,7 +40,7 @@ def test_the_commands_are_understood(page: str, least: int) -> None:
 def test_a_scenes_page_has_its_numbers(name: str) -> None:
     """As they are in the scene's files: a page is to be made anew when these change."""
     stage, text = open_scene(name), DOCS.joinpath("validation", f"{name}.md").read_text(encoding="utf-8")
-    built = presets.build(stage.settings)
+    built = build(stage.settings)
     air = settle(built[Medium], built[March], "final", stage.radius)
     numbers = [validation_pages.medium(air), *(validation_pages.light(lamp) for lamp in lamps(stage.lights))]
     assert len(numbers) > 1 and all(f" | {line} |\n" in text for line in numbers)

@@ -5,11 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from airlight import presets
 from airlight.compare import rule
 from airlight.lamps import Lamp
 from airlight.medium import Settled
-from airlight.parameters import March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, build
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference.triangles import world_triangles
@@ -35,8 +34,10 @@ class Drawn:
     air: Settled
 
     def traced(self) -> tuple[np.ndarray, np.ndarray]:
+        """(H, W, 3) the true light, and (H, W) metres of the rays."""
         height, width = self.layer.shape[:2]
-        return tracer.layer(self.view, self.projection, (width, height), self.seen, self.lamps, self.air, self.casting)
+        found = tracer.layer(self.view, self.projection, (width, height), self.seen, self.lamps, self.air, self.casting)
+        return found.radiance, found.path_length
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Noisy:
 def draw(name: str, width: int, height: int, **values: object) -> Drawn:
     """One sample at pixel centres, quality final."""
     stage = open_scene(name)
-    built = presets.build(stage.settings | {"method": "march", "quality": "final"} | values)
+    built = build(stage.settings | {"method": "march", "quality": "final"} | values)
     studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], medium=built[Medium], march=built[March])
     layer = studio.frame(layer=True).layer[..., :3].astype(float)
     seen, casting = world_triangles(stage.scene, stage.lights)
@@ -88,8 +89,8 @@ def by_mitsuba(name: str) -> tuple[np.ndarray, np.ndarray]:
     for sun in (True, False):
         some = [lamp for lamp in drawn.lamps if lamp.is_sun == sun]
         rays = SPP[sun] * MORE.get(name, 1)
-        found = mitsuba.layer(drawn.view, drawn.projection, (width, height), drawn.seen, some, drawn.air, drawn.casting, spp=rays)
-        light += found[0], found[2]
+        found, noise = mitsuba.layer(drawn.view, drawn.projection, (width, height), drawn.seen, some, drawn.air, drawn.casting, spp=rays)
+        light += found.radiance, noise
     return light[0], light[1]
 
 

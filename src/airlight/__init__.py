@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from airlight.errors import AirlightWarning as AirlightWarning
     from airlight.errors import MachineError as MachineError
     from airlight.lights import Light as Light
-    from airlight.parameters import Composite as Composite
-    from airlight.parameters import Parameters as Parameters
+    from airlight.options import Composite as Composite
+    from airlight.options import Parameters as Parameters
     from airlight.scatter.render import Renderer as Renderer
     from airlight.viewer.app import view as view
 
@@ -25,7 +25,7 @@ _HOME = {
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),
-    "parameters": ("Composite", "Parameters"),
+    "options": ("Composite", "Parameters"),
     "scatter.render": ("Renderer",),
     "viewer.app": ("view",),
 }

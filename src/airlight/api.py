@@ -27,9 +27,10 @@ from airlight.look.settle import Settled
 from airlight.luminance import luminance
 from airlight.occlusion.automatic import check as _check
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Composite, Look, Parameters, chosen_look
+from airlight.options import Composite, Look, Parameters, chosen_look
 from airlight.planes import by_rows
 from airlight.reference import fallback
+from airlight.scatter.methods import METHODS
 from airlight.scatter.render import Renderer, render_codes, render_layer
 from airlight.shown import shown
 
@@ -334,7 +335,7 @@ def occlusion_fraction(
     plain = Parameters(
         **{**{f: getattr(p, f) for f in p.__struct_fields__}, "decay": 1.0, "weight": 1.0, "exposure": 1.0, "normalization": "mean"}
     )
-    if p.method == "additive":  # eight bits are too few for a fraction
+    if METHODS[p.method].stencilled:  # eight bits are too few for a fraction
         plain = msgspec.structs.replace(plain, method="radial")
     plain = _settled(plain, image, lights)
     lit = _layer(

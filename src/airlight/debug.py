@@ -10,10 +10,11 @@ from airlight import api
 from airlight.errors import AirlightError
 from airlight.files import Picture
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.epipolar.grid import Grid, Quadrant
 from airlight.scatter.epipolar.moments import Mixture
+from airlight.scatter.methods import METHODS
 from airlight.scatter.render import Renderer, emitted, plan, render_source
 
 Array = npt.NDArray[Any]
@@ -54,7 +55,8 @@ def view(
     canvas = picture.linear() * np.float32(DIM)
     for i, one in enumerate(plans):
         if not isinstance(one, EpipolarPlan):
-            why = "its rays are short enough to be summed directly" if parameters.method == "epipolar" else f"method {parameters.method}"
+            is_short = METHODS[parameters.method].is_converged
+            why = "its rays are short enough to be summed directly" if is_short else f"method {parameters.method}"
             raise AirlightError(f"--debug {name}: there are no lines ({why}); use method epipolar and a larger picture")
         say(_described(one, i + 1, parameters.lam))
         draw(canvas, one.grid, by_step=name == "moments")

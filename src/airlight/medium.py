@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from airlight import presets
 from airlight.lamps import Lamp
-from airlight.parameters import March, Medium
+from airlight.options import March, Medium
+from airlight.options.declare import as_text
 
 DEPTH = 0.5  # optical depth across a scene, where sigma_t is unset
 REACH = 4.0  # of a scene's radius, where max_distance is unset
@@ -66,7 +66,7 @@ def doubt(air: Settled, distance: float, radius: float) -> str | None:
     depths = air.sigma_t * way
     if way <= 0 or not depths.any():
         return None
-    suits = presets.text(tuple(float(f"{v:.2g}") for v in air.sigma_t * (DEPTH / depths.mean())))
+    suits = as_text(tuple(float(f"{v:.2g}") for v in air.sigma_t * (DEPTH / depths.mean())))
     across = f"an optical depth of {depths.mean():.2g} over {way:.3g} m"
     if depths.min() > BLACK and air.medium.extinction:
         return f"the medium hides the scene: {across}; it would be seen with a sigma_t of about {suits} 1/m"

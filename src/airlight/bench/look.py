@@ -11,7 +11,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import run_ms
 from airlight.lights import Light
 from airlight.look.apply import apply
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference.scenes import foliage
 from airlight.scatter.render import Renderer
 

@@ -10,7 +10,7 @@ from airlight.bench.rivals import PolarWarp
 from airlight.gpu.device import Device
 from airlight.gpu.timing import compute, run_ms
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.reference.radial import converged
 from airlight.reference.scenes import foliage
 from airlight.scatter.render import plan

@@ -9,7 +9,7 @@ import numpy as np
 from airlight.bench.measure import Passes, record_of
 from airlight.gpu.device import Device, shared_device
 from airlight.gpu.timing import run_ms
-from airlight.parameters import InScene, Parameters
+from airlight.options import Parameters, SceneOptions
 
 SIZE = (1280, 720)
 SCENES = {"table": 0.0, "flying": 0.0}  # and the time of the frame
@@ -62,12 +62,12 @@ def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
         device, shafts = frame.device, frame.shafts
         source, layer = (device.texture(*SIZE, "rgba16float") for _ in range(2))
         copy = Passes(device, source, layer).copy()
-        variants: dict[str, tuple[InScene, Parameters]] = {
-            "stencil": (InScene(), Parameters()),
-            "contrast": (InScene(occluders="contrast"), Parameters()),
-            "prepass": (InScene(occluders="prepass"), Parameters()),
-            "prepass, region 1": (InScene(occluders="prepass", region=1.0), Parameters()),
-            "60 taps, stencil": (InScene(), msgspec.convert(SIXTY, Parameters)),
+        variants: dict[str, tuple[SceneOptions, Parameters]] = {
+            "stencil": (SceneOptions(), Parameters()),
+            "contrast": (SceneOptions(occluders="contrast"), Parameters()),
+            "prepass": (SceneOptions(occluders="prepass"), Parameters()),
+            "prepass, region 1": (SceneOptions(occluders="prepass", region=1.0), Parameters()),
+            "60 taps, stencil": (SceneOptions(), msgspec.convert(SIXTY, Parameters)),
         }
         times: dict[str, list[float]] = {"copy": [], **{variant: [] for variant in variants}}
         passes: dict[str, dict[str, float]] = {}

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from airlight import presets
 from airlight.bench.measure import Passes, record_of
 from airlight.gpu.device import Device, shared_device
 from airlight.gpu.timing import run_ms
-from airlight.parameters import InScene, March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, SceneOptions, build
 
 if TYPE_CHECKING:
     from airlight.pygfx import SceneLight
@@ -50,10 +49,10 @@ class _Case:
         from airlight.scenes.replay import Replay
 
         stage = open_scene(scene)
-        built = presets.build(stage.settings)
+        built = build(stage.settings)
         shot = Shot(*SIZE, samples=1, lights=() if angle is None else (_sun(stage, angle),))
         march, resolution = WAYS[way]
-        more: dict[str, Any] = {"in_scene": InScene(resolution=resolution), "medium": built[Medium], "march": march}
+        more: dict[str, Any] = {"in_scene": SceneOptions(resolution=resolution), "medium": built[Medium], "march": march}
         self.replay = Replay(Studio(stage, shot, built[Parameters], **more))
         layer = self.replay.frame(layer=True).layer
         assert layer is not None

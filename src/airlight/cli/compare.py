@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 import rich_click
 
-from airlight import presets
 from airlight.cli import image, render
 from airlight.cli.finding import resolve_lights
 from airlight.cli.light import LightType, place, read_light
-from airlight.cli.options import declared, gather, given
+from airlight.cli.options import gather, given
 from airlight.errors import AirlightError
-from airlight.parameters import NOT_IN_SCENES, OF_LOOK, refuse_look
+from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
 from airlight.scenes import NAMES, VALIDATION, is_scene
 
 if TYPE_CHECKING:
@@ -178,7 +177,7 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
     o = ctx.params
     base = image.asked(ctx, sums=True)
     refuse_look(base, "a comparison of methods")
-    presets.build(base)
+    build(base)
     variants = _chosen(texts, base)
 
     from airlight import files
@@ -203,7 +202,7 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     gathered = gather(ctx, o["preset"], o["medium"])
     refuse_look(gathered, "a scene")
     values = {name: value for name, value in gathered.items() if name not in NOT_IN_SCENES}
-    presets.build(values)
+    build(values)
     render.check_camera(ctx)
     size = render.picture_size(ctx)
     if size[0] * size[1] > render.LARGEST:

@@ -3,26 +3,26 @@
 import sys
 from pathlib import Path
 
-from airlight import presets
-from airlight.cli.options import Declared, declared
+from airlight.options import Option, declared, presets
+from airlight.options.declare import as_text
 
 
-def _row(p: Declared) -> str:
+def _row(p: Option) -> str:
     unit = f" ({p.unit})" if p.unit else ""
-    default = "–" if p.default is None else f"`{presets.text(p.default)}`"
-    option = f"`{p.option}`, `--no-{p.option[2:]}`" if p.kind is bool else f"`{p.option}`"
+    default = "–" if p.default is None else f"`{as_text(p.default)}`"
+    option = f"`{p.flag}`, `--no-{p.flag[2:]}`" if p.kind is bool else f"`{p.flag}`"
     return f"| `{p.name}` | {option} | {p.range}{unit} | {default} | {p.description} | {p.source} |"
 
 
 def page() -> str:
-    lines = ["# Parameters", "", "Made by `python -m airlight.cli.docs` from `airlight/parameters.py` and the presets; do not edit."]
+    lines = ["# Parameters", "", "Made by `python -m airlight.cli.docs` from `airlight/options/` and the presets; do not edit."]
     for group in dict.fromkeys(p.group for p in declared(scenes=True)):
         lines += ["", f"## {group.capitalize()}", "", "| name | option | range (unit) | default | what it does | source |"]
         lines += ["|---|---|---|---|---|---|", *(_row(p) for p in declared(scenes=True) if p.group == group)]
     for kind, about in ((presets.PRESETS, ()), (presets.MEDIA, ("Of `--medium`, in 1/m; the files say where the numbers come from.", ""))):
         lines += ["", f"## {kind.capitalize()}", "", *about, "| name | what it is | values |", "|---|---|---|"]
         for name in presets.names(kind):
-            values = "; ".join(f"{key} {presets.text(value)}" for key, value in presets.load(name, kind).items())
+            values = "; ".join(f"{key} {as_text(value)}" for key, value in presets.load(name, kind).items())
             lines.append(f"| `{name}` | {presets.description(name, kind)} | {values} |")
     return "\n".join(lines) + "\n"
 

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import rich_click
 
-from airlight import presets
 from airlight.cli import batch, doubts
 from airlight.cli.finding import resolve_lights, show_candidates
 from airlight.cli.light import AngleType, LightText, LightType, place
 from airlight.cli.options import F, gather, given, parameter_options
 from airlight.cli.settings import recall, record
 from airlight.errors import AirlightError
-from airlight.parameters import OF_SUM, Composite, Look, Parameters, check_picture, chosen_look
+from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, presets
+from airlight.scatter.methods import check_picture
 from airlight.supervisor import say
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def image(
     if debug is not None and (layer is not None or occlusion_fraction is not None):
         raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
     values = asked(ctx)
-    built = presets.build(values)
+    built = build(values)
     sum_by = next((name for name, value in (("--debug", debug), ("--occlusion-fraction", occlusion_fraction)) if value is not None), "")
     chosen = chosen_look(values, values.get("look"), "--angle" if any(light.angle is not None for light in lights) else sum_by)
     _check_depths(ctx, chosen, values)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import click
 import rich_click
 
-from airlight import presets
 from airlight.cli import batch
 from airlight.cli import image as pictures
 from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_options, preset_options
@@ -19,7 +18,8 @@ from airlight.cli.light import split_light
 from airlight.cli.options import check_given, gather, given, scene_options
 from airlight.cli.settings import record
 from airlight.errors import AirlightError, MachineError
-from airlight.parameters import IN_WORLD, NOT_IN_SCENES, Composite, InScene, March, Medium, Parameters, refuse_look
+from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, presets, refuse_look
+from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
     from airlight.medium import Settled
@@ -218,7 +218,7 @@ def render(
     gathered = gather(ctx, preset, medium)
     refuse_look(gathered, "a scene")
     values = {name: value for name, value in gathered.items() if name not in NOT_IN_SCENES}
-    quality = presets.build(values)[Parameters].quality
+    quality = build(values)[Parameters].quality
     check_camera(ctx)
     size = _size(ctx, quality)
     if is_film:
@@ -249,11 +249,11 @@ def render(
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
-    built = presets.build(stage.settings | values)
+    built = build(stage.settings | values)
     parameters = built[Parameters]
-    in_world = parameters.method in IN_WORLD
+    in_world = METHODS[parameters.method].lights_medium
     check_given(ctx, parameters.method, _chooser(ctx, values, stage))
-    if exclude and built[InScene].occluders != "prepass" and not in_world:
+    if exclude and built[SceneOptions].occluders != "prepass" and not in_world:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if occlusion_buffer is not None and in_world:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
@@ -263,13 +263,13 @@ def render(
         shot,
         parameters,
         built[Composite],
-        built[InScene],
+        built[SceneOptions],
         medium=built[Medium],
         march=built[March],
         exclude=exclude,
         linear=_is_linear(output),
     )
-    if parameters.method == "march":
+    if METHODS[parameters.method].has_units:
         _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
     work = _Work(ctx, studio, values, overwrite or resume)
     if is_film:
@@ -456,7 +456,7 @@ class _Work:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **air}
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
         if task.layer is not None:
-            more = {"bits": 32, **air} if frame.sigma_t is not None and layer_exr else {}
+            more = {"bits": 32, **air} if frame.layer_transmittance is not None and layer_exr else {}
             files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
             files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)

@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from airlight import presets
 from airlight.cli.light import LightText
-from airlight.cli.options import declared
 from airlight.errors import AirlightError
+from airlight.options import declared
+from airlight.options.declare import as_text
 
 # Options of each command, beside the declared parameters, that shape the result; files by their names as written.
 _OPTIONS = {
@@ -39,7 +39,7 @@ def record(
     names, given = _OPTIONS[str(ctx.command.name)], ctx.params | (instead or {})
     defaults = {p.name: p.default for p in declared(scenes=True)} | (standing or {})
     options = {p.name: p.default for p in ctx.command.params if p.name in names}
-    said = {name: presets.text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
+    said = {name: as_text(v) if isinstance(v, tuple) else v for name, v in values.items() if v != defaults[name]}
     options |= {name: False for name in names if options[name] is not True and given[name] is False}  # a flag that is not set
     said |= {name: given[name] for name in names if given[name] not in (None, options[name])}
     if ctx.command.name == "render":

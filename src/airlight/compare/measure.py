@@ -18,7 +18,7 @@ from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
 from airlight.lights import Light
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.reference import radial as reference
 from airlight.scatter.render import Renderer, emitted, plan
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.compare.variants import Variant
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 
 Array = npt.NDArray[Any]
 

@@ -18,11 +18,13 @@ from airlight.errors import AirlightError
 from airlight.gpu.timing import run_ms
 from airlight.luminance import REC709_F32
 from airlight.medium import Settled, settle
-from airlight.parameters import IN_VIEW, InScene, March, Medium, Parameters
+from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
+from airlight.reference.medium import Layer
 from airlight.reference.triangles import world_triangles
+from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
@@ -55,9 +57,9 @@ class View:
     def lacks(self, v: Variant) -> str | None:
         """Why a variant does not go with the view; else None."""
         method = v.parameters.method
-        if method == "article" and [lamp.kind for lamp in self.lamps] != ["sun"]:
+        if METHODS[method].lights == ONE_SUN and [lamp.kind for lamp in self.lamps] != ["sun"]:
             return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
-        if method in IN_VIEW and not self.in_view:
+        if not METHODS[method].lights_medium and not self.in_view:
             return "no light is before the eye, and it draws no other"
         return None
 
@@ -67,7 +69,8 @@ class View:
     def replay(self, v: Variant) -> Replay:
         """With the variant's settings. One for all whose textures are alike, so that none is made anew from one to the next."""
         method, share = v.parameters.method, v.in_scene.share(v.parameters)
-        kind = ("view", v.in_scene.occluders) if method in IN_VIEW else (method, self.settled(v).shadow_size, v.march.cascades)
+        in_medium = METHODS[method].lights_medium
+        kind = (method, self.settled(v).shadow_size, v.march.cascades) if in_medium else ("view", v.in_scene.occluders)
         if (kind, share) not in self._replays:
             self._replays[kind, share] = Replay(self._studio(v.parameters))
         found = self._replays[kind, share]
@@ -82,15 +85,16 @@ class View:
         return found
 
     def light(self, v: Variant) -> tuple[Array, Array]:
-        """(H, W, 3) the light alone, of article before its composite, and (H, W, 3) the picture with it, linear as a display shows it."""
+        """Give (H, W, 3) the light alone, before a composite of its own, and (H, W, 3) the picture with it, as a display shows it."""
         frame = self.replay(v).frame(*self.moment, layer=True)
         layer = frame.shafts()
-        return (5 * layer + 0.5 if v.parameters.method == "article" else layer), frame.pixels()
+        factor, offset = METHODS[v.parameters.method].light_of_layer
+        return factor * layer + offset, frame.pixels()
 
-    def composited(self, light: Array, way: Array, v: Variant) -> Array:
-        """(H, W, 3) the surfaces seen through the variant's medium with this light, as a display shows it."""
-        sigma_t = self.settled(v).sigma_t if v.medium.extinction else np.zeros(3)
-        color = reference.through(self.surfaces, light, way, sigma_t, 1.0 if v.composite.mix is None else v.composite.mix)
+    def composited(self, layer: Layer, v: Variant) -> Array:
+        """(H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
+        transmittance = layer.transmittance if v.medium.extinction else 1.0
+        color = reference.through(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measured(np.asarray(color @ REC709_F32)), v.composite.adapt)
@@ -98,9 +102,8 @@ class View:
 
     # ------------------------------------------------------------ truths
 
-    def truth(self, air: Settled, against: str | None) -> tuple[Array, Array, str]:
-        """(H, W, 3) light and (H, W) the way to which it is summed, metres; and by what. against: tracer, walk or
-        mitsuba; None: the tracer where it can, else the walk."""
+    def truth(self, air: Settled, against: str | None) -> tuple[Layer, str]:
+        """The true layer, and by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
         if against == "walk":
             return self._walked(air, "as --against walk asks")
         try:
@@ -112,17 +115,17 @@ class View:
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
         what = seen, self.lamps, air, casting
         if against == "mitsuba":
-            light, way, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-            where = rule.clear(way)
-            alone = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
+            layer, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+            where = rule.clear(layer.path_length)
+            alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
-            return light, way, about
+            return layer, about
         if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
             return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")
-        light, way = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-        return light, way, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
+        layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+        return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
 
-    def _walked(self, air: Settled, why: str) -> tuple[Array, Array, str]:
+    def _walked(self, air: Settled, why: str) -> tuple[Layer, str]:
         cascades = CASCADES if any(lamp.is_sun for lamp in self.lamps) else 1
         march = March(steps="exact", cascades=cascades)
         layers = sum(maps.layers(lamp, dataclasses.replace(air, march=march)) for lamp in self.lamps)
@@ -130,11 +133,11 @@ class View:
         while side > 1024 and 4 * side * side * layers > MEMORY:
             side //= 2
         march = msgspec.structs.replace(march, shadow_size=side)
-        studio = self._studio(Parameters(method="march"), in_scene=InScene(resolution=1.0), medium=air.medium, march=march)
-        layer = studio.frame(*self.moment, layer=True).layer
-        assert layer is not None
+        studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=air.medium, march=march)
+        frame = studio.frame(*self.moment, layer=True)
+        assert frame.layer is not None and frame.layer_transmittance is not None
         about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
-        return layer[..., :3], layer[..., 3], about
+        return Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3]), about
 
 
 def compare(
@@ -148,7 +151,7 @@ def compare(
 ) -> SceneComparison:
     """Measure the variants; say gets each row when it is complete. Pictures fit into box x box pixels.
 
-    Error: by `rule`, of the light against the truth of the variant's own medium; of methods that work on the picture, and of article,
+    Error: by `rule`, of the light against the truth of the variant's own medium; of methods without units,
     after the one factor that fits best. Cost: the passes of shadow maps, source and shafts over the wall time of a one-tap copy, medians of
     interleaved runs; the pass as a whole where the device has no timestamps. Raises AirlightError, MachineError.
     """
@@ -159,22 +162,22 @@ def compare(
     for v in variants:
         if v.medium in found:
             continue
-        true, way, about = view.truth(view.settled(v), against)
-        where = rule.clear(way)
+        layer, about = view.truth(view.settled(v), against)
+        true, where = layer.radiance, rule.clear(layer.path_length)
         if not where.any():
             raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
         mean = float(true[where].mean())
         if not mean > 0:
             raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
         found[v.medium] = len(truths), true, where, mean
-        shown = fit(view.composited(true, way, v), box)
+        shown = fit(view.composited(layer, v), box)
         truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
     lights = [view.light(v) for v in variants]
     copy_ms, costs = _costs(view, variants, runs)
     rows = []
     for v, (light, picture), parts in zip(variants, lights, costs, strict=True):
         number, true, where, mean = found[v.medium]
-        has_units = v.parameters.method == "march"
+        has_units = METHODS[v.parameters.method].has_units
         factor = None if has_units else rule.factor(light, true, where)
         light = light if factor is None else factor * light
         wrong = rule.errors(light, true, where)
@@ -213,7 +216,7 @@ def part_of(label: str) -> str | None:
         return "source"
     if label.startswith(("march", "upsample")):
         return "march"
-    return {"shadows": "shadow maps", "article": "article"}.get(label, "shafts")
+    return "shadow maps" if label == "shadows" else label if label in of_medium() else "shafts"
 
 
 def _costs(view: View, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:

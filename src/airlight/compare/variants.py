@@ -7,9 +7,21 @@ from typing import Any
 
 import msgspec
 
-from airlight import presets
 from airlight.errors import AirlightError
-from airlight.parameters import IN_VIEW, NOT_IN_SCENES, OF_SCENES, Composite, InScene, March, Medium, Parameters, check_picture, refuse_look
+from airlight.options import (
+    NOT_IN_SCENES,
+    OF_SCENES,
+    Composite,
+    March,
+    Medium,
+    Parameters,
+    SceneOptions,
+    build,
+    declared,
+    presets,
+    refuse_look,
+)
+from airlight.scatter.methods import CONVERGED, check_picture, of_screen
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -28,6 +40,7 @@ IN_SCENES = (
     "method=march,quality=final,steps=64",
     "method=march,quality=final,steps=64,resolution=0.5",
     "method=article",
+    "method=article-prose",
     "method=epipolar,occluders=stencil",
     "method=epipolar,occluders=prepass",
     "method=radial",
@@ -39,7 +52,7 @@ class Variant:
     text: str  # as written
     parameters: Parameters
     composite: Composite
-    in_scene: InScene
+    in_scene: SceneOptions
     medium: Medium
     march: March
 
@@ -63,8 +76,8 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
         _check_keys(named, in_scene)
         values = base | own
         if "samples" in own and "decay" not in own:
-            values["decay"] = math.exp(-presets.build(base)[Parameters].lam / own["samples"])
-        built = presets.build(values)
+            values["decay"] = math.exp(-build(base)[Parameters].lam / own["samples"])
+        built = build(values)
         method = built[Parameters].method
         if not in_scene:
             check_picture(method)
@@ -72,7 +85,7 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
             _check_methods(named, method)
     except AirlightError as error:
         raise AirlightError(f"--variant {text!r}: {error}") from None
-    return Variant(text, *(built[struct] for struct in (Parameters, Composite, InScene, Medium, March)))
+    return Variant(text, *(built[struct] for struct in (Parameters, Composite, SceneOptions, Medium, March)))
 
 
 def _check_keys(named: set[str], in_scene: bool) -> None:
@@ -86,10 +99,9 @@ def _check_keys(named: set[str], in_scene: bool) -> None:
 
 def _check_methods(named: set[str], method: str) -> None:
     """Raise AirlightError for a key that means nothing with the method."""
-    for field in (field for struct in presets.structs() for field in msgspec.structs.fields(struct)):
-        methods = presets.methods(field.type)
-        if field.name in named and methods and method not in methods:
-            raise AirlightError(f"{field.name} means nothing with method {method}: leave it out, or add method={' or '.join(methods)}")
+    for one in declared(scenes=True):
+        if one.name in named and one.methods and method not in one.methods:
+            raise AirlightError(f"{one.name} means nothing with method {method}: leave it out, or add method={' or '.join(one.methods)}")
 
 
 def usual(
@@ -99,7 +111,7 @@ def usual(
     variant does not go with a scene, else None."""
     texts = list(IN_SCENES if in_scene else DEFAULT)
     if not in_scene:
-        texts += [f"method={m}" for m in IN_VIEW if not any(f"method={m}," in text for text in texts)]
+        texts += [f"method={m}" for m in of_screen() if not any(f"method={m}," in text for text in texts)]
     found, lacking = [], []
     for text in texts:
         try:
@@ -118,8 +130,8 @@ def usual(
 def limit(p: Parameters) -> Parameters:
     """What p converges to: the same shafts by the finest converged sum. What belongs to the method alone is left out."""
     kept = ("normalization", "border")
-    plain = {f.name: f.default for f in msgspec.structs.fields(p) if presets.group(f.type) == "method" and f.name not in kept}
-    return msgspec.structs.replace(p, **plain | {"method": "epipolar", "quality": "final"})
+    plain = {one.name: one.default for one in p.options() if one.group == "method" and one.name not in kept}
+    return msgspec.structs.replace(p, **plain | {"method": CONVERGED, "quality": "final"})
 
 
 def limit_key(p: Parameters) -> tuple[Any, ...]:
@@ -130,5 +142,4 @@ def limit_key(p: Parameters) -> tuple[Any, ...]:
 
 def source_key(p: Parameters) -> tuple[Any, ...]:
     """Equal for parameters that sum the same source."""
-    fields = msgspec.structs.fields(p)
-    return (p.border, *(getattr(p, f.name) for f in fields if presets.group(f.type) == "occlusion"))
+    return (p.border, *(getattr(p, one.name) for one in p.options() if one.group == "occlusion"))

@@ -8,7 +8,8 @@ import msgspec
 from airlight.compare.measure import DISC
 from airlight.compare.result import Comparison, PictureComparison, Row, SceneComparison, SceneRow
 from airlight.compare.rule import EDGE, NEAR, WORST
-from airlight.parameters import IN_VIEW, Parameters
+from airlight.options import Parameters
+from airlight.scatter.methods import METHODS, of_medium
 
 
 def percent(share: float) -> str:
@@ -111,13 +112,13 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
         "99 %: of the values are off by less; max: by no more; bias: the mean of what they are off by, with its sign; these with the worst."
     )
     if any(row.factor is not None for row in result.rows):
-        article = any(row.variant.parameters.method == "article" for row in result.rows)
-        view = any(row.variant.parameters.method in IN_VIEW for row in result.rows)
-        whose = " and ".join(["methods that work on the picture"] * view + ["article"] * article)
+        unscaled = [m for m in of_medium() if any(row.variant.parameters.method == m and row.factor is not None for row in result.rows)]
+        view = any(not METHODS[row.variant.parameters.method].lights_medium for row in result.rows)
+        whose = " and ".join(["methods that work on the picture"] * view + unscaled)
         said.append(
             f"The light of {whose} has no units: it is compared times the one factor that fits best, by least squares at those pixels, "
             "which is named; the picture has it as it is."
-            + (" Of article it is the light before its composite, (2 light - 1) / 10." if article else "")
+            + "".join(f" Of {m} it is the light before its composite, {_of_light(m)}." for m in unscaled if METHODS[m].light_of_layer[1])
         )
     if all(row.parts is not None for row in result.rows):
         what = "the passes that make the light: shadow maps, and the march with its upsampling; of methods on the picture source and shafts"
@@ -127,3 +128,9 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
     said.append(f"Difference: {amplify:g} × |light - truth| over the mean of the truth, so that white is {percent(1 / amplify)} of it.")
     said.append(f"The light alone is shown with {result.white:.3g} as white.")
     return said
+
+
+def _of_light(method: str) -> str:
+    """Write a layer as made of its light: (2 light - 1) / 10 for a light of 5 layer + 0.5."""
+    factor, offset = METHODS[method].light_of_layer
+    return f"({1 / offset:g} light - 1) / {factor / offset:g}"

@@ -9,7 +9,8 @@ import numpy.typing as npt
 from airlight.composite import adapt
 from airlight.composite.adapt import Ramp
 from airlight.luminance import REC709_F32
-from airlight.parameters import VEIL, Composite
+from airlight.options import Composite
+from airlight.options.composite import VEIL
 from airlight.planes import by_rows
 
 FloatArray = npt.NDArray[np.float32]

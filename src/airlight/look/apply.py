@@ -15,7 +15,7 @@ from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
 from airlight.look.settle import Settled, settle
 from airlight.luminance import luminance
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.planes import by_rows, shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import Tones

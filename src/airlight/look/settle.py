@@ -11,7 +11,7 @@ from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Contrast, Found, Seen, Small
 from airlight.luminance import luminance
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 

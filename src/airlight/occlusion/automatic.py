@@ -9,7 +9,9 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.luminance import REC709_F32
-from airlight.parameters import SMOOTHNESS, THRESHOLD, Parameters, check_picture
+from airlight.options import Parameters
+from airlight.options.shafts import SMOOTHNESS, THRESHOLD
+from airlight.scatter.methods import check_picture
 
 NEAR = 0.02  # of the width: the light's own place
 LEAST = 0.05  # of white: darker pictures are taken to hold no light

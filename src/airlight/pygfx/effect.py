@@ -17,15 +17,14 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
 from airlight.medium import Settled, settle
-from airlight.parameters import IN_WORLD, Composite, InScene, March, Medium, Parameters, check_ray
+from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import Projected, depth_terms, pixel_rays, project
 from airlight.pygfx.casters import Casters
 from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
-from airlight.scatter.article.article import Article
-from airlight.scatter.march import march
+from airlight.scatter.methods import METHODS, check_ray
 from airlight.scatter.render import Moving
 from airlight.shadows import fit
 
@@ -47,7 +46,6 @@ VIEW = np.dtype(
         ("clear", "f4", 3),
     ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
-    + [("sigma_t", "f4", 3), ("", "f4")]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
 Region = tuple[float, float, float, float]
@@ -95,7 +93,7 @@ class _World:
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
         self.asked = method, size
         self.casters = Casters(device, scene)
-        self.march: Any = (Article if method == "article" else march.March)(device, size)
+        self.march: Any = METHODS[method].plan(device, size)
 
 
 class LightShafts(gfx.renderers.wgpu.EffectPass):
@@ -104,15 +102,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
-    medium, march: with the methods march and article, which light what fills the air through shadow maps; of `in_scene` these take the
-    resolution and the tones, of `exclude` what casts no shadow.
+    medium, march: with methods that light a medium, through shadow maps; of `in_scene` these take the resolution and the
+    tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
     which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
-    linear, rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres,
-    of `air`. Raises AirlightError.
+    linear, rgba16float; of a medium, `air`, there is no source, and the layer is rgba32float: in-scattered radiance, and the length of the
+    ray through the medium in metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -125,7 +123,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         lights: Sequence[SceneLight] | SceneLight,
         parameters: Parameters | None = None,
         composite: Composite | None = None,
-        in_scene: InScene | None = None,
+        in_scene: SceneOptions | None = None,
         *,
         medium: Medium | None = None,
         march: March | None = None,
@@ -136,7 +134,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
         self.parameters = parameters or Parameters()
-        self.composite, self.in_scene = composite or Composite(), in_scene or InScene()
+        self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
         self.radius: float | None = None
@@ -186,6 +184,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._textures.layer if self._textures else None
 
     @property
+    def transmittance(self) -> Any:
+        """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
+        return self._world.march.transmittance if self._world else None
+
+    @property
     def air(self) -> Settled | None:
         """The medium of the last frame, with nothing unset; None where none is lit."""
         return self._air if self._world else None
@@ -204,7 +207,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
         lit = self._project(size)
-        if self.parameters.method in IN_WORLD:
+        if METHODS[self.parameters.method].lights_medium:
             self._light_medium(command_encoder, color, depth, target_tex, timer)
         else:
             self._sum_picture(command_encoder, color, depth, target_tex, lit, timer)
@@ -242,18 +245,19 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
         gathered = casters.gather()
         radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
-        air = self._air = settle(self.medium, self.march, p.quality, radius or 1.0)
+        air = self._air = world.march.resolve(settle(self.medium, self.march, p.quality, radius or 1.0))
         view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
         shining = lamps(self.lights)
         shadows = casters.draw(view, projection, shining, air, timer, gathered)
         pairs = list(zip(shining, shadows, strict=True))
-        share = {} if p.method == "article" else {"share": self.in_scene.share(p)}  # which has the picture's resolution
+        share = {"share": self.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}  # which has the picture's resolution
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)
+        merging = {"WORLD": True, "EXTINCTION": self.medium.extinction and self.transmittance is not None}
         passes = {
-            "measure": device.pipeline(BALANCE, "measure", STEP=step, WORLD=True),
-            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, WORLD=True, **self._last()),
+            "measure": device.pipeline(BALANCE, "measure", STEP=step, **merging),
+            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, **merging, **self._last()),
         }
         binds = self._bound(color, depth, None)
         world.march.record(command_encoder, depth, timer)
@@ -343,7 +347,6 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if scene.clear is not None:
             view["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
         view["mix"] = 1.0 if self.composite.mix is None else self.composite.mix
-        view["sigma_t"] = self._air.sigma_t if self._world and self._air and self.medium.extinction else 0.0
         view["reach"], view["adapt"] = scene.depth_aware, self.composite.adapt
         settle = not self._settled or self.dt <= 0 or scene.adapt_seconds == 0
         view["follow"] = 1.0 if settle else -math.expm1(-self.dt / scene.adapt_seconds)
@@ -386,7 +389,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
                 self._binds.clear()
             device, shared = self.device, (self._uniform, color, depth)
             source, layer, scattered = (made.source, made.layer, color) if made else (color, color, self.layer)
-            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance)
+            transmittance = color if self.transmittance is None else self.transmittance
+            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance, transmittance)
             # all are held, so that no id is used again
             self._binds[key] = {"": after, "measure": device.bind(BALANCE, *after), "merge": device.bind(MERGE, *after, source)}
             if made:

@@ -16,7 +16,8 @@ from airlight.colour import srgb_decode
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, timing
-from airlight.parameters import RESOLUTION, InScene
+from airlight.options import SceneOptions
+from airlight.options.scene import RESOLUTION
 from airlight.projection import pixel_rays, project
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
@@ -177,12 +178,12 @@ class Prepass:
         scene: Any,
         lights: Sequence[SceneLight],
         size: tuple[int, int],
-        in_scene: InScene | None = None,
+        in_scene: SceneOptions | None = None,
         exclude: Iterable[Any] = (),
         include: Iterable[Any] = (),
     ) -> None:
         self.renderer, self.scene, self.lights = renderer, scene, lights
-        self.size, self.in_scene = size, in_scene or InScene()
+        self.size, self.in_scene = size, in_scene or SceneOptions()
         self.exclude, self.include = exclude, include
         self.device = Device.of(renderer.device)
         self.texture: Any = None

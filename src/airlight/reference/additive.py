@@ -1,11 +1,12 @@
 """The fixed-function multipass of Fig. 13-5 in float64: scaled copies of the image, added in an 8-bit buffer."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from airlight.parameters import Parameters
-from airlight.reference.radial import Array, bilinear, pixel_centres
+from airlight.options import Parameters
+from airlight.reference.radial import Array, at_points, bilinear, pixel_centres
 
 WHITE = 255  # code of 1 in the buffers
 
@@ -23,3 +24,8 @@ def additive(emitted: Array, at: Sequence[float], p: Parameters) -> Array:
         factor = min(p.decay**i * p.weight / p.samples, 1.0)
         total = np.minimum(total + np.floor(factor * bilinear(drawn, x[..., 0], x[..., 1], p.border) + 0.5), WHITE)
     return np.asarray(p.exposure * total / WHITE)
+
+
+def reference(emitted: Array, at: Sequence[float], p: Parameters, *, points: Any = None, **_: Any) -> Array:
+    """Give the layer of one white light, as `reference.radial.summed`."""
+    return at_points(additive(emitted, at, p), points, p.border)

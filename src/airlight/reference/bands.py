@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from airlight.reference.radial import Array, bilinear
+from airlight.options import Parameters
+from airlight.reference.radial import Array, at_points, bilinear
 from airlight.scatter.bands.bands import TOLERANCE, entering_taps
 from airlight.scatter.epipolar.moments import mixture
+from airlight.scatter.methods import check_ray
 
 
 def state_index(odd: Any, side: Any, lane: Any, k: Any, lanes: int, powers: int) -> Any:
@@ -84,3 +86,9 @@ def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, bo
                 else:
                     total[major, on[ours]] = result[ours]
     return np.maximum(total, 0)  # what is taken away was not spread sideways as it came
+
+
+def reference(emitted: Array, at: Sequence[float], p: Parameters, *, points: Any = None, **_: Any) -> Array:
+    """Give the layer of one white light, as `reference.radial.summed`. Raises AirlightError for a ray that passes the light."""
+    check_ray(p.method, p.density)
+    return at_points(p.exposure * p.weight * bands(emitted, at, density=p.density, lam=p.lam, border=p.border), points, p.border)

@@ -9,9 +9,10 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import Light
-from airlight.parameters import Parameters
+from airlight.options import Parameters
 from airlight.planes import block_means
 from airlight.reference import radial
+from airlight.scatter.methods import METHODS
 
 PIXELS = 400_000  # of the sum; larger images are summed at a whole fraction of their resolution
 TAPS = 400
@@ -36,7 +37,7 @@ def layer(
     luminance: Any = radial.REC709,
 ) -> Any:
     """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
-    if p.method == "radial" and p.offset in ("gradient", "blue"):
+    if METHODS[p.method].per_sample and p.offset in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.offset} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]
     if fraction:
@@ -55,7 +56,7 @@ def layer(
     for light in lights:
         at, density = light.placed(width, height, p.density)
         moved, plain = np.array(at) / reach, msgspec.structs.replace(plain, density=density)
-        if listing and p.method == "radial":
+        if listing and METHODS[p.method].per_sample:
             sums = radial.summed(small, moved, msgspec.structs.replace(plain, normalization="listing", exposure=1.0))
             sums -= small  # the unweighted sample comes from the full resolution below
         else:

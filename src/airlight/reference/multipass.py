@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from airlight.reference.radial import Array, bilinear, pixel_centres
+from airlight.options import Parameters
+from airlight.reference.radial import Array, at_points, bilinear, pixel_centres
 from airlight.scatter.epipolar.moments import mixture
+from airlight.scatter.methods import check_ray
 from airlight.scatter.multipass.multipass import LEAST, PASSES, TAPS, TOLERANCE
 
 
@@ -58,3 +60,9 @@ def arithmetic(emitted: Array, at: Sequence[float], *, density: float, lam: floa
         weights = np.exp(-lam * s)
         image = _pass(image, at, density * s, weights / weights.sum(), border)
     return scale * image
+
+
+def reference(emitted: Array, at: Sequence[float], p: Parameters, *, points: Any = None, **_: Any) -> Array:
+    """Give the layer of one white light, as `reference.radial.summed`. Raises AirlightError for a ray that passes the light."""
+    check_ray(p.method, p.density)
+    return at_points(p.exposure * p.weight * multipass(emitted, at, density=p.density, lam=p.lam, border=p.border), points, p.border)

@@ -16,8 +16,9 @@ import numpy.typing as npt
 from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.occlusion.automatic import check
-from airlight.parameters import Parameters, check_ray
+from airlight.options import Parameters
 from airlight.reference.colour import REC709
+from airlight.scatter.methods import METHODS
 
 Array = npt.NDArray[np.floating[Any]]
 FLOAT16_MAX = 65504.0  # what the GPU's rgba16float source can hold
@@ -127,11 +128,11 @@ def direct_sum(
         return exposure * weight / samples * per_point * total
     if normalization == "listing":
         total = _march(image, light, points, i + 1, decay**i, offset, step, border, dtype)
-        return exposure * (_at(image, points, border) + weight * total)
+        return exposure * (at_points(image, points, border) + weight * total)
     raise AirlightError(f"normalization = {normalization!r}: use mean or listing")
 
 
-def _at(image: Array, points: Array | None, border: str) -> Array:
+def at_points(image: Array, points: Array | None, border: str) -> Array:
     """I(x) at the points, or the image itself."""
     return image if points is None else bilinear(image, points[..., 0], points[..., 1], border)
 
@@ -226,7 +227,7 @@ def source(
     m = mask(image, alpha, depth, parameters, luminance)
     if user_mask is not None:
         m = m * np.clip(finite(user_mask), 0.0, 1.0)
-    if parameters.method == "additive":  # a stencil draws a pixel or does not (13.5.2)
+    if METHODS[parameters.method].stencilled:  # a stencil draws a pixel or does not (13.5.2)
         m = np.where(m >= 0.5, 1.0, 0.0)
     emitted = np.ones(3) if parameters.occlusion == "alpha" else finite(image)
     if parameters.occlusion == "contrast":
@@ -277,37 +278,40 @@ def summed(
     dtype: Any = np.float64,
 ) -> Array:
     """The layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
-    if p.method == "radial":
-        if offsets is None and p.offset in ("gradient", "blue"):
-            raise AirlightError(f"the reference needs the offsets of jitter {p.offset}")
-        return direct_sum(
-            emitted,
-            at,
-            samples=p.samples,
-            density=p.density,
-            decay=p.decay,
-            weight=p.weight,
-            exposure=p.exposure,
-            normalization=p.normalization,
-            jitter=p.offset if offsets is None else offsets,
-            border=p.border,
-            points=points,
-            dtype=dtype,
-        )
-    if p.method in ("additive", "bands", "multipass"):
-        from airlight.reference import additive, bands, multipass  # which use this module
+    one: Array = METHODS[p.method].reference(emitted, at, p, offsets=offsets, taps=taps, points=points, dtype=dtype)
+    return one
 
-        check_ray(p.method, p.density)
-        if p.method == "additive":
-            full = additive.additive(emitted, at, p)
-        else:
-            own = bands.bands if p.method == "bands" else multipass.multipass
-            full = p.exposure * p.weight * own(emitted, at, density=p.density, lam=p.lam, border=p.border)
-        return _at(full, points, p.border)
+
+def direct(
+    emitted: Array, at: Sequence[float], p: Parameters, *, offsets: Any = None, points: Any = None, dtype: Any = np.float64, **_: Any
+) -> Array:
+    """Sum the samples of Eq. 4, or of Listing 13-1, as `summed`."""
+    if offsets is None and p.offset in ("gradient", "blue"):
+        raise AirlightError(f"the reference needs the offsets of jitter {p.offset}")
+    return direct_sum(
+        emitted,
+        at,
+        samples=p.samples,
+        density=p.density,
+        decay=p.decay,
+        weight=p.weight,
+        exposure=p.exposure,
+        normalization=p.normalization,
+        jitter=p.offset if offsets is None else offsets,
+        border=p.border,
+        points=points,
+        dtype=dtype,
+    )
+
+
+def limit(
+    emitted: Array, at: Sequence[float], p: Parameters, *, taps: Any = None, points: Any = None, dtype: Any = np.float64, **_: Any
+) -> Array:
+    """Integrate along the ray what `direct` converges to, as `summed`."""
     one = converged(emitted, at, density=p.density, lam=p.lam, border=p.border, taps=taps, points=points, dtype=dtype)
     if p.normalization == "listing":
         terms = p.samples if p.decay == 1 else p.lam / (1 - p.decay)  # -> n as decay -> 1
-        return np.asarray(p.exposure * (_at(emitted, points, p.border) + p.weight * terms * one))
+        return np.asarray(p.exposure * (at_points(emitted, points, p.border) + p.weight * terms * one))
     return np.asarray(p.exposure * p.weight * one)
 
 

@@ -17,13 +17,10 @@ from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import Light, as_lights
 from airlight.look.plan import LookPlan
 from airlight.luminance import REC709_F32
-from airlight.parameters import Parameters, check_ray
+from airlight.options import Parameters
 from airlight.planes import by_rows
-from airlight.scatter.additive.additive import AdditivePlan
-from airlight.scatter.bands.bands import BandsPlan
-from airlight.scatter.epipolar.epipolar import EpipolarPlan
-from airlight.scatter.multipass.multipass import MultipassPlan
-from airlight.scatter.radial.radial import RadialPlan
+from airlight.scatter.methods import METHODS
+from airlight.scatter.screen import Target
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
 KNEE = struct_dtype(SOURCE, "Knee")
@@ -73,7 +70,7 @@ class _Source:
         self.aside = device.texture(width, height, "rgba32float", target=False) if masked or deep else picture
         self.texture = device.texture(width + 2 * apron, height + 2 * apron, "rgba16float")
         codes = picture.format == "rgba8unorm"
-        constants = {"MODE": MODES[p.occlusion], "FRACTION": fraction, "CODES": codes, "STENCIL": p.method == "additive"}
+        constants = {"MODE": MODES[p.occlusion], "FRACTION": fraction, "CODES": codes, "STENCIL": METHODS[p.method].stencilled}
         self.pipeline = device.pipeline(SOURCE, "emit", **constants)
         self.uniform = device.buffer(size=KNEE.itemsize, uniform=True)
         self.occluders = _Occluders(device, self.uniform, picture, self.aside, codes) if p.occlusion == "contrast" else None
@@ -100,27 +97,6 @@ class _Source:
         compute(encoder, self.pipeline, self.bind, (-(-width // 64), -(-height // 8)), "source", timer)
 
 
-def gains(p: Parameters, light: Light, method: str) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
-    """Factors (of the sum, of the pixel itself), RGB, that make a method's raw sum the layer of Eq. 4 or Listing 13-1."""
-    if p.normalization == "mean":
-        factor = p.exposure * p.weight / (p.samples if method == "radial" else 1)
-        return tuple(factor * c for c in light.rgb), None
-    lam = p.lam
-    # the limit of sum decay^i is lam / (1 - decay) times int e^(-lam s): n for no decay
-    count = 1 if method == "radial" else (p.samples if lam == 0 else lam / (1 - p.decay))
-    return tuple(p.exposure * p.weight * count * c for c in light.rgb), tuple(p.exposure * c for c in light.rgb)
-
-
-def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) -> int:
-    """Midpoint taps, four a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
-    width, height = size
-    x, y = at
-    longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
-    taps = max(64, math.ceil(4 * density * longest))
-    most = 12_000_000 if min(size) > 16 else 120_000_000  # across a thin picture lines meet too few pixels to be exact
-    return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= most) else 0
-
-
 def plan(
     device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None
 ) -> tuple[list[Any], Any]:
@@ -132,58 +108,7 @@ def plan(
     targets = [layer, device.texture(*size, "rgba16float") if len(lights) > 1 else None]  # taking turns; the last light writes the layer
     for number, light in enumerate(lights, 1):
         target = targets[(len(lights) - number) % 2]
-        gain, base = gains(p, light, p.method)
-        position, density = light.placed(*size, p.density)
-        common: dict[str, Any] = {"source": source, "layer": target, "apron": apron, "before": before, "gain": gain, "base": base}
-        taps = direct_taps(size, position, density)
-        if p.method == "epipolar" and taps:
-            # a short or cheap ray: the converged sum by midpoint taps, their weights exact where I is constant
-            step = 0.5 * p.lam / taps
-            share = (math.sinh(step) / step if 0 < step < 300 else 1.0) / taps
-            plans.append(
-                RadialPlan(
-                    device,
-                    size,
-                    position,
-                    samples=taps,
-                    density=density,
-                    decay=math.exp(-p.lam / taps),
-                    normalization="mean",
-                    jitter="midpoint",
-                    scale=1.0,
-                    **{**common, "base": base or (0, 0, 0), "gain": tuple(g * share for g in gain)},
-                )
-            )
-        elif p.method == "epipolar":
-            at = (position[0] * size[0], position[1] * size[1])
-            plans.append(EpipolarPlan(device, size, at, density=density, lam=p.lam, border=p.border, quality=p.quality, **common))
-        elif p.method in ("bands", "multipass"):
-            check_ray(p.method, density)
-            del common["base"]
-            at = (position[0] * size[0], position[1] * size[1])
-            kind: Any = BandsPlan if p.method == "bands" else MultipassPlan
-            plans.append(kind(device, size, at, density=density, lam=p.lam, **common))
-        elif p.method == "additive":
-            del common["base"]
-            common["gain"] = tuple(p.exposure * c for c in light.rgb)
-            rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}
-            plans.append(AdditivePlan(device, size, position, **rest, **common))
-        else:
-            common["base"] = base or (0, 0, 0)
-            plans.append(
-                RadialPlan(
-                    device,
-                    size,
-                    position,
-                    samples=p.samples,
-                    density=density,
-                    decay=p.decay,
-                    normalization=p.normalization,
-                    jitter=p.offset,
-                    scale=p.scale,
-                    **common,
-                )
-            )
+        plans.append(METHODS[p.method].plan(device, size, light, p, Target(source, target, apron, before)))
         before = target
     return plans, before
 
@@ -237,7 +162,7 @@ class ImagePlan(TimedSubmits):
         width, height, _ = picture.size
         check_size(device, width, height)
         self.device, self.picture = device, picture
-        self.scales = not fraction and p.method != "additive"  # whose buffer holds 0 to 1
+        self.scales = not fraction and not METHODS[p.method].stencilled  # whose buffer holds 0 to 1
         self.scale = 1.0
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)

@@ -4,7 +4,7 @@ that it is meant for, as a preset of its name."""
 from importlib import resources
 from pathlib import Path
 
-from airlight import presets
+from airlight.options import presets
 from airlight.scenes import VALIDATION, Stage
 from airlight.scenes.gltf.load import load
 

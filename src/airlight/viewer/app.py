@@ -11,7 +11,8 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
-from airlight.parameters import IN_WORLD, check_picture, chosen_look, refuse_look
+from airlight.options import chosen_look, refuse_look
+from airlight.scatter.methods import METHODS, check_picture
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.saving import Saving
@@ -108,7 +109,7 @@ class Viewer:
             (x, y), (right, bottom) = (found_at(picture, corner)[:2] for corner in ((0.0, 0.0), (1.0, 1.0)))
             state.frame = (x, y, right - x, bottom - y)
             state.duration, state.path_drawn = 0.0, None
-            unfit = ("method",) if before in IN_WORLD else ()
+            unfit = ("method",) if METHODS[before].lights_medium else ()
             st.stand(state, {}, unfit)
         else:
             stage = _open_scene(path)
@@ -123,7 +124,7 @@ class Viewer:
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
         state.doubt = ""
         st.tell(state, "")
-        if state.is_image and before in IN_WORLD:
+        if state.is_image and METHODS[before].lights_medium:
             st.tell(state, f"method {before} is for scenes: this picture is shown without it")
 
     def room(self) -> controls.Area:

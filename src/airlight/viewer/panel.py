@@ -8,9 +8,8 @@ import imgui_bundle
 from imgui_bundle import imgui
 from wgpu.utils.imgui import ImguiRenderer
 
-from airlight import presets
-from airlight.cli.options import Declared
 from airlight.lights import KINDS
+from airlight.options import Option, presets
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
@@ -222,7 +221,7 @@ class Panel:
         if chosen:
             st.load_medium(self.state, "" if chosen == OWN else chosen)
 
-    def _parameter(self, d: Declared) -> None:
+    def _parameter(self, d: Option) -> None:
         about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
         self._label(d.name.replace("_", " ").capitalize(), about)
         now = st.value(self.state, d.name)
@@ -239,7 +238,7 @@ class Panel:
         if new is not None:
             st.change(self.state, d.name, None if new == () else new)
 
-    def _listed(self, d: Declared, now: Any) -> Any:
+    def _listed(self, d: Option, now: Any) -> Any:
         """One of a few values; () for unset."""
         read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
         names = tuple(read)
@@ -251,15 +250,15 @@ class Panel:
         chosen = self._choose(d.name, name, names)
         return None if chosen is None else read[chosen]
 
-    def _number(self, d: Declared, now: Any) -> Any:
+    def _number(self, d: Option, now: Any) -> Any:
         """A slider, or three side by side; what it was moved to, or None."""
         low, high = d.slider or (0, 1)
-        flags = imgui.SliderFlags_.logarithmic if d.log else 0
-        digits = 2 if high - low > 1 or d.triple else 3 if high - low > 0.2 else 4
-        form = "%.4g" if d.log else f"%.{digits}f"  # which also says how near to 0 ratios end
+        flags = imgui.SliderFlags_.logarithmic if d.is_log else 0
+        digits = 2 if high - low > 1 or d.is_triple else 3 if high - low > 0.2 else 4
+        form = "%.4g" if d.is_log else f"%.{digits}f"  # which also says how near to 0 ratios end
         new: Any
         v: Any
-        if d.triple:
+        if d.is_triple:
             changed, v = imgui.slider_float3(f"##{d.name}", list(now), low, high, form, flags)
             new = tuple(self._bounded(d, float(f"{part:.5g}")) for part in v)
         elif d.kind is int:
@@ -271,7 +270,7 @@ class Panel:
         self._seen(d.name)
         return new if changed and new != now else None
 
-    def _bounded(self, d: Declared, v: Any) -> Any:
+    def _bounded(self, d: Option, v: Any) -> Any:
         """By ctrl + click any number may be typed."""
         return d.kind(max(v if d.low is None else d.low, min(v if d.high is None else d.high, v)))
 
@@ -281,7 +280,7 @@ class Panel:
         self._seen(f"{name} {text}")
         return bool(changed)
 
-    def _optional(self, d: Declared, now: Any) -> Any:
+    def _optional(self, d: Option, now: Any) -> Any:
         """A parameter that may be unset: () is that."""
         unset = now is None
         guess: Any = "#101010" if d.kind is str else self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
@@ -290,7 +289,7 @@ class Panel:
                 return ()
             return guess if isinstance(guess, (str, tuple)) else d.kind(float(f"{guess:.4g}"))
         shown: Any = d.kind(guess) if unset and d.kind is int else guess if unset else now
-        if not d.triple:  # whose sliders take the whole row below
+        if not d.is_triple:  # whose sliders take the whole row below
             imgui.same_line()
         imgui.begin_disabled(unset)
         try:
@@ -313,7 +312,7 @@ class Panel:
             imgui.end_disabled()
 
     @staticmethod
-    def _plain(d: Declared) -> Any:
+    def _plain(d: Option) -> Any:
         """A number for what was a word."""
         low, high = d.slider or (0, 1)
         return d.kind(high / 4 if high / 4 > low else high)

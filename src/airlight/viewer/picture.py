@@ -20,9 +20,10 @@ from airlight.lights import Light
 from airlight.look.measure import Small, small_copy, white_of
 from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import settled
-from airlight.parameters import Look, Parameters
+from airlight.options import Look, Parameters
 from airlight.planes import shrink_to, shrunk_size
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
+from airlight.scatter.methods import METHODS
 from airlight.scatter.render import ImagePlan
 from airlight.viewer import state as st
 from airlight.viewer.smart import DRAFT_SIDE, LookView
@@ -122,7 +123,7 @@ class PictureView:
 
     def _plan(self, p: Parameters, fraction: bool = False) -> ImagePlan:
         """The passes for such parameters; their lights and the rest are set later."""
-        key = p.occlusion, p.border, p.method == "additive", fraction
+        key = p.occlusion, p.border, METHODS[p.method].stencilled, fraction
         if key not in self.plans:
             if len(self.plans) > 3:
                 self.plans.clear()

@@ -14,7 +14,7 @@ from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Small
 from airlight.look.plan import LookPlan
 from airlight.look.settle import FINENESS, Settled, settle
-from airlight.parameters import Look
+from airlight.options import Look
 from airlight.reference.look import Tones
 
 LAY = "viewer/lay.wgsl"

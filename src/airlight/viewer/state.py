@@ -7,14 +7,29 @@ import shlex
 from dataclasses import dataclass, field
 from typing import Any
 
-from airlight import presets
 from airlight.cli.light import LightText
-from airlight.cli.options import Declared, declared
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
 from airlight.medium import doubt, settle
-from airlight.parameters import IN_WORLD, NOT_IN_SCENES, OF_LOOK, OF_SUM, Composite, InScene, Look, March, Medium, Parameters, refuse_look
+from airlight.options import (
+    NOT_IN_SCENES,
+    OF_LOOK,
+    OF_SUM,
+    Composite,
+    Look,
+    March,
+    Medium,
+    Option,
+    Parameters,
+    SceneOptions,
+    build,
+    declared,
+    presets,
+    refuse_look,
+)
+from airlight.options.declare import as_text as value_as_text
+from airlight.scatter.methods import METHODS
 
 DEBUG = ("occlusion", "source", "lines")
 DEBUG_LOOK = ("source",)
@@ -57,7 +72,7 @@ class ViewerState:
     is_image: bool
     parameters: Parameters = field(default_factory=Parameters)
     composite: Composite = field(default_factory=Composite)
-    in_scene: InScene = field(default_factory=InScene)
+    in_scene: SceneOptions = field(default_factory=SceneOptions)
     medium: Medium = field(default_factory=Medium)
     march: March = field(default_factory=March)
     look: Look = field(default_factory=Look)
@@ -96,7 +111,7 @@ class ViewerState:
     asked: list[tuple[str, str]] = field(default_factory=list)
 
     @property
-    def structs(self) -> tuple[Parameters, Composite, InScene, Medium, March, Look]:
+    def structs(self) -> tuple[Parameters, Composite, SceneOptions, Medium, March, Look]:
         return self.parameters, self.composite, self.in_scene, self.medium, self.march, self.look
 
     @property
@@ -110,7 +125,7 @@ class ViewerState:
         return self.shafts and not self.held
 
 
-def shown(state: ViewerState) -> tuple[Declared, ...]:
+def shown(state: ViewerState) -> tuple[Option, ...]:
     """The parameters that have a meaning for what is shown, with the look or the method that is set."""
     if state.is_smart:
         return tuple(d for d in declared() if d.name in LOOK)
@@ -126,7 +141,7 @@ def value(state: ViewerState, name: str) -> Any:
     return next(getattr(struct, name) for struct in state.structs if name in struct.__struct_fields__)
 
 
-def default(state: ViewerState, d: Declared) -> Any:
+def default(state: ViewerState, d: Option) -> Any:
     """The value of a parameter that the user leaves alone: the scene's own, else the declared one."""
     return state.standing.get(d.name, d.default)
 
@@ -151,8 +166,8 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     """
     if state.is_image and new.get("look") is None and not OF_SUM.isdisjoint(new):
         new = {**new, "look": "classic"}
-    built = presets.build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
-    state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[InScene]
+    built = build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
+    state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
 
 
@@ -225,7 +240,7 @@ def load_medium(state: ViewerState, name: str) -> None:
 
 def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
     """Say what is unset of a medium, and what is doubtful about it. distance: from the eye to the scene's centre, metres; radius: its."""
-    if state.parameters.method not in IN_WORLD or radius <= 0:
+    if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
     air = settle(state.medium, state.march, state.parameters.quality, radius)
@@ -236,7 +251,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
         "steps": air.steps or "exact",
         "shadow_size": air.shadow_size,
     }
-    state.doubt = (doubt(air, distance, radius) or "") if state.parameters.method == "march" else ""
+    state.doubt = (doubt(air, distance, radius) or "") if METHODS[state.parameters.method].has_units else ""
 
 
 def save(state: ViewerState, path: str) -> None:
@@ -287,7 +302,7 @@ def command_line(state: ViewerState) -> list[str]:
         words += _view(state)
     for name, v in said.items():
         option = name.replace("_", "-")
-        words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", presets.text(v)]
+        words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]
     return words
 
 

@@ -7,6 +7,9 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
+from airlight.lights import Light
+from airlight.options.shafts import Parameters
+from airlight.scatter.screen import Target, times
 
 ADDITIVE = "scatter/additive/additive.wgsl"
 BLENDS = struct_dtype(ADDITIVE, "Blends")
@@ -22,17 +25,15 @@ class AdditivePlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         samples: int,
         density: float,
         decay: float,
         weight: float,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         drawn = device.texture(source.size[0], source.size[1], "rgba16float")
         self.size, self.whole = size, drawn.size[:2]
         self.quantise = device.pipeline(ADDITIVE, "quantise")
@@ -57,3 +58,10 @@ class AdditivePlan:
             compute(encoder, pipeline, bind, (-(-width // 64), height), "additive", timer)
             if len(self.parts) > MANY and isinstance(encoder, Recording):
                 encoder.pause()
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> AdditivePlan:
+    """Plan the blends of one light."""
+    position, density = light.placed(*size, p.density)
+    rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}
+    return AdditivePlan(device, size, position, target, **rest, gain=times(p.exposure, light))

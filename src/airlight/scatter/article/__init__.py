@@ -1,1 +1,1 @@
-"""The variant of the shadow-map article: 600 steps of 0.8 m through the cascades of a sun."""
+"""Shadow-mapped in-scattering of the shadow-map article (unpublished, 2014): as its code has it, and as its prose has it."""

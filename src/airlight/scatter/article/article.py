@@ -1,8 +1,13 @@
-"""The shadow-map article's march, planned and recorded. What its composite adds to a picture, (2 light - 1) / 10, is its layer."""
+"""Plans and records the in-scattering of the shadow-map article (unpublished, 2014; docs/references.md).
 
+What its composite adds to a picture, (2 light - 1) / 10, is the layer.
+"""
+
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from airlight.errors import AirlightError
@@ -18,15 +23,22 @@ from airlight.shadows import Shadow
 ARTICLE = "scatter/article/article.wgsl"
 DARK = Lamp("sun", (0.0, 0.0, 0.0))
 BIAS = 0.0005  # of the map's range of depth
-SETTINGS = np.dtype([("bias", "f4"), ("absorption", "f4"), ("cap", "f4"), ("prose", "f4")])
+STEPS, STEP, STOP = 600, 0.8, 2.0  # the code's: samples; m; m from the surface
+PROSE_STEP = 0.5  # m, the prose's
+CASCADES = 3
+SETTINGS = np.dtype([("absorption", "f4", 3), ("bias", "f4"), ("cap", "f4"), ("prose", "f4"), ("steps", "f4"), ("step", "f4")])
 
 
 class Article:
-    """As march.March: made for a picture's size, aimed, recorded; always at the picture's resolution, and at one sun or none.
+    """Sums shadows as the article's code does, with a layout as march.March has: made for a picture's size, aimed, recorded; always at
+    the picture's resolution, and at one sun or none.
 
     layer: rgba32float: what is added to the picture, and 0: no way through a medium, so that it dims nothing. Raises AirlightError for
     other lights.
     """
+
+    name, entry = "article", "article"
+    transmittance: Any = None  # 1 everywhere
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
@@ -34,6 +46,17 @@ class Article:
         self._buffers = [device.buffer(size=dtype.itemsize, uniform=True) for dtype in (FRAME, LIGHT, SETTINGS)]
         self._shadow = no_shadow(device)
         self._binds: dict[Any, Any] = {}
+
+    @staticmethod
+    def resolve(air: Settled) -> Settled:
+        """Replaces what the code fixes: three cascades, as far as its samples reach, and a surface still ends them."""
+        return dataclasses.replace(air, max_distance=STEPS * STEP + STOP, march=msgspec.structs.replace(air.march, cascades=CASCADES))
+
+    def settings(self, air: Settled) -> np.ndarray:
+        """Fills the shader's Settings."""
+        out = np.zeros((), SETTINGS)
+        out["bias"] = BIAS
+        return out
 
     def aim(
         self,
@@ -44,20 +67,17 @@ class Article:
         *,
         jitter: str = "fixed",
     ) -> None:
-        """view, projection: (4, 4), as pygfx's cameras have them. jitter: of Parameters.offset."""
+        """view, projection: (4, 4), as pygfx's cameras have them. air: as `resolve` gives it. jitter: of Parameters.offset; the code has
+        none."""
         if any(not lamp.is_sun for lamp, _ in lamps[:1]) or len(lamps) > 1:
-            kinds = ", ".join(lamp.kind for lamp, _ in lamps)
-            raise AirlightError(f"method article takes one light, a sun (here: {kinds}): give it one, as --sun does, or use method march")
+            one = f"method {self.name} takes one light, a sun (here: {', '.join(lamp.kind for lamp, _ in lamps)})"
+            raise AirlightError(f"{one}: give it one, as --sun does, or use method march")
         lamp, shadow = lamps[0] if lamps else (DARK, None)
-        m = air.march
-        settings = np.zeros((), SETTINGS)
-        settings["bias"] = 0.0 if m.shadow_bias else BIAS
-        settings["absorption"], settings["cap"], settings["prose"] = m.article_absorption, m.article_cap, m.article_share == "prose"
-        records = frame_record(projection, air, self.pixels, self.pixels), light_record(lamp, shadow, view, air), settings
+        records = frame_record(projection, air, self.pixels, self.pixels), light_record(lamp, shadow, view, air), self.settings(air)
         for buffer, record in zip(self._buffers, records, strict=True):
             self.device.queue.write_buffer(buffer, 0, record.tobytes())
         views = len(shadow.views) if shadow else 0
-        self._pipeline = self.device.pipeline(ARTICLE, "article", VIEWS=views, JITTER=JITTERS[jitter])
+        self._pipeline = self.device.pipeline(ARTICLE, self.entry, VIEWS=views, JITTER=JITTERS[jitter], STRICT=self.entry == "article")
         self._shadow = shadow.texture if shadow else no_shadow(self.device)
 
     def record(self, encoder: Any, depth: Any, timer: Any = None) -> None:
@@ -72,3 +92,22 @@ class Article:
             self._binds[key] = bind, depth, self._shadow  # held, so that no id is used again
         width, height = self.pixels
         compute(encoder, self._pipeline, self._binds[key][0], (-(-width // 8), -(-height // 8)), "article", timer)
+
+
+class ArticleProse(Article):
+    """Sums lit steps as the article's prose says, with the options of `March` that begin with article."""
+
+    name, entry = "article-prose", "prose"
+
+    @staticmethod
+    def resolve(air: Settled) -> Settled:
+        """Keeps everything."""
+        return air
+
+    def settings(self, air: Settled) -> np.ndarray:
+        """Fills the shader's Settings."""
+        out, m = np.zeros((), SETTINGS), air.march
+        out["bias"] = 0.0 if m.shadow_bias else BIAS
+        out["absorption"], out["cap"], out["prose"] = m.article_absorption, m.article_cap, m.article_share == "prose"
+        out["steps"], out["step"] = (STEPS, STEP) if m.article_steps is None else (m.article_steps, PROSE_STEP)
+        return out

@@ -8,7 +8,11 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
+from airlight.lights import Light
+from airlight.options.shafts import Parameters
+from airlight.scatter import methods
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
+from airlight.scatter.screen import Target, gains
 
 BANDS = "scatter/bands/bands.wgsl"
 TOLERANCE = 2e-3  # of the weight's fit
@@ -39,15 +43,13 @@ class BandsPlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         density: float,
         lam: float,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         mix = mixture(density, lam, TOLERANCE)
         home = [math.floor(v) for v in light]
         into = np.array(light) - home
@@ -90,3 +92,11 @@ class BandsPlan:
             run.end()
             if isinstance(encoder, Recording):
                 encoder.pause()
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> BandsPlan:
+    """Plan the sum of one light. Raises AirlightError for a ray that passes the light."""
+    (x, y), density = light.placed(*size, p.density)
+    methods.check_ray(p.method, density)
+    gain, _ = gains(p, light)
+    return BandsPlan(device, size, (x * size[0], y * size[1]), target, density=density, lam=p.lam, gain=gain)

@@ -1,5 +1,6 @@
 """The converged sum by a recurrence along epipolar lines: planning, and recording of its passes."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,9 +9,13 @@ import numpy as np
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
+from airlight.lights import Light
+from airlight.options.shafts import Parameters
 from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
 from airlight.scatter.epipolar.wayback import WayBack
+from airlight.scatter.radial.radial import RadialPlan
+from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 NOWHERE = (1 << 32) - 1  # scan.wgsl
@@ -134,18 +139,16 @@ class EpipolarPlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         density: float,
         lam: float,
         border: str,
         quality: str | Fineness,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
         gain: tuple[float, float, float] = (1, 1, 1),
         base: Any = None,
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         fine = QUALITY[quality] if isinstance(quality, str) else quality
         self.device = device
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
@@ -177,3 +180,39 @@ class EpipolarPlan:
             scan.dispatch_workgroups(count)
         scan.end()
         self.back.record(encoder, timer)
+
+
+def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) -> int:
+    """Count the midpoint taps, four a pixel, by which the direct sum gives the converged one; 0 where lines do better."""
+    width, height = size
+    x, y = at
+    longest = math.hypot(max(abs(x), abs(1 - x)) * width, max(abs(y), abs(1 - y)) * height)
+    taps = max(64, math.ceil(4 * density * longest))
+    most = 12_000_000 if min(size) > 16 else 120_000_000  # across a thin picture lines meet too few pixels to be exact
+    return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= most) else 0
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> "EpipolarPlan | RadialPlan":
+    """Plan the converged sum of one light: along lines, or for a short or cheap ray by midpoint taps."""
+    (x, y), density = light.placed(*size, p.density)
+    gain, base = gains(p, light)
+    taps = direct_taps(size, (x, y), density)
+    if not taps:
+        at = (x * size[0], y * size[1])
+        return EpipolarPlan(
+            device, size, at, target, density=density, lam=p.lam, border=p.border, quality=p.quality, gain=gain, base=base
+        )
+    step = 0.5 * p.lam / taps
+    share = (math.sinh(step) / step if 0 < step < 300 else 1.0) / taps  # the taps' weights are exact where I is constant
+    return RadialPlan(
+        device,
+        size,
+        (x, y),
+        target,
+        samples=taps,
+        density=density,
+        decay=math.exp(-p.lam / taps),
+        jitter="midpoint",
+        gain=(gain[0] * share, gain[1] * share, gain[2] * share),
+        base=base or (0, 0, 0),
+    )

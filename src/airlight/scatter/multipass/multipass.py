@@ -7,7 +7,11 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
+from airlight.lights import Light
+from airlight.options.shafts import Parameters
+from airlight.scatter import methods
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
+from airlight.scatter.screen import Target, gains
 
 MULTIPASS = "scatter/multipass/multipass.wgsl"
 TAPS, PASSES = 8, 3
@@ -44,21 +48,19 @@ class MultipassPlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         density: float,
         lam: float,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         taps, factors, nearest, place = stages(mixture(density, lam, TOLERANCE), density)
         between = [device.texture(source.size[0], source.size[1], "rgba16float") for _ in range(PASSES - 1)]
         self.steps = []
         for i, passes in enumerate(taps):
-            target = layer if i == len(taps) - 1 else device.texture(*size, "rgba16float")
-            ways = zip(passes, [source, *between], [*between, target], strict=True)
+            result_of = layer if i == len(taps) - 1 else device.texture(*size, "rgba16float")
+            ways = zip(passes, [source, *between], [*between, result_of], strict=True)
             for stage, (own, given, result) in enumerate(ways):
                 last = stage == PASSES - 1
                 frame = np.zeros((), FRAME)
@@ -70,7 +72,7 @@ class MultipassPlan:
                 uniform, spare = device.buffer(frame.tobytes(), uniform=True), before if before is not None else source
                 bind = device.bind(MULTIPASS, uniform, given, device.sampler(), result, spare, source)
                 self.steps.append((pipeline, bind, result.size))
-            before = target
+            before = result_of
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
@@ -78,3 +80,11 @@ class MultipassPlan:
             compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), "multipass", timer)
             if size[0] * size[1] > MANY and isinstance(encoder, Recording):
                 encoder.pause()
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> MultipassPlan:
+    """Plan the sum of one light. Raises AirlightError for a ray that passes the light."""
+    (x, y), density = light.placed(*size, p.density)
+    methods.check_ray(p.method, density)
+    gain, _ = gains(p, light)
+    return MultipassPlan(device, size, (x * size[0], y * size[1]), target, density=density, lam=p.lam, gain=gain)

@@ -8,7 +8,10 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
+from airlight.lights import Light
 from airlight.noise import blue_noise
+from airlight.options.shafts import Parameters
+from airlight.scatter.screen import Target, gains
 
 RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
@@ -34,20 +37,18 @@ class RadialPlan:
         device: Device,
         size: tuple[int, int],
         light: tuple[float, float],
+        target: Target,
         *,
         samples: int,
         density: float,
         decay: float,
-        normalization: str,
         jitter: str,
-        scale: float,
-        source: Any,
-        layer: Any,
-        apron: int = 0,
-        before: Any = None,
+        scale: float = 1.0,
+        is_listing: bool = False,
         gain: tuple[float, float, float] = (1, 1, 1),
         base: tuple[float, float, float] = (0, 0, 0),
     ) -> None:
+        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         self.device = device
         self.factor = round(1 / scale)
         self.full = size
@@ -57,7 +58,7 @@ class RadialPlan:
         rays["size"], rays["light"], rays["apron"] = self.low, light, apron if scale == 1 else 0
         rays["samples"], rays["step"], rays["decay"] = samples, density / samples, decay
         rays["gain"][:3], rays["base"][:3] = gain, base
-        target = layer
+        summed = layer
         small = source
         if scale != 1:
             spare = before if before is not None else source
@@ -66,12 +67,12 @@ class RadialPlan:
             self.down = device.pipeline(RESAMPLE, "down", FACTOR=self.factor, APRON=apron)
             self.down_bind = device.bind(RESAMPLE, source, device.sampler(), small, spare)
             self.small = small
-            target = device.texture(*self.low, "rgba16float")
+            summed = device.texture(*self.low, "rgba16float")
             self.up = device.pipeline(RESAMPLE, "up", ADD=before is not None)
-            self.up_bind = device.bind(RESAMPLE, target, device.sampler(), layer, spare)
+            self.up_bind = device.bind(RESAMPLE, summed, device.sampler(), layer, spare)
             before = None  # lights are added where the sums are large again
         self.pipeline = device.pipeline(
-            RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=normalization == "listing", BASE=any(base), ADD=before is not None
+            RADIAL, "direct", JITTER=JITTERS[jitter], LISTING=is_listing, BASE=any(base), ADD=before is not None
         )
         noise = noise_texture(device) if jitter == "blue" else source
         per = max(1, TAPS_A_DISPATCH // (samples * self.low[0]))
@@ -79,7 +80,7 @@ class RadialPlan:
         for row in range(0, self.low[1], per):
             rays["row"] = row
             values = device.buffer(rays.tobytes())
-            bind = device.bind(RADIAL, values, small, device.sampler(), target, before if before is not None else source, noise)
+            bind = device.bind(RADIAL, values, small, device.sampler(), summed, before if before is not None else source, noise)
             self.parts.append((bind, min(per, self.low[1] - row)))
 
     def record(self, encoder: Any, timer: Any = None) -> None:
@@ -96,3 +97,13 @@ class RadialPlan:
                 start = time.perf_counter()
         if self.factor > 1:
             compute(encoder, self.up, self.up_bind, (-(-self.full[0] // 64), self.full[1]), "radial up", timer)
+
+
+def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> RadialPlan:
+    """Plan the direct sum of one light."""
+    position, density = light.placed(*size, p.density)
+    gain, base = gains(p, light, per_sample=True)
+    rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "jitter": p.offset, "scale": p.scale}
+    return RadialPlan(
+        device, size, position, target, **rest, is_listing=p.normalization == "listing", gain=gain, base=base or (0, 0, 0)
+    )

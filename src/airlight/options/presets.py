@@ -12,35 +12,20 @@ import tomllib
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
+from typing import Any
 
 import msgspec
 
-from airlight import parameters
 from airlight.errors import AirlightError
-from airlight.parameters import is_triple
+from airlight.options import ALL, Medium, build, declared
 
 PRESETS, MEDIA = "presets", "media"
 LARGEST = 1 << 20  # bytes; a preset has a few hundred
 
 
-@functools.cache
-def structs(scenes: bool = True) -> tuple[type[msgspec.Struct], ...]:
-    """The declarations: every Struct of airlight.parameters. Options, presets and docs follow from them. scenes: of 3-D ones too."""
-    found = [
-        v for v in vars(parameters).values() if isinstance(v, type) and issubclass(v, msgspec.Struct) and not v.__name__.startswith("_")
-    ]
-    return tuple(s for s in found if s.__module__ == parameters.__name__ and (scenes or s not in parameters.OF_SCENES))
-
-
 def keys(kind: str = PRESETS) -> list[str]:
-    of_kind = structs() if kind == PRESETS else (parameters.Medium,)
-    return [field.name for struct in of_kind for field in msgspec.structs.fields(struct)]
-
-
-def build(values: dict[str, Any]) -> dict[type, Any]:
-    """An instance of each declared Struct, with its share of the values. Raises AirlightError for a bad one."""
-    return {s: s(**{f.name: values[f.name] for f in msgspec.structs.fields(s) if f.name in values}) for s in structs()}
+    """Name what a preset may hold."""
+    return [one.name for group in (ALL if kind == PRESETS else (Medium,)) for one in group.options()]
 
 
 def _folder(kind: str) -> Path:
@@ -86,53 +71,24 @@ def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") 
         file.write(("\n".join(lines) + "\n").encode())
 
 
-def choices(annotation: Any) -> tuple[str, ...]:
-    """The values of the Literal within an annotation, in the order in which they are written (msgspec sorts them); else none."""
-    if get_origin(annotation) is Literal:
-        return get_args(annotation)
-    return next((found for part in get_args(annotation) if (found := choices(part))), ())
-
-
-def text(value: Any, between: str = ",") -> str:
-    """A value as it is written on a command line: 0.5, exact, true; 0.1,0.2,0.3, or 0.1 where all three are equal."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return between.join(str(v) for v in (value[:1] if len(set(value)) == 1 else value))
-    return str(value)
-
-
-def group(kind: Any) -> str:
-    """The group in which a field of this type is declared."""
-    return str(kind.__metadata__[0].extra["group"])
-
-
-def methods(kind: Any) -> tuple[str, ...]:
-    """The methods with which a field of this type means something; (): all."""
-    return tuple(kind.__metadata__[0].extra["methods"])
-
-
 def written(text: str) -> dict[str, Any]:
     """The values of a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
-    types = {field.name: field.type for struct in structs() for field in msgspec.structs.fields(struct)}
+    known_as = {one.name: one for one in declared(scenes=True)}
     values: dict[str, Any] = {}
     for part in text.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
         if not equals:
             values |= load(key)
-        elif key not in types:
+        elif key not in known_as:
             raise AirlightError(f"unknown key {key!r}{_nearest(key, keys())}")
         else:
-            said: Any = value
-            if is_triple(types[key]):
-                said = value.split("/")
-                said = said * 3 if len(said) == 1 else said
+            one, said = known_as[key], value.split("/")
             try:
-                values[key] = msgspec.convert(said, types[key], strict=False)
+                values[key] = one.convert((said * 3 if len(said) == 1 else said) if one.is_triple else value, strict=False)
             except msgspec.ValidationError as error:
-                known = choices(types[key])
+                known = one.choices or one.words
                 rest = f"{_nearest(value, known)}; use {', '.join(known)}" if known else ""
-                rest += "; write three numbers as 0.1/0.2/0.3, or one" if is_triple(types[key]) else ""
+                rest += "; write three numbers as 0.1/0.2/0.3, or one" if one.is_triple else ""
                 raise AirlightError(f"{key} = {value!r}: {error}{rest}") from None
     return values
 

@@ -1,0 +1,37 @@
+"""Every parameter, declared once, a module a group; command line, panel, presets and docs follow from it."""
+
+from dataclasses import replace
+from typing import Any
+
+from airlight.options.composite import Composite
+from airlight.options.declare import Option, Options
+from airlight.options.look import OF_LOOK, OF_SUM, Look, chosen_look, refuse_look
+from airlight.options.march import March
+from airlight.options.medium import Medium
+from airlight.options.scene import SceneOptions
+from airlight.options.shafts import Parameters
+from airlight.scatter import methods
+
+__all__ = [
+    "ALL", "NOT_IN_SCENES", "OF_LOOK", "OF_SCENES", "OF_SUM", "Composite", "Look", "March", "Medium", "Option", "Options", "Parameters",
+    "SceneOptions", "build", "chosen_look", "declared", "refuse_look",
+]  # fmt: skip
+
+OF_PICTURES: tuple[type[Options], ...] = (Look, Parameters, Composite)
+OF_SCENES: tuple[type[Options], ...] = (SceneOptions, Medium, March)  # which a picture has no use for
+ALL = OF_PICTURES + OF_SCENES
+# What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"}) | OF_LOOK
+
+
+def declared(scenes: bool = False) -> tuple[Option, ...]:
+    """List every parameter, in the order of its declaration. scenes: those of 3-D scenes too, and the methods that only these have."""
+    found = [one for group in (ALL if scenes else OF_PICTURES) for one in group.options()]
+    if scenes:
+        return tuple(found)
+    return tuple(replace(one, choices_of=methods.of_screen) if one.name == "method" else one for one in found)
+
+
+def build(values: dict[str, Any]) -> dict[type, Any]:
+    """Make an instance of each group, with its share of the values. Raises AirlightError for a bad one."""
+    return {group: group(**{one.name: values[one.name] for one in group.options() if one.name in values}) for group in ALL}

@@ -1,0 +1,60 @@
+"""Declares the march along rays through a medium, and its shadow maps."""
+
+from typing import Literal
+
+from airlight.options.declare import RGB, Options, choice, real, rgb, switch, whole
+
+ARTICLE = "shadow-map article (unpublished, 2014)"
+
+
+class March(Options, group="march"):
+    """Sum the light in a medium along rays, through shadow maps. Validated on construction; raises AirlightError."""
+
+    steps: int | Literal["exact"] | None = whole(
+        None,
+        "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
+        "Airlight", ge=1, le=4096, slider=(4, 256), log=True, words=("exact",),
+    )
+    snap: bool = switch(
+        False,
+        "look up shadows at the centres of texels, as nearest does: a filter then lies around one",
+        ARTICLE,
+    )
+    shadow_size: int | None = whole(
+        None,
+        "side of a shadow map; unset: 1024, 2048, 4096, by quality",
+        "Airlight", "texels", ge=16, le=16384, slider=(512, 1024, 2048, 4096),
+    )
+    cascades: int = whole(1, "shadow maps of a sun, one behind the other", "Engel, ShaderX5", ge=1, le=4)
+    cascade_split: float = real(
+        0.7,
+        "how they share the distance: 0 evenly, 1 in equal ratios",
+        "Zhang et al. 2006, practical split scheme", ge=0, le=1,
+    )
+    cascade_blend: float = real(
+        0.1,
+        "the last part of a cascade, over which it passes into the next; not where exact",
+        "Airlight", ge=0, le=0.5,
+    )
+    shadow_filter: str = choice(
+        "nearest", ("nearest", "pcf", "soft"),
+        "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them (lamps: pcf). steps exact"
+        " takes nearest",
+        "Reeves et al. 1987; Fernando 2005",
+    )
+    sun_size: float = real(0.27, "half the angle under which a sun is seen", "Airlight", "degrees", ge=0, le=20)
+    shadow_bias: float = real(0.0, "how far behind what hides the light shadows begin", "Airlight", "m", ge=0, le=1e6, slider=(0, 0.1))
+    article_share: str = choice(
+        "code", ("code", "prose"),
+        "what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",
+        ARTICLE, group="article",
+    )
+    article_steps: int | None = whole(
+        None,
+        "steps of half a metre: 500, or 2,000, as the article's prose says; unset: 600 of 0.8 m, as in its code",
+        ARTICLE, ge=1, le=4096, slider=(100, 2000), group="article",
+    )
+    article_absorption: RGB = rgb(
+        (0.0, 0.0, 0.0), "how fast a step's share falls with its distance", ARTICLE, "1/m", ge=0, le=1e6, slider=(0, 0.1), group="article"
+    )
+    article_cap: float = real(1.0, "most light before a surface in shadow; 1: as before any", ARTICLE, ge=0, le=1, group="article")

@@ -1,0 +1,50 @@
+"""Declares the medium of a scene."""
+
+from airlight.options.declare import RGB, Options, choice, real, rgb, switch
+
+PBR = "Pharr, Jakob and Humphreys, Physically Based Rendering"
+
+
+class Medium(Options, group="medium"):
+    """Fill the air of a scene, everywhere alike. Validated on construction; raises AirlightError."""
+
+    sigma_t: RGB | None = rgb(
+        None,
+        "extinction: the part of the light that is lost on a metre, to absorption and scattering; unset: an optical depth of 0.5 "
+        "across the scene",
+        PBR + ", 11.1", "1/m", ge=0, le=1e6, slider=(0, 1), log=True,
+    )
+    albedo: RGB = rgb((0.9, 0.9, 0.9), "the part of what is lost that is scattered, sigma_s / sigma_t", PBR + ", 11.1", ge=0, le=1)
+    phase: str = choice(
+        "henyey-greenstein", ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks"),
+        "how scattered light spreads over directions; each integrates to 1 over the sphere",
+        PBR + ", 11.3",
+    )
+    anisotropy: float = real(
+        0.3,
+        "mean cosine of the angle by which light is turned: above 0 forward",
+        "Henyey and Greenstein 1941", ge=-0.99, le=0.99,
+    )
+    back_anisotropy: float = real(
+        -0.3,
+        "with phase two-lobe: anisotropy of the second lobe",
+        "Henyey and Greenstein 1941", ge=-0.99, le=0.99,
+    )
+    back_share: float = real(0.3, "with phase two-lobe: share of the second lobe", "Henyey and Greenstein 1941", ge=0, le=1)
+    ambient: RGB = rgb(
+        (0.0, 0.0, 0.0),
+        "radiance of light from all sides, which is scattered too",
+        "Hx Volumetric Lighting", "linear", ge=0, le=1e6, slider=(0, 1),
+    )
+    max_distance: float | None = real(
+        None,
+        "how far from the eye the medium reaches; unset: four times the scene's radius",
+        "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(1, 1000), log=True,
+    )
+    lamp_distance: float | None = real(
+        None,
+        "lamps farther from the eye light no medium; unset: all do",
+        "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(1, 1000), log=True,
+    )
+    lamp_fade: float = real(0.2, "the last part of that distance, over which lamps fade", "Hx Volumetric Lighting", ge=0, le=1)
+    extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")

@@ -1,0 +1,160 @@
+"""The table of methods: all that the rest of the program knows of each. It imports no other code, so that help needs no NumPy.
+
+A method is a folder in `scatter/` and an entry here. A method of the screen sums what a picture emits, along rays to a light of the
+image plane; one of a medium integrates what the lights of a scene send into the eye, through shadow maps.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from airlight.errors import AirlightError
+
+ONE_SUN = "one sun"  # of Method.lights
+Code = str | Callable[..., Any]  # a function or class, or `module:name` within the package, imported when it is first needed
+
+
+def _load(code: Code) -> Callable[..., Any]:
+    """Import what `module:name` names."""
+    if not isinstance(code, str):
+        return code
+    module, _, name = code.partition(":")
+    return getattr(import_module(f"airlight.{module}"), name)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True)
+class Method:
+    """Describes a method.
+
+    about: a phrase for the help. options: names of the declared options that it reads, or of their whole groups; what no method names,
+    all read. jitter: where samples lie in their step, where that is unset.
+    plan_by: of the screen, `plan(device, size, light, parameters, target)`, which gives passes of one light with
+    `record(encoder, timer)`, see `scatter.screen.Target`; of a medium, a class as `scatter.march.march.March`.
+    reference_by: of the screen, a function in float64 as `reference.radial.direct`; of a medium, one of arrays.
+    lights_medium: whether it works on the medium of a scene, else on a picture. has_units: whether its layer is radiance.
+    lights: what lights it takes, in words, where not all. is_converged: whether it gives the limit of infinitely many samples.
+    follows_past_light: whether its rays may pass the light. sums_listing: whether it has Listing 13-1's sum beside Eq. 4's.
+    per_sample: whether its raw sum is over samples, not an integral. stencilled: whether it draws in a buffer of 8 bits what a stencil
+    lets through. full_size: why it has no lower resolution, where it has none.
+    light_of_layer: (factor, offset) that make its light of its layer.
+    """
+
+    about: str
+    plan_by: Code
+    reference_by: Code
+    options: frozenset[str]
+    jitter: str = "fixed"
+    lights_medium: bool = False
+    has_units: bool = False
+    lights: str = ""
+    is_converged: bool = False
+    follows_past_light: bool = True
+    sums_listing: bool = False
+    per_sample: bool = False
+    stencilled: bool = False
+    full_size: str = "works at full resolution"
+    light_of_layer: tuple[float, float] = (1.0, 0.0)
+
+    @property
+    def plan(self) -> Callable[..., Any]:
+        return _load(self.plan_by)
+
+    @property
+    def reference(self) -> Callable[..., Any]:
+        return _load(self.reference_by)
+
+
+_SCREEN = frozenset(
+    {"shafts", "occlusion", "normalization", "border", "scale", "occluders", "resolution", "region", "depth_aware", "clear", "jitter"}
+)  # shafts, occlusion, medium, march: groups
+_SHADOWS = frozenset(
+    {"max_distance", "shadow_size", "cascades", "cascade_split", "cascade_blend", "sun_size", "shadow_bias"}
+)  # of the groups medium and march, what all shadow maps need
+
+METHODS: dict[str, Method] = {
+    "epipolar": Method(
+        "the converged sum, at a cost that does not depend on samples",
+        "scatter.epipolar.epipolar:plan",
+        "reference.radial:limit",
+        _SCREEN,
+        is_converged=True,
+        sums_listing=True,
+        full_size="is faster than half resolution already; use quality draft",
+    ),
+    "radial": Method(
+        "the direct sum", "scatter.radial.radial:plan", "reference.radial:direct", _SCREEN, sums_listing=True, per_sample=True, full_size=""
+    ),
+    "bands": Method(
+        "ring by ring around the light", "scatter.bands.bands:plan", "reference.bands:reference", _SCREEN, follows_past_light=False
+    ),
+    "multipass": Method(
+        "three passes of eight samples",
+        "scatter.multipass.multipass:plan",
+        "reference.multipass:reference",
+        _SCREEN,
+        follows_past_light=False,
+    ),
+    "additive": Method(
+        "scaled copies added in an 8-bit buffer, with a stencil",
+        "scatter.additive.additive:plan",
+        "reference.additive:reference",
+        _SCREEN,
+        stencilled=True,
+    ),
+    "march": Method(
+        "the light that a medium scatters, through shadow maps",
+        "scatter.march.march:March",
+        "reference.tracer:layer",
+        frozenset({"medium", "march", "resolution", "jitter"}),
+        jitter="blue",
+        lights_medium=True,
+        has_units=True,
+    ),
+    "article": Method(
+        "its shadows, as the code of an early article sums them",
+        "scatter.article.article:Article",
+        "reference.article:layer",
+        frozenset({"shadow_size", "cascade_split", "cascade_blend"}),
+        lights_medium=True,
+        lights=ONE_SUN,
+        light_of_layer=(5.0, 0.5),
+    ),
+    "article-prose": Method(
+        "as that article's prose says",
+        "scatter.article.article:ArticleProse",
+        "reference.article:layer",
+        _SHADOWS | {"article", "jitter"},
+        lights_medium=True,
+        lights=ONE_SUN,
+        light_of_layer=(5.0, 0.5),
+    ),
+}
+DEFAULT, FOR_MEDIUM, CONVERGED = "epipolar", "march", "epipolar"  # unset; with a medium that names none; the limit of the screen's others
+
+
+def of_screen() -> tuple[str, ...]:
+    """Name the methods that work on pictures, and in scenes on the view."""
+    return tuple(name for name, method in METHODS.items() if not method.lights_medium)
+
+
+def of_medium() -> tuple[str, ...]:
+    """Name the methods that light a medium."""
+    return tuple(name for name, method in METHODS.items() if method.lights_medium)
+
+
+def reading(option: str, group: str) -> tuple[str, ...]:
+    """Name the methods that read an option of a group; () where all do."""
+    return tuple(name for name, method in METHODS.items() if option in method.options or group in method.options)
+
+
+def check_picture(method: str) -> None:
+    """Raise AirlightError for a method that needs a scene."""
+    if method in METHODS and METHODS[method].lights_medium:
+        raise AirlightError(f"method {method} lights the air of a 3-D scene, not of a picture: use it with `airlight render SCENE`")
+
+
+def check_ray(method: str, density: float) -> None:
+    """Raise AirlightError for a ray that the method cannot follow. density: in ways to the light."""
+    if density > 1 and not METHODS[method].follows_past_light:
+        raise AirlightError(f"the rays of method {method} end at the light: use a density of at most 1, or method epipolar or radial")
