@@ -37,6 +37,7 @@ LACKING: set[str] = {
     "scatter/march/ray.wgsl:mean_transmittance",
     "scatter/march/ray.wgsl:pixel_of",
     "scatter/march/ray.wgsl:sunlight",
+    "scatter/march/ray.wgsl:transmittance",
     "scatter/march/ray.wgsl:until",
     "scatter/march/scene.wgsl:henyey_greenstein",
     "scatter/march/scene.wgsl:phase",
@@ -55,7 +56,6 @@ LACKING: set[str] = {
     # the article and the passes of scenes
     "pygfx/merge.wgsl:filmic",
     "pygfx/merge.wgsl:lines",
-    "pygfx/merged.wgsl:through",
     "pygfx/view.wgsl:axial",
     "pygfx/view.wgsl:emits",
     "pygfx/view.wgsl:lights_at",
@@ -76,7 +76,6 @@ UNNAMED: set[str] = {
     "pygfx/merge.wgsl",
     "pygfx/merged.wgsl",
     "pygfx/view.wgsl",
-    "scatter/article/article.wgsl",
 }
 
 
