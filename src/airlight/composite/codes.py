@@ -16,7 +16,7 @@ SETTINGS = struct_dtype(COMPOSITE, "Settings")
 
 
 class CodesComposite:
-    """The passes that put a layer (rgba16float) on a picture's codes (rgba8unorm): `measure`, then `record`, then read `result`."""
+    """Puts a layer (rgba16float) on a picture's codes (rgba8unorm): `measure`, then `record`, then read `result`."""
 
     def __init__(self, device: Device, codes: Any, layer: Any, rule: Rule) -> None:
         width, height, _ = codes.size
@@ -32,7 +32,7 @@ class CodesComposite:
         self.bind = device.bind(COMPOSITE, self.uniform, codes, layer, noise, self.result)
 
     def measure(self, rule: Rule) -> Rule:
-        """Measure the layer as it is now, and settle what the rule leaves open: `blend.measured`."""
+        """Measure the layer as it is now, and resolve what the rule leaves open: `blend.measured`."""
         rule = measured(rule, self.of_layer.read())
         values = np.zeros((), SETTINGS)
         values["peak"], values["haze_floor"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix

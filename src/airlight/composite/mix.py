@@ -16,7 +16,7 @@ SETTINGS = struct_dtype(MIX, "Settings")
 
 
 class LinearComposite:
-    """The pass that puts a layer (rgba16float) on a picture (rgba32float, linear, or rgba8unorm, sRGB codes) into `result`, rgba16float,
+    """Puts a layer (rgba16float) on a picture (rgba32float, linear, or rgba8unorm, sRGB codes) into `result`, rgba16float,
     linear, not yet adapted. picture_scale: `adapt.measured` of the picture alone, for the mix where it is unset and the rule adapts."""
 
     def __init__(self, device: Device, picture: Any, layer: Any, rule: Rule, picture_scale: float) -> None:
@@ -30,7 +30,7 @@ class LinearComposite:
         self.of_layer, self.of_result = Luminances(device, layer), Luminances(device, self.result)
 
     def measure(self, rule: Rule, scale: float = 1.0) -> Rule:
-        """Settle what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
+        """Resolve what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
         if rule.mix is None or (rule.veil and rule.peak is None):
             cover = COVER * (adapt.MIDDLE / self.picture_scale if rule.adapt else 1.0)
             rule = measured(rule, (self.of_layer.read() / scale).astype(np.float32), cover)
@@ -41,7 +41,7 @@ class LinearComposite:
         return rule
 
     def ramp(self) -> adapt.Ramp:
-        """What adapts the result as it is now."""
+        """Find the ramp that adapts the result as it is now."""
         return adapt.measured(self.of_result.read())
 
     def record(self, encoder: Any, timer: Any = None) -> None:

@@ -22,7 +22,8 @@ FAR = 40.0  # diagonals, where they are parallel
 
 @dataclass(frozen=True)
 class Directions:
-    """x, y in widths. angle: towards the light, radians. weight: how sure each is. axial: its opposite is as good."""
+    """Holds directions towards lights. x, y in widths. angle: towards the light, radians. weight: how sure each is. axial: its opposite is
+    as good."""
 
     x: Array
     y: Array
@@ -31,7 +32,7 @@ class Directions:
     axial: bool
 
     def agreement(self, px: Array, py: Array) -> Array:
-        """The weighted share of the directions that point at each of the given places."""
+        """Weigh the share of the directions that point at each of the given places."""
         deviation = np.arctan2(py[:, None] - self.y, px[:, None] - self.x) - self.angle
         turn = np.pi if self.axial else 2 * np.pi
         deviation = (deviation + turn / 2) % turn - turn / 2

@@ -22,7 +22,7 @@ SURROUNDINGS = 1.25  # radii round a part that its window holds
 
 @dataclass(frozen=True)
 class Part:
-    """A connected bright part, in a window of the picture that holds its surroundings.
+    """Holds a connected bright part, in a window of the picture that holds its surroundings.
 
     corner: the window's, (x, y) px. mask, signal, luminance: of the window. typical: the signal's median over the picture. touch:
     the share of the outline, a circle's, that lies on the frame. company: the share of what is as bright that the part is.
@@ -55,7 +55,7 @@ class Part:
 
     @cached_property
     def pixels(self) -> tuple[Array, Array]:
-        """x, y of its pixels in the picture."""
+        """List x, y of its pixels in the picture."""
         y, x = np.nonzero(self.mask)
         return x + self.corner[0], y + self.corner[1]
 
@@ -65,7 +65,7 @@ class Part:
 
     @property
     def radius(self) -> float:
-        """Of the disc of its area, px."""
+        """Compute the radius of the disc of its area, px."""
         return float(np.sqrt(len(self.pixels[0]) / np.pi))
 
     @cached_property
@@ -80,7 +80,7 @@ class Part:
 
     @cached_property
     def hidden(self) -> Array:
-        """The share of each cell of the light field that the part, a little grown, covers."""
+        """Measure the share of each cell of the light field that the part, a little grown, covers."""
         reach = max(2, round(0.15 * self.radius))
         y, x = np.nonzero(box(self.mask.astype(np.float32), reach) > 1e-6)
         height, width = self.signals.shape
@@ -90,7 +90,7 @@ class Part:
         return np.minimum(covered * (rows * columns / (height * width)), 1.0)
 
     def ring(self, inner: float, outer: float) -> Array:
-        """The pixels of the window between two distances, px, from the part."""
+        """Mark the pixels of the window between two distances, px, from the part."""
         grown = self.mask.astype(np.float32)
         return (box(grown, max(1, round(outer))) > 1e-6) & ~(box(grown, max(1, round(inner))) > 1e-6)
 
@@ -108,11 +108,11 @@ class Part:
 
     @property
     def plainness(self) -> float:
-        """1 a wide sky, cut by the frame; 0 a light."""
+        """Rate how plain it is: 1 a wide sky, cut by the frame; 0 a light."""
         return float(smoothstep(self.touch, 0.35, 0.6) * smoothstep(self.share, 0.06, 0.09))
 
     def evenness(self, high: float, low: float) -> float:
-        """The share above `high` of its brightness within what, round it, lies above `low`: large where it is clipped or ends at
+        """Measure the share above `high` of its brightness within what, round it, lies above `low`: large where it is clipped or ends at
         an edge, small where it is shaded as a lit thing is."""
         top = float(np.percentile(self.signal[self.mask], 90))
         marks, _ = label(self.signal > low * top)
@@ -129,7 +129,8 @@ class Part:
         return float(steps[near].mean() / max(float(steps[far].mean()), 1e-3))
 
     def roundness(self) -> float:
-        """1 for a disc, less for a long or an angular part: by its axes and the fourth moment of its whitened pixels."""
+        """Rate its roundness: 1 for a disc, less for a long or an angular part: by its axes and the fourth moment of its whitened
+        pixels."""
         x, y = self.pixels
         if len(x) < 2:  # has no shape
             return 0.0

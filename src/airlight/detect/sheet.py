@@ -78,7 +78,7 @@ def _stroke(codes: Array, distance: Array, half_width: float, color: Array) -> N
 
 
 def _arrow(x: Array, y: Array, at: Array, towards: Array, ring: float) -> Array:
-    """The distances, px, to an arrow within a ring that points from its middle towards a place."""
+    """Measure the distances, px, to an arrow within a ring that points from its middle towards a place."""
     way = (towards - at) / max(float(np.hypot(*(towards - at))), 1e-6)
     along, across = (x - at[0]) * way[0] + (y - at[1]) * way[1], np.abs((y - at[1]) * way[0] - (x - at[0]) * way[1])
     tip = 0.8 * ring
