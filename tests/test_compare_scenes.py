@@ -19,6 +19,7 @@ from airlight.files import read_image
 from airlight.gpu.device import shared_device
 from airlight.options import Composite
 from airlight.reference import tracer
+from airlight.reference.medium import Layer
 from airlight.reference.triangles import world_triangles
 from airlight.scatter.methods import of_medium
 from airlight.scenes import open_scene
@@ -53,7 +54,8 @@ def traced(name):
     here = view(name)
     air = here.settled(chosen(EXACT, name=name)[0])
     triangles = world_triangles(here.stage.scene, here.lights)[0]
-    return tracer.layer(here.camera.view_matrix, here.camera.projection_matrix, SIZE, triangles, here.lamps, air)
+    found = tracer.layer(here.camera.view_matrix, here.camera.projection_matrix, SIZE, triangles, here.lamps, air)
+    return found.radiance, found.path_length
 
 
 def by_hand(found, truth, way):
@@ -127,10 +129,11 @@ def test_the_truth_is_composited_as_the_renderer_does(text):
     v = chosen(text)[0]
     replay = view().replay(v)
     frame = replay.frame(*view().moment, layer=True)
-    mine = view().composited(frame.layer[..., :3], frame.layer[..., 3], v)
+    layer = Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3])
+    mine = view().composited(layer, v)
     off = np.abs(mine - frame.pixels().clip(0, 1))
     assert np.ptp(mine) > 0.2 and off.max() < 0.03 and off.mean() < 0.002
-    without = view().composited(0 * frame.layer[..., :3], frame.layer[..., 3], v)
+    without = view().composited(layer._replace(radiance=0 * layer.radiance), v)
     assert np.abs(without - frame.pixels().clip(0, 1)).mean() > 5 * off.mean()
 
 
@@ -175,13 +178,14 @@ def test_each_medium_has_its_own_truth():
 def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     monkeypatch.setattr(scenes, "FINEST", 2048)
     air = view().settled(chosen(EXACT)[0])
-    light, way, about = view().truth(air, "walk")
+    (light, transmittance, way), about = view().truth(air, "walk")
+    assert np.allclose(transmittance, np.exp(-way[..., None] * air.sigma_t), rtol=1e-5)
     assert "2048 texels, as --against walk asks" in about
     truth, far = traced("window")
     errors = rule.errors(light, truth, rule.clear(far))
     assert errors.rmse < 0.01 and np.allclose(way, far, rtol=1e-3)
     monkeypatch.setattr(scenes, "MOST", 0)
-    again, _, about = view().truth(air, None)
+    (again, *_), about = view().truth(air, None)
     assert "276 triangles are too many" in about and np.array_equal(again, light)
 
 
@@ -190,8 +194,9 @@ def test_mitsuba_is_asked_where_it_is_there(monkeypatch):
 
     def layer(view, projection, size, triangles, lamps, air, casters=None, *, spp=256):
         asked.append((size, triangles.shape, casters.shape, [lamp.kind for lamp in lamps]))
-        light, way = tracer.layer(view, projection, size, triangles, lamps, air, casters)
-        return 1.02 * light, way, np.full_like(light, 0.0013 * 1.02 * light[rule.clear(way)].mean())
+        found = tracer.layer(view, projection, size, triangles, lamps, air, casters)
+        light = 1.02 * found.radiance
+        return found._replace(radiance=light), np.full_like(light, 0.0013 * light[rule.clear(found.path_length)].mean())
 
     monkeypatch.setattr(scenes, "mitsuba", types.SimpleNamespace(layer=layer, ready=lambda: None))
     found = scenes.compare(view(), chosen(EXACT), against="mitsuba", runs=1)

@@ -65,13 +65,17 @@ def layer(
     march: March | None = None,
     size: tuple[int, int] = SIZE,
 ) -> np.ndarray:
-    """(H, W, 4) of the picture that a projection `seen` makes, by a march that may have been used before."""
+    """(H, W, 4) of the picture that a projection `seen` makes, by a march that may have been used before. Its transmittance is checked."""
     device = open_device()
     march = march or March(device, size)
     march.aim(np.eye(4) if view is None else view, projection() if seen is None else seen, lamps, air, jitter=jitter, share=share)
     ends = depths(np.broadcast_to(np.asarray(depth, float), (1, *size[::-1])))
     run_ms(device, lambda encoder: march.record(encoder, ends))
-    return np.frombuffer(device.read(march.layer, 16), np.float32).reshape(*size[::-1], 4)
+    found, transmittance = (
+        np.frombuffer(device.read(texture, 16), np.float32).reshape(*size[::-1], 4) for texture in (march.layer, march.transmittance)
+    )
+    np.testing.assert_allclose(transmittance[..., :3], twin.transmittance(found[..., 3], air.sigma_t), rtol=1e-5)
+    return found
 
 
 def rays(seen: np.ndarray | None = None, size: tuple[int, int] = SIZE) -> tuple[np.ndarray, np.ndarray]:

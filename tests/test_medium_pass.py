@@ -55,8 +55,8 @@ class Stage(PassStage):
         self.draw()
         textures = self.renderer._blender._textures
         found = {name: self.read(textures[key]) for name, key in (("color", "color"), ("out", "altcolor"), ("depth", "depth"))}
-        layer = self.read(shafts.layer).astype(np.float64)
-        return SimpleNamespace(**found, light=layer[..., :3], way=layer[..., 3])
+        layer, transmittance = (self.read(texture).astype(np.float64) for texture in (shafts.layer, shafts.transmittance or shafts.layer))
+        return SimpleNamespace(**found, light=layer[..., :3], way=layer[..., 3], transmittance=transmittance[..., :3])
 
     def read(self, texture: Any) -> np.ndarray:
         return self.texels(texture).squeeze()
@@ -81,10 +81,12 @@ class Known:
         rng = np.random.default_rng(5)
         layer = np.concatenate([rng.uniform(0, 2, (size[1], size[0], 3)), rng.uniform(1, 60, (size[1], size[0], 1))], axis=2)
         self.asked = method, size
-        texture = device.texture(*size, "rgba32float")
-        device.write(texture, layer.astype(np.float32), size[0] * 16)
+        light, transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
+        device.write(light, layer.astype(np.float32), size[0] * 16)
+        device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
         self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        self.march = SimpleNamespace(layer=texture, aim=lambda *_, **__: None, record=lambda *_: None)
+        still = {"aim": lambda *_, **__: None, "record": lambda *_: None}
+        self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
 
 
 @pytest.fixture
@@ -97,19 +99,19 @@ def known(stage: Stage, monkeypatch: Any) -> Stage:
 @pytest.mark.parametrize("mix", [None, 0.4])
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None, tone: str) -> None:
-    medium = Medium(sigma_t=(0.01, 0.05, 0.1), extinction=extinction)
+    medium = Medium(extinction=extinction)
     seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
-    sigma_t = medium.sigma_t if extinction else (0, 0, 0)
-    expected = twin.through(seen.color[..., :3].astype(float), seen.light, seen.way, sigma_t, 1 if mix is None else mix)
+    transmittance = seen.transmittance if extinction else 1.0
+    expected = twin.through(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
     expected = twin.filmic(expected) if tone == "filmic" else expected
     np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
 
 
 def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> None:
-    shafts = known.shafts(medium=Medium(sigma_t=(0.01, 0.05, 0.1)), in_scene=SceneOptions())
+    shafts = known.shafts(in_scene=SceneOptions())
     shafts.debug = "occlusion"
     seen = known.frame(shafts)
-    np.testing.assert_allclose(seen.out[..., :3], np.exp(-np.array([0.01, 0.05, 0.1]) * seen.way[..., None]), rtol=2 * HALF, atol=1e-3)
+    np.testing.assert_allclose(seen.out[..., :3], seen.transmittance, rtol=2 * HALF, atol=1e-3)
     shafts.debug = "source"
     np.testing.assert_allclose(known.frame(shafts).out[..., :3], seen.light, rtol=2 * HALF, atol=1e-6)
     shafts.debug = "lines"
@@ -117,10 +119,9 @@ def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> N
 
 
 def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
-    medium = Medium(sigma_t=(0.02, 0.02, 0.02))
-    shafts = known.shafts(medium=medium, composite=Composite(adapt=1.0))
+    shafts = known.shafts(composite=Composite(adapt=1.0))
     seen = known.frame(shafts)
-    y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.way, medium.sigma_t) @ np.array(twin.REC709)
+    y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
     ramp, _ = twin.balance(y[:: shafts._step(SIZE), :: shafts._step(SIZE)])
     found = np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[:2]
     np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
@@ -141,7 +142,7 @@ def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str
     light.local.position = (0, 0, 4)
     known.scene = gfx.Scene()
     known.scene.add(plate, light)
-    seen = known.frame(known.shafts(SceneLight(light), medium=Medium(sigma_t=(0, 0, 0)), composite=Composite(mix=0)))
+    seen = known.frame(known.shafts(SceneLight(light), medium=Medium(extinction=False), composite=Composite(mix=0)))
     (shining,) = effect.lamps([SceneLight(light)])
     centre = seen.color[SIZE[1] // 2, SIZE[0] // 2, :3]
     irradiance = shining.intensity[0] if lamp == "sun" else shining.intensity[0] / 4**2
@@ -175,6 +176,7 @@ def test_wall_and_air_keep_the_ratio_of_the_equations(stage: Stage) -> None:
     np.testing.assert_allclose(seen.way, np.where(wall, 5 * length, 12.0), rtol=1e-4)
     air = 0.8 * 3 / (4 * np.pi) * -np.expm1(-sigma_t * seen.way[..., None])
     np.testing.assert_allclose(seen.light, air, rtol=1e-4)
+    np.testing.assert_allclose(seen.transmittance, np.exp(-sigma_t * seen.way[..., None]), rtol=1e-5)
     np.testing.assert_allclose(seen.color[wall][:, :3], 3 / np.pi, rtol=2e-3)
     out = np.exp(-sigma_t * seen.way[..., None]) * seen.color[..., :3] + air
     np.testing.assert_allclose(seen.out[..., :3], out, rtol=4 * HALF)

@@ -22,7 +22,7 @@ FAR = Lamp("point", (900.0, 800.0, 700.0), (12.0, 3.0, 3.0))  # outside the medi
 @pytest.mark.parametrize("phase", ["henyey-greenstein", "two-lobe", "isotropic", "rayleigh"])
 def test_a_sun_on_a_slab_has_its_closed_form(phase: str) -> None:
     sun, thin = LAMPS["sun"], air(phase=phase, anisotropy=0.4, back_anisotropy=-0.3, back_share=0.4, albedo=(0.9, 0.5, 0.0))
-    found, way, halves = mitsuba.layer(*look(), SIZE, WALL, [sun], thin, spp=4000)
+    (found, _, way), halves = mitsuba.layer(*look(), SIZE, WALL, [sun], thin, spp=4000)
     np.testing.assert_allclose(way[2, 3:5], 9.0, rtol=0.02)
     truth = tracer.layer(*look(), SIZE, WALL, [sun], thin)[0]
     middle = found[2, 3:5].mean(axis=0)  # rays almost along -z
@@ -36,7 +36,7 @@ def test_a_sun_on_a_slab_has_its_closed_form(phase: str) -> None:
 @pytest.mark.parametrize(("lamp", "reach"), [(SPOT, 20.0), (POINT, 20.0), (FAR, 8.0)], ids=["spot", "point", "far"])
 def test_a_lamp_is_the_tracers(lamp: Lamp, reach: float) -> None:
     thin = air(sigma_t=(0.05, 0.1, 0.1), max_distance=reach, anisotropy=0.3)
-    found, _, halves = mitsuba.layer(*look(), SIZE, square(-30.0), [lamp], thin, spp=20000)
+    (found, _, _), halves = mitsuba.layer(*look(), SIZE, square(-30.0), [lamp], thin, spp=20000)
     truth = tracer.layer(*look(), SIZE, square(-30.0), [lamp], thin)[0]
     noise = np.sqrt(np.mean(halves**2))
     assert noise < 0.03 * truth.mean()
@@ -47,7 +47,7 @@ def test_a_lamp_is_the_tracers(lamp: Lamp, reach: float) -> None:
 @pytest.mark.slow
 def test_what_stands_in_the_light_hides_it() -> None:
     roof = square(0.0)[:, :, [0, 2, 1]] + [0.0, 4.0, 100.0]  # over the half in front of z = 0, at y = 4
-    found = mitsuba.layer(*look(), SIZE, np.concatenate([WALL, roof]), [LAMPS["sun"]], air(), spp=4000)[0]
+    found = mitsuba.layer(*look(), SIZE, np.concatenate([WALL, roof]), [LAMPS["sun"]], air(), spp=4000)[0].radiance
     truth = tracer.layer(*look(), SIZE, np.concatenate([WALL, roof]), [LAMPS["sun"]], air())[0]
     bare = tracer.layer(*look(), SIZE, WALL, [LAMPS["sun"]], air())[0]
     assert truth.mean() < 0.7 * bare.mean()

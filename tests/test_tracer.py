@@ -88,7 +88,7 @@ def test_a_picture_is_what_small_steps_sum_up_to(kind: str, flat: bool) -> None:
     """Some pixels, 3,000 steps each, on a wall behind 12 triangles: what culling leaves out would be missed."""
     triangles, lamp, medium = np.concatenate([scattered(3), square(-3.0)]), LAMPS[kind], air(anisotropy=0.6)
     view, projection = look(flat=flat)
-    light, reach = tracer.layer(view, projection, (48, 27), triangles, [lamp], medium)
+    light, _, reach = tracer.layer(view, projection, (48, 27), triangles, [lamp], medium)
     for x, y in ((10, 12), (24, 13), (25, 20), (33, 9)):
         u, v = (x + 0.5) / 48 * 2 - 1, 1 - (y + 0.5) / 27 * 2
         ray = np.linalg.inv(projection) @ [u, v, 0.5, 1]
@@ -127,12 +127,12 @@ def fast_blocked(points: np.ndarray, lamp: Lamp, triangles: np.ndarray) -> np.nd
 def test_the_first_surface_ends_a_ray_and_so_does_the_greatest_distance() -> None:
     view, projection = look()
     triangles = np.concatenate([square(-3.0), square(2.0, 1.0)])
-    _, reach = tracer.layer(view, projection, SIZE, triangles, [], air(max_distance=9.5))
+    reach = tracer.layer(view, projection, SIZE, triangles, [], air(max_distance=9.5)).path_length
     _, rays, slope = tracer._rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
     assert reach[4, 8] == pytest.approx(4 * slope[0], rel=1e-12)
     assert reach[0, 0] == 9.5 and reach[4, 1] == 9.5 and reach[4, 4] == pytest.approx(9 * np.linalg.norm([1, rays[0, 1]]), rel=0.1)
-    assert np.all(tracer.layer(view, projection, SIZE, square(5.995), [], air())[1] == 20.0)  # before the near plane
-    assert np.all(tracer.layer(*look(far=5.0), SIZE, triangles, [], air())[1][0] == 20.0)  # beyond the far plane
+    assert np.all(tracer.layer(view, projection, SIZE, square(5.995), [], air()).path_length == 20.0)  # before the near plane
+    assert np.all(tracer.layer(*look(far=5.0), SIZE, triangles, [], air()).path_length[0] == 20.0)  # beyond the far plane
 
 
 def test_a_slab_of_sunlight() -> None:
@@ -140,7 +140,8 @@ def test_a_slab_of_sunlight() -> None:
     view, projection = look()
     roof = np.array([[[-50, 3, 60], [50, 3, 60], [50, 3, 2.0]], [[-50, 3, 60], [50, 3, 2.0], [-50, 3, 2.0]]])
     medium, sun = air(ambient=(0.1, 0.2, 0.3), phase="rayleigh"), Lamp("sun", (1.0, 2.0, 3.0), direction=(0.0, 1.0, 0.0))
-    light, reach = tracer.layer(view, projection, SIZE, square(-3.0), [sun], medium, roof)
+    light, transmittance, reach = tracer.layer(view, projection, SIZE, square(-3.0), [sun], medium, roof)
+    np.testing.assert_allclose(transmittance, np.exp(-reach[..., None] * medium.sigma_t), rtol=1e-12)
     _, ray, slope = tracer._rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
     t0, t1, s = 4 * slope[0], reach[4, 8], medium.sigma_t
     cosine = float(ray[0] @ (0, 1, 0))

@@ -34,8 +34,10 @@ class Drawn:
     air: Settled
 
     def traced(self) -> tuple[np.ndarray, np.ndarray]:
+        """(H, W, 3) the true light, and (H, W) metres of the rays."""
         height, width = self.layer.shape[:2]
-        return tracer.layer(self.view, self.projection, (width, height), self.seen, self.lamps, self.air, self.casting)
+        found = tracer.layer(self.view, self.projection, (width, height), self.seen, self.lamps, self.air, self.casting)
+        return found.radiance, found.path_length
 
 
 @dataclass(frozen=True)
@@ -87,8 +89,8 @@ def by_mitsuba(name: str) -> tuple[np.ndarray, np.ndarray]:
     for sun in (True, False):
         some = [lamp for lamp in drawn.lamps if lamp.is_sun == sun]
         rays = SPP[sun] * MORE.get(name, 1)
-        found = mitsuba.layer(drawn.view, drawn.projection, (width, height), drawn.seen, some, drawn.air, drawn.casting, spp=rays)
-        light += found[0], found[2]
+        found, noise = mitsuba.layer(drawn.view, drawn.projection, (width, height), drawn.seen, some, drawn.air, drawn.casting, spp=rays)
+        light += found.radiance, noise
     return light[0], light[1]
 
 

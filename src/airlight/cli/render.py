@@ -456,7 +456,7 @@ class _Work:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **air}
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
         if task.layer is not None:
-            more = {"bits": 32, **air} if frame.sigma_t is not None and layer_exr else {}
+            more = {"bits": 32, **air} if frame.layer_transmittance is not None and layer_exr else {}
             files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
             files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)

@@ -22,6 +22,7 @@ from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lamps import lamps
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
+from airlight.reference.medium import Layer
 from airlight.reference.triangles import world_triangles
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
@@ -90,10 +91,10 @@ class View:
         factor, offset = METHODS[v.parameters.method].light_of_layer
         return factor * layer + offset, frame.pixels()
 
-    def composited(self, light: Array, way: Array, v: Variant) -> Array:
-        """(H, W, 3) the surfaces seen through the variant's medium with this light, as a display shows it."""
-        sigma_t = self.settled(v).sigma_t if v.medium.extinction else np.zeros(3)
-        color = reference.through(self.surfaces, light, way, sigma_t, 1.0 if v.composite.mix is None else v.composite.mix)
+    def composited(self, layer: Layer, v: Variant) -> Array:
+        """(H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
+        transmittance = layer.transmittance if v.medium.extinction else 1.0
+        color = reference.through(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measured(np.asarray(color @ REC709_F32)), v.composite.adapt)
@@ -101,9 +102,8 @@ class View:
 
     # ------------------------------------------------------------ truths
 
-    def truth(self, air: Settled, against: str | None) -> tuple[Array, Array, str]:
-        """(H, W, 3) light and (H, W) the way to which it is summed, metres; and by what. against: tracer, walk or
-        mitsuba; None: the tracer where it can, else the walk."""
+    def truth(self, air: Settled, against: str | None) -> tuple[Layer, str]:
+        """The true layer, and by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
         if against == "walk":
             return self._walked(air, "as --against walk asks")
         try:
@@ -115,17 +115,17 @@ class View:
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
         what = seen, self.lamps, air, casting
         if against == "mitsuba":
-            light, way, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-            where = rule.clear(way)
-            alone = rule.errors(light + noise, light, where).rmse if where.any() else 0.0
+            layer, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+            where = rule.clear(layer.path_length)
+            alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
-            return light, way, about
+            return layer, about
         if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
             return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")
-        light, way = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-        return light, way, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
+        layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+        return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
 
-    def _walked(self, air: Settled, why: str) -> tuple[Array, Array, str]:
+    def _walked(self, air: Settled, why: str) -> tuple[Layer, str]:
         cascades = CASCADES if any(lamp.is_sun for lamp in self.lamps) else 1
         march = March(steps="exact", cascades=cascades)
         layers = sum(maps.layers(lamp, dataclasses.replace(air, march=march)) for lamp in self.lamps)
@@ -134,10 +134,10 @@ class View:
             side //= 2
         march = msgspec.structs.replace(march, shadow_size=side)
         studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=air.medium, march=march)
-        layer = studio.frame(*self.moment, layer=True).layer
-        assert layer is not None
+        frame = studio.frame(*self.moment, layer=True)
+        assert frame.layer is not None and frame.layer_transmittance is not None
         about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
-        return layer[..., :3], layer[..., 3], about
+        return Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3]), about
 
 
 def compare(
@@ -162,15 +162,15 @@ def compare(
     for v in variants:
         if v.medium in found:
             continue
-        true, way, about = view.truth(view.settled(v), against)
-        where = rule.clear(way)
+        layer, about = view.truth(view.settled(v), against)
+        true, where = layer.radiance, rule.clear(layer.path_length)
         if not where.any():
             raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
         mean = float(true[where].mean())
         if not mean > 0:
             raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
         found[v.medium] = len(truths), true, where, mean
-        shown = fit(view.composited(true, way, v), box)
+        shown = fit(view.composited(layer, v), box)
         truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
     lights = [view.light(v) for v in variants]
     copy_ms, costs = _costs(view, variants, runs)

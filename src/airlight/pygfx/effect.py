@@ -46,7 +46,6 @@ VIEW = np.dtype(
         ("clear", "f4", 3),
     ]
     + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
-    + [("sigma_t", "f4", 3), ("", "f4")]
     + [("cone", CONE, MOST), ("aim", AIM, MOST)]
 )
 Region = tuple[float, float, float, float]
@@ -110,8 +109,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
     which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
-    linear, rgba16float; of a medium there is no source, and the layer is rgba32float: radiance, and the way through the medium in metres,
-    of `air`. Raises AirlightError.
+    linear, rgba16float; of a medium, `air`, there is no source, and the layer is rgba32float: in-scattered radiance, and the length of the
+    ray through the medium in metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -185,6 +184,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._textures.layer if self._textures else None
 
     @property
+    def transmittance(self) -> Any:
+        """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
+        return self._world.march.transmittance if self._world else None
+
+    @property
     def air(self) -> Settled | None:
         """The medium of the last frame, with nothing unset; None where none is lit."""
         return self._air if self._world else None
@@ -250,9 +254,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)
+        merging = {"WORLD": True, "EXTINCTION": self.medium.extinction and self.transmittance is not None}
         passes = {
-            "measure": device.pipeline(BALANCE, "measure", STEP=step, WORLD=True),
-            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, WORLD=True, **self._last()),
+            "measure": device.pipeline(BALANCE, "measure", STEP=step, **merging),
+            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, **merging, **self._last()),
         }
         binds = self._bound(color, depth, None)
         world.march.record(command_encoder, depth, timer)
@@ -342,7 +347,6 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if scene.clear is not None:
             view["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
         view["mix"] = 1.0 if self.composite.mix is None else self.composite.mix
-        view["sigma_t"] = self._air.sigma_t if self._world and self._air and self.medium.extinction else 0.0
         view["reach"], view["adapt"] = scene.depth_aware, self.composite.adapt
         settle = not self._settled or self.dt <= 0 or scene.adapt_seconds == 0
         view["follow"] = 1.0 if settle else -math.expm1(-self.dt / scene.adapt_seconds)
@@ -385,7 +389,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
                 self._binds.clear()
             device, shared = self.device, (self._uniform, color, depth)
             source, layer, scattered = (made.source, made.layer, color) if made else (color, color, self.layer)
-            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance)
+            transmittance = color if self.transmittance is None else self.transmittance
+            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance, transmittance)
             # all are held, so that no id is used again
             self._binds[key] = {"": after, "measure": device.bind(BALANCE, *after), "merge": device.bind(MERGE, *after, source)}
             if made:

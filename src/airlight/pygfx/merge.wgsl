@@ -6,7 +6,7 @@ override SHOW: u32 = 0u;        // 0 the picture, 1 occlusion, 2 source, 3 lines
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(7) var<storage, read> balance: array<f32>; // balance.wgsl: scale, white
-@group(0) @binding(8) var source: texture_2d<f32>;
+@group(0) @binding(9) var source: texture_2d<f32>;
 
 /// The ACES curve and its desaturation, fitted by Stephen Hill (BakingLab, ACES.hlsl), at the exposure usual with it, 1 / 0.6.
 fn filmic(color: vec3f) -> vec3f {
@@ -40,10 +40,7 @@ fn lines(uv: vec2f, color: vec3f) -> vec3f {
 fn shown(p: vec2i, pixel: vec4f) -> vec4f {
     let uv = (vec2f(p) + 0.5) * view.pixel;
     if (SHOW == 3u) { return vec4f(lines(uv, pixel.rgb), 1.0); }
-    if (WORLD) {
-        let air = textureLoad(aside, p, 0);
-        return vec4f(select(air.rgb, through(air.a), SHOW == 1u), 1.0);
-    }
+    if (WORLD) { return vec4f(select(textureLoad(aside, p, 0).rgb, transmitted(p), SHOW == 1u), 1.0); }
     if (!LIT) { return vec4f(0.0, 0.0, 0.0, 1.0); } // the source is that of an earlier frame
     let emitted = textureSampleLevel(source, linear, view.region.xy + view.region.zw * uv, 0.0).rgb;
     return vec4f(select(emitted, vec3f(f32(any(emitted > vec3f(0.0)))), SHOW == 1u), 1.0);

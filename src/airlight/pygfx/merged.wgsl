@@ -4,15 +4,18 @@ override CONTRAST: bool = false;
 override GATHER: bool = false;  // shafts gather with the distance
 override LIT: bool = false;     // there is a light
 override WORLD: bool = false;   // a medium is lit
+override EXTINCTION: bool = false; // the medium attenuates what is behind it, by its layer's transmittance
 
 @group(0) @binding(3) var layer: texture_2d<f32>;
 @group(0) @binding(4) var linear: sampler;
 @group(0) @binding(5) var<storage, read> looked: array<f32>; // look.wgsl
-@group(0) @binding(6) var aside: texture_2d<f32>; // of a medium: its light, and the way through it, m
+@group(0) @binding(6) var aside: texture_2d<f32>; // of a medium: in-scattered radiance
+@group(0) @binding(8) var transmittance: texture_2d<f32>; // of the same layer
 
-/// What a medium lets through on a way.
-fn through(way: f32) -> vec3f {
-    return select(exp(-view.sigma_t * way), vec3f(1.0), view.sigma_t == vec3f(0.0));
+/// Read what of a surface's radiance the medium before it lets through.
+fn transmitted(p: vec2i) -> vec3f {
+    if (!EXTINCTION) { return vec3f(1.0); }
+    return textureLoad(transmittance, p, 0).rgb;
 }
 
 /// (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
@@ -33,8 +36,7 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
 fn merged(p: vec2i) -> vec4f {
     let pixel = textureLoad(scene, p, 0);
     if (WORLD) {
-        let air = textureLoad(aside, p, 0);
-        let color = pixel.rgb * through(air.a) + view.mix * air.rgb;
+        let color = pixel.rgb * transmitted(p) + view.mix * textureLoad(aside, p, 0).rgb;
         return vec4f(color, f32(any(color != pixel.rgb)));
     }
     if (!LIT) { return vec4f(pixel.rgb, 0.0); }

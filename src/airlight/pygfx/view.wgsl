@@ -34,7 +34,6 @@ struct View {
     adapt: f32,
     follow: f32,                // share of the way to what adaptation measures now
     counts: vec2u,              // of cones and aims; the rest of each is dark
-    sigma_t: vec3f,             // 1/m, of a medium that surfaces are dimmed through, else 0
     cone: array<Cone, 8>,
     aim: array<Aim, 8>,
 }

@@ -1,7 +1,7 @@
 """Light that a medium scatters: float64 twins of scatter/march/scene.wgsl, ray.wgsl and upsample.wgsl."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,14 @@ from airlight.lamps import Lamp
 from airlight.medium import Settled
 
 Array = npt.NDArray[np.floating[Any]]
+
+
+class Layer(NamedTuple):
+    """What a medium does to a picture: (H, W, 3) in-scattered radiance, (H, W, 3) transmittance 0..1, (H, W) metres of each ray in it."""
+
+    radiance: Array
+    transmittance: Array
+    path_length: Array
 
 
 def henyey_greenstein(cosine: Any, g: float) -> Array:
@@ -51,6 +59,11 @@ def scattered(lamp: Lamp, air: Settled, direction: Array, points: Array, t: Arra
 def taken_at(size: int, pixels: int) -> npt.NDArray[np.int64]:
     """The pixels, of so many along a side, at whose centres a march of a smaller size is computed."""
     return np.minimum((2 * np.arange(size) + 1) * pixels // (2 * size), pixels - 1)
+
+
+def transmittance(t: Any, sigma_t: Any) -> Array:
+    """(..., 3) e^(-sigma_t t) (Beer-Lambert) over paths t (...), m, in a medium of sigma_t (3,), 1/m."""
+    return np.asarray(np.exp(-np.asarray(t, float)[..., None] * np.asarray(sigma_t, float)))
 
 
 def until(t: Any, sigma_t: Any) -> Array:

@@ -24,6 +24,7 @@ from airlight.errors import AirlightError
 from airlight.lamps import Lamp
 from airlight.medium import Settled
 from airlight.projection import eye_rays
+from airlight.reference.medium import Layer, transmittance
 
 Array = npt.NDArray[Any]
 SHEET = 1e-5  # of max_distance, half the thickness of a row's medium: far above the rounding of a ray in float32
@@ -44,9 +45,9 @@ def layer(
     *,
     spp: int = 256,
     seed: int = 0,
-) -> tuple[Array, Array, Array]:
-    """(H, W, 3) radiance and (H, W) distance as of `tracer.layer`, and (H, W, 3) half the difference of two independent halves of the
-    samples: on the mean over pixels, its square is that of the error of the radiance.
+) -> tuple[Layer, Array]:
+    """The layer as of `tracer.layer`, and (H, W, 3) half the difference of two independent halves of the samples: on the mean over pixels,
+    its square is that of the error of the radiance.
 
     spp: rays of a pixel, lamp and sigma_t; Mitsuba's samplers take some more. The camera has perspective, and what is nearer than its
     near plane is seen. Raises AirlightError for what Mitsuba has not: the Cornette-Shanks phase function, ambient light, a range of lamps,
@@ -70,7 +71,8 @@ def layer(
         for sigma in np.unique(air.sigma_t[albedo * factor > 0]):
             grey = _grey(mi, eye, rays, mesh, lamp, air, float(sigma), (spp + 1) // 2, seed)
             halves += np.where(air.sigma_t == sigma, albedo * factor, 0) * grey[..., None]
-    return halves.mean(axis=0), _way(mi, eye, rays, mesh, air.max_distance), (halves[0] - halves[1]) / 2
+    reach = _way(mi, eye, rays, mesh, air.max_distance)
+    return Layer(halves.mean(axis=0), transmittance(reach, air.sigma_t), reach), (halves[0] - halves[1]) / 2
 
 
 def _refuse(triangles: Array, casters: Array | None, lamps: Sequence[Lamp], air: Settled, flat: bool) -> None:

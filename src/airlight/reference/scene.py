@@ -71,9 +71,9 @@ def gathered(added: Array, distance: Array, reach: float) -> Array:
     return np.asarray(added * -np.expm1(-distance / reach)[..., None])
 
 
-def through(color: Array, layer: Array, way: Array, sigma_t: Any, mix: float = 1.0) -> Array:
-    """A picture (..., 3) seen on a way (...), m, through a medium of sigma_t (3,), 1/m, with the light of that (..., 3)."""
-    return np.asarray(color * np.exp(-np.asarray(sigma_t) * way[..., None]) + mix * layer)
+def through(color: Array, layer: Array, transmittance: Any, mix: float = 1.0) -> Array:
+    """A picture (..., 3) seen through a medium of transmittance (..., 3), or 1, with its in-scattered radiance (..., 3)."""
+    return np.asarray(color * transmittance + mix * layer)
 
 
 def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:

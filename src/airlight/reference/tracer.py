@@ -27,8 +27,8 @@ NARROW = 1e-9  # m: a ray is no nearer to a lamp
 
 def layer(
     view: Any, projection: Any, size: tuple[int, int], triangles: Array, lamps: Sequence[Lamp], air: Settled, casters: Array | None = None
-) -> tuple[Array, Array]:
-    """(H, W, 3) radiance that reaches the eye from the medium, and (H, W) the distance from the eye to which it was summed, metres.
+) -> medium.Layer:
+    """The layer of a medium: radiance that it scatters to the eye, transmittance, and the distance from the eye to which these are summed.
 
     view, projection: (4, 4) of the camera; size: (width, height), one ray through the centre of each pixel. triangles: (N, 3, 3), world,
     what the eye sees; casters: (M, 3, 3) what hides light, None: the same. Both sides of them do.
@@ -58,7 +58,7 @@ def layer(
                 shares = gathered(origin, ray, *lit(origin, ray, t, planes[chosen]), lamp, air)
                 found = found + lamp.seen_from(into[:3, 3], air.medium.lamp_distance, air.medium.lamp_fade) * shares
             light[where], reach[where] = found.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
-    return light, reach
+    return medium.Layer(light, medium.transmittance(reach, air.sigma_t), reach)
 
 
 # ---------------------------------------------------------------- rays

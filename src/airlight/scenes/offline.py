@@ -52,8 +52,8 @@ class Frame:
 
     picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
     mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
-    the view fills `region` (left, top, width, height, of 1). sigma_t: (3,) 1/m of a medium that is lit, whose layer is (H, W, 4) float32:
-    radiance, and the way through it in metres.
+    the view fills `region` (left, top, width, height, of 1). Of a medium that is lit the layer is (H, W, 4) float32: in-scattered radiance,
+    and metres of the ray in it; layer_transmittance: (H, W, 3) float32 of the same.
     """
 
     picture: np.ndarray
@@ -66,7 +66,7 @@ class Frame:
     layer: np.ndarray | None = None
     region: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     source: np.ndarray | None = None
-    sigma_t: np.ndarray | None = None
+    layer_transmittance: np.ndarray | None = None
 
     def pixels(self) -> np.ndarray:
         """(height, width, 3) float32."""
@@ -90,7 +90,7 @@ class Frame:
         """(height, width, 3) float32: what the shafts add to the picture; of a medium its radiance, whatever the mix. Twin: `added` in
         pygfx/merged.wgsl."""
         assert self.layer is not None
-        if self.sigma_t is not None:
+        if self.layer_transmittance is not None:
             return box(self.layer[..., :3], self.samples)
         height, width = self.picture.shape[:2]
         left, top, across, down = self.region
@@ -105,9 +105,7 @@ class Frame:
 
     def transmittance(self) -> np.ndarray | None:
         """(height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
-        if self.sigma_t is None or self.layer is None:
-            return None
-        return box(np.exp(-self.sigma_t.astype(np.float32) * self.layer[..., 3:]), self.samples)
+        return None if self.layer_transmittance is None else box(self.layer_transmittance, self.samples)
 
 
 def box(values: np.ndarray, n: int) -> np.ndarray:
@@ -204,7 +202,9 @@ class Studio:
             found.depth = self.read(shafts.depths, np.float32)[..., 0]
         if layer:
             found.layer, found.region = self.read(shafts.layer, np.float32 if medium else np.float16), shafts._region
-            found.sigma_t = shafts.air.sigma_t if medium and shafts.air is not None else None
+            if medium:
+                clear = np.ones((*found.layer.shape[:2], 3), np.float32)
+                found.layer_transmittance = clear if shafts.transmittance is None else self.read(shafts.transmittance, np.float32)[..., :3]
         if source and not medium:
             found.source = self.read(shafts.source, np.float16)
             if not shafts.lit:

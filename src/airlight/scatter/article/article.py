@@ -38,6 +38,7 @@ class Article:
     """
 
     name, entry = "article", "article"
+    transmittance: Any = None  # 1 everywhere
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels

@@ -39,12 +39,14 @@ def no_shadow(device: Device) -> Any:
 class March:
     """Lights in a medium, for pictures of a size (width, height).
 
-    layer: texture of that size, rgba32float: in-scattered radiance, and T, how far the ray goes, metres. It holds what `record` made.
+    layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
+    of the ray in the medium, metres. transmittance: RGB, 0..1, of that length.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
         self.layer = device.texture(*pixels, "rgba32float")
+        self.transmittance = device.texture(*pixels, "rgba32float")
         self.size = pixels
         self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
         self._lights: list[Any] = []
@@ -90,17 +92,18 @@ class March:
             self._fit_tiles()
         self._names = [lamp.kind for lamp, _ in lamps] or ["ambient"]
         self._pipelines = []
+        small = self.size != self.pixels
         for i, (lamp, shadow) in enumerate(lamps):
             self.device.queue.write_buffer(self._lights[i], 0, light_record(lamp, shadow, view, air).tobytes())
             biased = bool(air.march.shadow_bias)
-            chosen = {"KIND": KINDS[lamp.kind], "PHASE": air.lobes(lamp)[0], "FIRST": i == 0, "BIASED": biased}
+            chosen = {"KIND": KINDS[lamp.kind], "PHASE": air.lobes(lamp)[0], "FIRST": i == 0, "BIASED": biased, "UPSAMPLED": small}
             if not air.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(air.march.shadow_filter)}
                 chosen["SNAP"] = air.march.snap
                 chosen["CASCADES"] = lamp.is_sun and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lamps:
-            self._pipelines.append(self.device.pipeline(path, "march", KIND=DARKNESS))
+            self._pipelines.append(self.device.pipeline(path, "march", KIND=DARKNESS, UPSAMPLED=small))
 
     def _fit_tiles(self) -> None:
         """Have a buffer for the tiles of each light's shadow map."""
@@ -134,7 +137,7 @@ class March:
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light = self._lights[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
+        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light, self.transmittance)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Record the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
@@ -146,7 +149,7 @@ class March:
         if self.size != self.pixels:
             counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
-            parts = (self._frame, self._lights[0], depth, self._shadows[0], self._layers[0], self.layer)
+            parts = (self._frame, self._lights[0], depth, self._shadows[0], self._layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, *parts), counts, "upsample", timer)
 
     def _tile(self, encoder: Any, timer: Timer | None) -> None:

@@ -39,6 +39,11 @@ fn mean_transmittance(x: vec3f) -> vec3f {
     return select((1.0 - exp(-x)) / max(x, vec3f(1e-20)), series, x < vec3f(0.25));
 }
 
+/// Transmittance over t metres of the ray, e^(-sigma_t t) (Beer-Lambert). Twin: transmittance.
+fn transmittance(t: f32) -> vec3f {
+    return select(exp(-frame.sigma_t * t), vec3f(1.0), frame.sigma_t == vec3f(0.0));
+}
+
 /// Integral of e^(-sigma_t t) from 0 to t, metres.
 fn until(t: f32) -> vec3f {
     return t * mean_transmittance(frame.sigma_t * t);

@@ -158,5 +158,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (counted.views == 0u) { sum += lamp_stretch(ray, near, in_full(ray, range), range); }
         for (var i = 0u; i < counted.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    store_layer(id.xy, ray, sum);
 }

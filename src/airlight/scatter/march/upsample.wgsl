@@ -1,5 +1,6 @@
 // From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away. Twin: reference/medium.py.
 //! include "scatter/march/ray.wgsl"
+@group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
 const SHARP = 24.0;             // how fast a neighbour loses weight with the difference of the ways, of the shorter one
 const APART = 0.2;              // the same, from which a neighbour shows something else
@@ -63,6 +64,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         var color = sum.rgb / sum.a;
         if (least > APART) { color = from_afar(at, reach, likest); }
         textureStore(layer, pixel, vec4f(color, reach));
+        textureStore(layer_transmittance, pixel, vec4f(transmittance(reach), 1.0));
         n += 1u;
     }
 }

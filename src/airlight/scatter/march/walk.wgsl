@@ -142,5 +142,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (KIND == 0u) { total *= sunlight(ray); }
         sum += total;
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    store_layer(id.xy, ray, sum);
 }
