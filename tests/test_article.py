@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calling import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from written import depth_texture
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
+from airlight.gpu.structs import struct_dtype
 from airlight.lamps import Lamp
 from airlight.medium import Settled, settle
 from airlight.options import March, Medium, Parameters
@@ -271,6 +273,23 @@ def test_the_angle_is_macklins_integral(angle: float, distance: float) -> None:
     weights = distance * np.sin(np.pi * (np.arange(20000) + 0.5) / 20000) * np.pi / 40000
     places = t[:, None] * direction - towards
     np.testing.assert_allclose(out, (weights / (places * places).sum(axis=1)).sum(), rtol=2e-2 if angle < 0.2 else 1e-3)
+
+
+def test_functions_are_their_twins() -> None:
+    """At the pole least is all that counts; borders of maps are held or not by STRICT."""
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    directions[:2] = SUN, -SUN
+    distances, least = rng.uniform(0, 480, 200), rng.uniform(1e-3, 0.1, 200)
+    out = call("scatter/article/article.wgsl", "inscatter", [directions, SUN, distances, least])
+    np.testing.assert_allclose(out, twin.inscatter(directions, SUN, distances, least), rtol=2e-4)
+    texels = np.append(rng.uniform(-2, SIDE + 2, (200, 2)), [[0.5 * SIDE, 0.0], [0.5, 0.5]], axis=0)
+    light = np.zeros((), struct_dtype("scatter/article/article.wgsl", "Light"))
+    light["side"] = SIDE
+    for strict in (False, True):
+        held = call("scatter/article/article.wgsl", "holds", [texels], constants={"STRICT": strict}, bindings={"light": light})
+        assert np.array_equal(held, twin.holds(texels, SIDE, strict)) and 0.5 < held.mean() < 1
 
 
 def test_towards_the_sun_and_away_it_stays_finite() -> None:

@@ -14,7 +14,7 @@ from airlight.gpu.structs import dtype_of, struct_dtype
 PACKAGE = Path(airlight.__file__).parent
 RNG = np.random.default_rng(3)
 # dtypes of shaders' records that are still written by hand, to be made by struct_dtype
-BY_HAND = {"pygfx/effect.py", "scatter/march/records.py", "scatter/article/article.py"}
+BY_HAND = {"pygfx/effect.py", "scatter/march/records.py"}
 
 
 def test_layout() -> None:

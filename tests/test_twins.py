@@ -90,8 +90,6 @@ LACKING: set[str] = {
     "pygfx/view.wgsl:radiance",
     "pygfx/view.wgsl:view_ray",
     "pygfx/view.wgsl:with_light",
-    "scatter/article/article.wgsl:holds",
-    "scatter/article/article.wgsl:inscatter",
 }
 # Files whose comments name twins in another form, or such as do not exist: to be emptied.
 UNNAMED: set[str] = {
@@ -129,7 +127,6 @@ UNNAMED: set[str] = {
     "pygfx/merge.wgsl",
     "pygfx/merged.wgsl",
     "pygfx/view.wgsl",
-    "scatter/article/article.wgsl",
 }
 
 

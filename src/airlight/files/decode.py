@@ -4,14 +4,14 @@ import contextlib
 import os
 import stat
 import threading
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError
 from airlight.files import extras
+from airlight.messages import tell
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -43,10 +43,6 @@ _MAGIC = (
     (b"PF", "pnm"),
     (b"Pf", "pnm"),
 )
-
-
-def tell(message: str, level: int = 3) -> None:
-    warnings.warn(message, AirlightWarning, stacklevel=level)
 
 
 @contextlib.contextmanager

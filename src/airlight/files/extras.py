@@ -66,7 +66,7 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     """(H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif tags. Arguments as `decode_raw`."""
     import OpenImageIO as oiio
 
-    from airlight.files.decode import tell
+    from airlight.messages import tell
 
     heif = _library("pillow_heif", "heic", path)
     try:

@@ -12,8 +12,9 @@ from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError
 from airlight.files import spaces
 from airlight.files.colour import Profile
-from airlight.files.decode import decode, tell
+from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
+from airlight.messages import tell
 
 COARSE = 1500  # px of the longer side of a coarse copy, about
 OnDamage = Literal["error", "warn", "ignore"]

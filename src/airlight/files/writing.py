@@ -13,8 +13,9 @@ import numpy as np
 from airlight.colour import alpha_of, encode_codes, is_neutral
 from airlight.errors import AirlightError, MachineError
 from airlight.files.atomic import check_output, output_format, replacing, scratch
-from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem, tell
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
 from airlight.files.images import Picture, upright
+from airlight.messages import tell
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)

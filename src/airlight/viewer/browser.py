@@ -23,8 +23,8 @@ from urllib.parse import parse_qs, urlsplit
 import msgspec
 
 from airlight.errors import AirlightError
-from airlight.files.decode import tell
-from airlight.supervisor import STOPS
+from airlight.messages import tell
+from airlight.process.supervisor import STOPS
 
 if TYPE_CHECKING:
     import uvicorn

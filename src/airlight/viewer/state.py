@@ -7,10 +7,11 @@ import shlex
 from dataclasses import dataclass, field
 from typing import Any
 
-from airlight.cli.light import LightText
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
+from airlight.jobs.image import AUTO, ImageRequest
+from airlight.jobs.light_text import LightText, read_light
 from airlight.medium import doubt, settle
 from airlight.options import (
     NOT_IN_SCENES,
@@ -291,16 +292,29 @@ def _number(v: float) -> str:
     return f"{v:.5f}".rstrip("0").rstrip(".") if abs(v) < 1e4 else repr(float(v))
 
 
+def written_values(state: ViewerState) -> dict[str, Any]:
+    """The parameters that the command writes: those that mean something with what is shown and differ from the defaults."""
+    found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
+    if state.is_smart:
+        found.pop("look", None)
+    return found
+
+
+def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
+    """What the command line asks for, written to a path."""
+    lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
+    values = written_values(state)
+    explicit = frozenset(values) | ({"written"} if lights else frozenset())
+    return ImageRequest([state.source], path, lights or AUTO, values, explicit, device=device)
+
+
 def command_line(state: ViewerState) -> list[str]:
     """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
-    if state.is_smart:
-        said.pop("look", None)
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
     words += light_words(state)
     if not state.is_image:
         words += _view(state)
-    for name, v in said.items():
+    for name, v in written_values(state).items():
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]
     return words

@@ -12,6 +12,7 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lamps import Lamp
 from airlight.medium import Settled
@@ -26,7 +27,7 @@ BIAS = 0.0005  # of the map's range of depth
 STEPS, STEP, STOP = 600, 0.8, 2.0  # the code's: samples; m; m from the surface
 PROSE_STEP = 0.5  # m, the prose's
 CASCADES = 3
-SETTINGS = np.dtype([("absorption", "f4", 3), ("bias", "f4"), ("cap", "f4"), ("prose", "f4"), ("steps", "f4"), ("step", "f4")])
+SETTINGS = struct_dtype(ARTICLE, "Settings")
 
 
 class Article:

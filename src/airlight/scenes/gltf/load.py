@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.files.decode import tell
+from airlight.messages import tell
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage
 from airlight.scenes.environment import Environment, load_environment
