@@ -18,9 +18,9 @@ import pytest
 
 from airlight import presets, scenes
 from airlight.cli import main
-from airlight.cli.render import PLACE, SUN, read_scene_light
 from airlight.errors import AirlightError, MachineError
 from airlight.files import read_image, read_settings, video
+from airlight.jobs.light_text import PLACE, SUN, read_scene_light
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.pygfx import SceneLight
 from airlight.scenes import Stage, offline
