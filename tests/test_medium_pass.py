@@ -20,6 +20,7 @@ from pass_stage import PassStage  # noqa: E402
 
 from airlight.projection import pixel_rays  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
+from airlight.pygfx.casters import Casters  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
@@ -215,8 +216,8 @@ def test_lights_add_up(stage: Stage) -> None:
 def test_what_is_unset_follows_the_casters_which_are_gathered_once(stage: Stage, monkeypatch: Any) -> None:
     shafts, calls = stage.shafts(medium=Medium()), []
     stage.frame(shafts)
-    gather = shafts._world.casters.gather
-    monkeypatch.setattr(shafts._world.casters, "gather", lambda: calls.append(1) or gather())
+    gather = Casters.gather
+    monkeypatch.setattr(Casters, "gather", lambda casters: calls.append(1) or gather(casters))
     stage.frame(shafts)
     assert len(calls) == 1
     assert shafts.air.max_distance == pytest.approx(4 * np.sqrt(1 + 0.25 + 0.25)) and np.allclose(shafts.air.sigma_t, 0.25 / np.sqrt(1.5))

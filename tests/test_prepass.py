@@ -2,6 +2,7 @@
 
 import gc
 import logging
+import weakref
 from collections.abc import Iterator
 from typing import Any
 
@@ -354,14 +355,16 @@ def test_nothing_is_made_in_further_frames(stage: Stage, monkeypatch: pytest.Mon
 def test_objects_that_are_gone_are_forgotten(stage: Stage) -> None:
     scene, camera = before_white(), eye()
     made = stage.prepass(scene, camera)
+    gone = []
     for _ in range(5):
         box = gfx.Mesh(gfx.box_geometry(), gfx.MeshBasicMaterial())
         scene.add(box)
         made.draw(camera)
         scene.remove(box)
+        gone.append(weakref.ref(box))
     del box
     gc.collect()
-    assert len(made._made) == 1
+    assert [each() for each in gone] == [None] * 5
 
 
 def test_it_draws_within_a_frame_and_the_picture_is_unchanged(stage: Stage) -> None:

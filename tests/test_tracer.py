@@ -72,7 +72,7 @@ def test_a_point_is_lit_where_a_ray_from_it_says_so(kind: str, seed: int) -> Non
     ray = rng.normal(size=(4, 3))
     ray /= np.linalg.norm(ray, axis=1)[:, None]
     origin, reach = rng.uniform(-4, 4, (4, 3)), rng.uniform(1, 9, 4)
-    which, start, end = tracer.lit(origin, ray, reach, tracer._volumes(triangles, lamp)[0])
+    which, start, end = tracer.lit(origin, ray, reach, tracer.shadow_volumes(triangles, lamp)[0])
     assert np.all(start < end) and np.all(start >= 0) and np.all(end <= reach[which])
     for r in range(4):
         t = rng.uniform(0, reach[r], 8)
@@ -128,7 +128,7 @@ def test_the_first_surface_ends_a_ray_and_so_does_the_greatest_distance() -> Non
     view, projection = look()
     triangles = np.concatenate([square(-3.0), square(2.0, 1.0)])
     reach = tracer.layer(view, projection, SIZE, triangles, [], air(max_distance=9.5)).path_length
-    _, rays, slope = tracer._rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
+    _, rays, slope = tracer.camera_rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
     assert reach[4, 8] == pytest.approx(4 * slope[0], rel=1e-12)
     assert reach[0, 0] == 9.5 and reach[4, 1] == 9.5 and reach[4, 4] == pytest.approx(9 * np.linalg.norm([1, rays[0, 1]]), rel=0.1)
     assert np.all(tracer.layer(view, projection, SIZE, square(5.995), [], air()).path_length == 20.0)  # before the near plane
@@ -142,7 +142,7 @@ def test_a_slab_of_sunlight() -> None:
     medium, sun = air(ambient=(0.1, 0.2, 0.3), phase="rayleigh"), Lamp("sun", (1.0, 2.0, 3.0), direction=(0.0, 1.0, 0.0))
     light, transmittance, reach = tracer.layer(view, projection, SIZE, square(-3.0), [sun], medium, roof)
     np.testing.assert_allclose(transmittance, np.exp(-reach[..., None] * medium.sigma_t), rtol=1e-12)
-    _, ray, slope = tracer._rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
+    _, ray, slope = tracer.camera_rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
     t0, t1, s = 4 * slope[0], reach[4, 8], medium.sigma_t
     cosine = float(ray[0] @ (0, 1, 0))
     want = medium.sigma_s * 3 / (16 * np.pi) * (1 + cosine**2) * (1.0, 2.0, 3.0) * (np.exp(-s * t0) - np.exp(-s * t1)) / s

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from airlight.detect.ranking import Candidate
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import Signals
 from airlight.planes import Array, blur, label, smoothstep
 
@@ -52,13 +52,13 @@ def _blur_in_black(plane: Array, sigma: float) -> Array:
 
 
 def _place(plane: Array) -> tuple[float, float]:
-    """The position of the largest value, normalised."""
+    """Find the position of the largest value, normalised."""
     y, x = np.unravel_index(int(np.argmax(plane)), plane.shape)
     return (float((x + 0.5) / plane.shape[1]), float((y + 0.5) / plane.shape[0]))
 
 
 def _single_lamps(plane: Array) -> tuple[tuple[float, float], ...]:
-    """The brightest lamps, each the middle of its surroundings, none nearer than LAMP_SPACING to another."""
+    """List the brightest lamps, each the middle of its surroundings, none nearer than LAMP_SPACING to another."""
     height, width = plane.shape
     power = _blur_in_black(plane, 0.008 * max(plane.shape))
     y, x = np.indices(plane.shape) + 0.5

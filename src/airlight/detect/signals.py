@@ -73,7 +73,7 @@ class Signals:
 
     @property
     def aspect(self) -> float:
-        """Height over width: y in widths is y normalised times it."""
+        """Divide height by width: y in widths is y normalised times it."""
         return self.shape[0] / self.shape[1]
 
     @cached_property
@@ -82,17 +82,17 @@ class Signals:
 
     @cached_property
     def value(self) -> Array:
-        """Luminance and largest channel, averaged, so that coloured lights count."""
+        """Average luminance and the largest channel, so that coloured lights count."""
         return blur((self.luminance + self.rgb.max(axis=2)) / 2, SIGNAL_BLUR * self.long_side)
 
     @cached_property
     def whiteness(self) -> Array:
-        """The smallest channel: the last to clip, so that it tells a sun from the sky round it when that is overexposed."""
+        """Take the smallest channel: the last to clip, so that it tells a sun from the sky round it when that is overexposed."""
         return blur(self.rgb.min(axis=2), SIGNAL_BLUR * self.long_side)
 
     @cached_property
     def warmth(self) -> Array:
-        """The largest channel where red outweighs blue: a low sun is both bright and red."""
+        """Take the largest channel where red outweighs blue: a low sun is both bright and red."""
         soft = np.stack([blur(self.rgb[..., c], SIGNAL_BLUR * self.long_side) for c in range(3)], axis=2)
         largest = soft.max(axis=2)
         redness = np.clip((soft[..., 0] - soft[..., 2]) / np.maximum(largest, 1e-3), 0, 1)
@@ -105,7 +105,7 @@ class Signals:
 
     @cached_property
     def field(self) -> Array:
-        """The light that the surroundings receive, in perceptual steps; what shines itself is left out by `falloff`."""
+        """Estimate the light that the surroundings receive, in perceptual steps; what shines itself is left out by `falloff`."""
         return np.cbrt(np.minimum(shrink(self.luminance, FIELD_SIDE_PX), 1.0))
 
     @cached_property

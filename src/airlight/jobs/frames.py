@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.jobs import tasks
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
-from airlight.messages import say, tell
+from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
 from airlight.scatter.methods import METHODS
 
@@ -254,7 +254,7 @@ def _doubt(stage: "Stage", shot: "Shot", medium: Any) -> None:
     eye = camera.world.position if shot.eye is None else shot.eye
     message = doubt(medium, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
     if message is not None:
-        tell(message)
+        warn(message)
 
 
 def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:

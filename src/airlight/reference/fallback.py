@@ -19,7 +19,7 @@ TAPS = 400
 
 
 def _shrink(image: Any, factor: int) -> Any:
-    """Box mean of factor x factor pixels, the border repeated where the size does not divide."""
+    """Average factor x factor pixels, the border repeated where the size does not divide."""
     height, width = image.shape[:2]
     padded = np.pad(image, ((0, -height % factor), (0, -width % factor), (0, 0)), mode="edge")
     return block_means(padded, factor)
@@ -36,7 +36,7 @@ def layer(
     fraction: bool = False,
     luminance: Any = radial.REC709,
 ) -> Any:
-    """(H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
+    """Sum as the GPU's layer, (H, W, 3) float32: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
     if METHODS[p.method].per_sample and p.offset in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.offset} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]

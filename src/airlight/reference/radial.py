@@ -1,4 +1,4 @@
-"""The radial sum in float64, straight from the equations: the truth for tests, documents and benchmarks. Slow on purpose.
+"""Sum radially in float64, straight from the equations: the truth for tests, documents and benchmarks. Slow on purpose.
 
 Images are (H, W, C) arrays; positions are normalised, (0, 0) the top-left corner and pixel centres at (i + 1/2)/W.
 Every sum takes `points`, (P, 2) positions; without it, it is evaluated at all pixel centres. At 1920 x 1080 use a
@@ -27,13 +27,13 @@ _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
 
 
 def pixel_centres(width: int, height: int) -> Array:
-    """(height, width, 2): the normalised (x, y) of every pixel centre."""
+    """List the normalised (x, y) of every pixel centre: (height, width, 2)."""
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     return np.stack([x, y], axis=-1)
 
 
 def _sampler(image: Array, border: str) -> Callable[[Array, Array], Array]:
-    """A bilinear sampler of (H, W, C); the ring of texels beyond the border is padded once, positions beyond it clamp to it."""
+    """Make a bilinear sampler of (H, W, C); the ring of texels beyond the border is padded once, positions beyond it clamp to it."""
     if border not in ("clamp", "black"):
         raise AirlightError(f"border = {border!r}: use clamp or black")
     height, width, channels = image.shape
@@ -57,7 +57,7 @@ def _sampler(image: Array, border: str) -> Callable[[Array, Array], Array]:
 
 
 def bilinear(image: Array, x: Any, y: Any, border: str = "clamp") -> Array:
-    """Bilinear sample of image (H, W, C) at normalised x, y of any shape: shape + (C,).
+    """Sample image (H, W, C) bilinearly at normalised x, y of any shape: shape + (C,).
 
     border: clamp (GPU clamp-to-edge) or black (texels outside are zero, so the border fades over its last half pixel).
     """
@@ -75,7 +75,7 @@ def _march(
     border: str,
     dtype: Any,
 ) -> Array:
-    """sum_i weights[i] I(x - (shifts[i] + offset) step (x - l)) for every point; offset a number or one per point."""
+    """Compute sum_i weights[i] I(x - (shifts[i] + offset) step (x - l)) for every point; offset a number or one per point."""
     height, width, channels = image.shape
     sample = _sampler(np.asarray(image, dtype), border)
     grid = pixel_centres(width, height) if points is None else np.asarray(points, np.float64)
@@ -109,7 +109,7 @@ def direct_sum(
     points: Array | None = None,
     dtype: Any = np.float64,
 ) -> Array:
-    """The sum of n samples, (H, W, C) or, with points (P, 2), (P, C). GPU Gems 3, ch. 13.
+    """Sum n samples, (H, W, C) or, with points (P, 2), (P, C). GPU Gems 3, ch. 13.
 
     mean     exposure weight / n  sum_{i<n} decay^(i+o) I(x - (i+o) (x - l) density / n)      Eq. 4, at o = 0
     listing  exposure (I(x) + weight sum_{i<n} decay^i I(x - (i+1+o) (x - l) density / n))    Listing 13-1, at o = 0
@@ -138,7 +138,7 @@ def at_points(image: Array, points: Array | None, border: str) -> Array:
 
 
 def enough_taps(shape: tuple[int, ...], light: Sequence[float], density: float) -> int:
-    """Taps for `converged`: at least 3,000 and four a pixel of the longest ray."""
+    """Choose the taps of `converged`: at least 3,000 and four a pixel of the longest ray."""
     height, width = shape[:2]
     longest = max(math.hypot((x - light[0]) * width, (y - light[1]) * height) for x in (0, 1) for y in (0, 1))
     return max(3000, 4 * math.ceil(min(density * longest, 1e4)))  # of a longer ray nearly all taps lie outside
@@ -155,7 +155,7 @@ def converged(
     points: Array | None = None,
     dtype: Any = np.float64,
 ) -> Array:
-    """S(x) = int_0^1 e^(-lam s) I(x - density s (x - l)) ds by the midpoint rule: (H, W, C), or (P, C) with points.
+    """Integrate S(x) = int_0^1 e^(-lam s) I(x - density s (x - l)) ds by the midpoint rule: (H, W, C), or (P, C) with points.
 
     The limit of Eq. 4 for n to infinity at lam = -n ln(decay), without weight and exposure. density in (0, 16], lam >= 0.
     dtype float32 halves the cost of gathering; the sum stays float64.
@@ -166,7 +166,7 @@ def converged(
 
 
 def convergence_error(image: Array, light: Sequence[float], *, taps: int | None = None, **arguments: Any) -> float:
-    """rmse over mean between `converged` with `taps` and with half of them: an upper estimate of the reference's own error."""
+    """Bound the reference's own error: rmse over mean between `converged` with `taps` and with half of them, an upper estimate."""
     n = taps or enough_taps(image.shape, light, arguments["density"])
     fine = converged(image, light, taps=n, **arguments)
     coarse = converged(image, light, taps=max(1, n // 2), **arguments)
@@ -175,7 +175,7 @@ def convergence_error(image: Array, light: Sequence[float], *, taps: int | None 
 
 
 def smoothstep(low: float, high: float, x: Array) -> Array:
-    """0 below low, 1 above high, 3t^2 - 2t^3 between; a step at low (>=) where the two agree."""
+    """Step smoothly: 0 below low, 1 above high, 3t^2 - 2t^3 between; a step at low (>=) where the two agree."""
     if high <= low:
         return (x >= low).astype(np.float64)
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
@@ -183,13 +183,13 @@ def smoothstep(low: float, high: float, x: Array) -> Array:
 
 
 def finite(image: Array) -> Array:
-    """The image as a source may hold it: negative and non-finite values are 0, the rest at most 65504."""
+    """Limit the image to what a source may hold: negative and non-finite values are 0, the rest at most 65504."""
     image = np.asarray(image, np.float64)
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
 
 def mask(image: Array, alpha: Any, depth: Any, parameters: Parameters, luminance: Any = REC709) -> Array:
-    """m in [0, 1], (H, W): 1 where light is emitted.
+    """Find m in [0, 1], (H, W): 1 where light is emitted.
 
     luminance, contrast: smoothstep(threshold -+ smoothness) of the luminance of image (H, W, 3), linear, by these weights;
     alpha: 1 - alpha; depth: the same smoothstep of depth, (H, W) with 1 = far; none: 1. Raises AirlightError where alpha or depth is
@@ -215,7 +215,7 @@ def source(
     user_mask: Array | None = None,
     luminance: Any = REC709,
 ) -> Array:
-    """What is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
+    """Compute what is summed, I m, (H, W, 3); for alpha the light's own colour is emitted, so 1 m. user_mask (H, W) multiplies m.
 
     contrast (13.5.3): I m + (1 - m) (C + (I - C) / 4), C the mean colour of what does not emit, weighted by 1 - m.
     """
@@ -246,7 +246,7 @@ def layer(
     dtype: Any = np.float64,
     luminance: Any = REC709,
 ) -> Array:
-    """What `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
+    """Compute what `airlight.light_shafts` returns, in float64: (H, W, 3), or (P, 3) with points. image (H, W, 3), linear.
 
     epipolar: exposure weight S, or for listing its limit exposure (I + weight lam / (1 - decay) S); radial: `direct_sum`,
     at full resolution whatever `scale` says. offsets: one per point, needed where jitter is gradient or blue.
@@ -272,7 +272,7 @@ def summed(
     points: Array | None = None,
     dtype: Any = np.float64,
 ) -> Array:
-    """The layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
+    """Sum the layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
     one: Array = METHODS[p.method].reference(emitted, at, p, offsets=offsets, taps=taps, points=points, dtype=dtype)
     return one
 
@@ -320,7 +320,7 @@ def occlusion_fraction(
     border: str = "clamp",
     points: Array | None = None,
 ) -> Array:
-    """D(phi) = 1 - mean of m (H, W) over the samples of the sum, without decay or weight: (H, W) or (P,), in [0, 1].
+    """Compute D(phi) = 1 - mean of m (H, W) over the samples of the sum, without decay or weight: (H, W) or (P,), in [0, 1].
 
     samples None: the converged mean. With border black, samples outside the image count as occluded.
     """

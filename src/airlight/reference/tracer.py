@@ -36,7 +36,7 @@ def layer(
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
     casters = triangles if casters is None else np.asarray(casters, float).reshape(-1, 3, 3)
-    volumes = [_volumes(casters, lamp) for lamp in lamps]
+    volumes = [shadow_volumes(casters, lamp) for lamp in lamps]
     into = np.linalg.inv(np.asarray(view, float))
     near, far = _depths(projection)
     light, reach = np.zeros((height, width, 3)), np.zeros((height, width))
@@ -45,9 +45,9 @@ def layer(
             rows, columns = np.arange(top, min(top + TILE, height)), np.arange(left, min(left + TILE, width))
             y, x = (k.ravel() for k in np.meshgrid(rows, columns, indexing="ij"))
             where = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-            origin, ray, slope = _rays(into, projection, (x + 0.5) / width, (y + 0.5) / height)
+            origin, ray, slope = camera_rays(into, projection, (x + 0.5) / width, (y + 0.5) / height)
             u, v = np.array([[columns[0], columns[-1] + 1], [rows[0], rows[-1] + 1]]) / [[width], [height]]
-            start, side, length = _rays(into, projection, u[[0, 1, 1, 0]], v[[0, 0, 1, 1]])
+            start, side, length = camera_rays(into, projection, u[[0, 1, 1, 0]], v[[0, 0, 1, 1]])
             beam = start, side * length[:, None]
             t = _hits(origin, ray, triangles[_in_beam(triangles, beam)], near * slope, far * slope)
             t = np.minimum(t, air.max_distance)
@@ -64,7 +64,7 @@ def layer(
 # ---------------------------------------------------------------- rays
 
 
-def _rays(into: Array, projection: Any, u: Array, v: Array) -> tuple[Array, Array, Array]:
+def camera_rays(into: Array, projection: Any, u: Array, v: Array) -> tuple[Array, Array, Array]:
     """(R, 3) origins, (R, 3) unit directions, world, and (R,) metres along the ray for one along the view's axis."""
     (a, b, c, d), flat = eye_rays(projection)
     x, y = a * u + c, b * v + d
@@ -116,7 +116,7 @@ def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) 
 # ---------------------------------------------------------------- what is lit
 
 
-def _volumes(triangles: Array, lamp: Lamp) -> tuple[Array, Array, Array]:
+def shadow_volumes(triangles: Array, lamp: Lamp) -> tuple[Array, Array, Array]:
     """What triangles hide from a lamp: (K, 4, 4) planes, positive in it, (K, 3, 3) its corners and (K, 3, 3) its edges' directions.
 
     Triangles that the light only grazes hide nothing.
