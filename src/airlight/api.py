@@ -25,6 +25,7 @@ from airlight.look.near import RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
 from airlight.look.settle import Settled
 from airlight.luminance import luminance
+from airlight.notebook_image import shown
 from airlight.occlusion.automatic import check as _check
 from airlight.occlusion.automatic import settled
 from airlight.options import Composite, Look, Parameters, chosen_look
@@ -32,7 +33,6 @@ from airlight.planes import by_rows
 from airlight.reference import fallback
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer, render_codes, render_layer
-from airlight.shown import shown
 
 FloatArray = npt.NDArray[np.float32]
 Where = PictureRenderer | Device | str | None  # None: the fastest adapter
