@@ -86,7 +86,7 @@ class Known:
         device.write(light, layer.astype(np.float32), size[0] * 16)
         device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
         self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        still = {"resolve": lambda air: air, "aim": lambda *_, **__: None, "record": lambda *_: None}
+        still = {"aim": lambda *_, **__: None, "record": lambda *_: None, "resolve": lambda medium: medium}
         self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
 
 

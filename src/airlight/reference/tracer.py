@@ -73,7 +73,7 @@ def layer(
 
 
 def camera_rays(into: Array, projection: Any, u: Array, v: Array) -> tuple[Array, Array, Array]:
-    """(R, 3) origins, (R, 3) unit directions, world, and (R,) metres along the ray for one along the view's axis."""
+    """Makes (R, 3) origins, (R, 3) unit directions, world, and (R,) metres along the ray for one along the view's axis."""
     (a, b, c, d), flat = eye_rays(projection)
     x, y = a * u + c, b * v + d
     zero, one = np.zeros_like(x), np.ones_like(x)

@@ -6,7 +6,7 @@
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
 //! include "scatter/march/lights.wgsl"
-//! include "scatter/jitter.wgsl"
+//! include "wgsl/jitter.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
 override SNAP: bool = false;    // look-ups at the centres of texels
 override CASCADES: bool = false; // of a directional light, several
