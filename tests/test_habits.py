@@ -33,12 +33,7 @@ THEIRS = {
     "test_viewer_window.py": {"_repr_mimebundle_"},
 }  # fmt: skip
 # Airlight's own that are to become public.
-FROZEN_PRIVATE = {
-    "test_march.py": {"_layers"},
-    "test_medium_pass.py": {"_World", "_balance", "_step"},
-    "test_prepass.py": {"_region"},
-    "test_scene_pass.py": {"_balance", "_looked"},
-}
+FROZEN_PRIVATE: dict[str, set[str]] = {}
 
 
 NAMED_TUPLE = ("_asdict", "_fields", "_make", "_replace")  # public, in spite of their names

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import wgpu
 
+from airlight.composite.scene import SceneLayer, measured_step
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
 from airlight.scatter.methods import of_medium
@@ -21,6 +22,7 @@ from pass_stage import PassStage  # noqa: E402
 from airlight.projection import pixel_rays  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
@@ -81,18 +83,19 @@ class Known:
     def __init__(self, device: Any, scene: Any, method: str, size: tuple[int, int]) -> None:
         rng = np.random.default_rng(5)
         layer = np.concatenate([rng.uniform(0, 2, (size[1], size[0], 3)), rng.uniform(1, 60, (size[1], size[0], 1))], axis=2)
-        self.asked = method, size
+        self.key, self.resolved = (method, size), None
         light, transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
         device.write(light, layer.astype(np.float32), size[0] * 16)
         device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
-        self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        still = {"aim": lambda *_, **__: None, "record": lambda *_: None, "resolve": lambda medium: medium}
-        self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
+        self.layer = SceneLayer(radiance=light, transmittance=transmittance)
+
+    def record(self, *_: Any) -> None:
+        pass
 
 
 @pytest.fixture
 def known(stage: Stage, monkeypatch: Any) -> Stage:
-    monkeypatch.setattr(effect, "_World", Known)
+    monkeypatch.setattr(effect, "MediumState", Known)
     return stage
 
 
@@ -103,7 +106,7 @@ def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None
     medium = Medium(extinction=extinction)
     seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
     transmittance = seen.transmittance if extinction else 1.0
-    expected = twin.through(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
+    expected = twin.through_medium(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
     expected = twin.filmic(expected) if tone == "filmic" else expected
     np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
 
@@ -122,9 +125,9 @@ def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> N
 def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
     shafts = known.shafts(composite=Composite(adapt=1.0))
     seen = known.frame(shafts)
-    y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
-    ramp, _ = twin.balance(y[:: shafts._step(SIZE), :: shafts._step(SIZE)])
-    found = np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[:2]
+    y = twin.through_medium(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
+    ramp, _ = twin.balance(y[:: measured_step(SIZE), :: measured_step(SIZE)])
+    found = np.frombuffer(shafts.device.queue.read_buffer(shafts.balance), np.float32)[:2]
     np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
 
 
@@ -144,7 +147,7 @@ def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str
     known.scene = gfx.Scene()
     known.scene.add(plate, light)
     seen = known.frame(known.shafts(SceneLight(light), medium=Medium(extinction=False), composite=Composite(mix=0)))
-    (shining,) = effect.punctual_lights([SceneLight(light)])
+    (shining,) = punctual_lights([SceneLight(light)])
     centre = seen.color[SIZE[1] // 2, SIZE[0] // 2, :3]
     irradiance = shining.intensity[0] if lamp == "sun" else shining.intensity[0] / 4**2
     # the standard material also mirrors a little of a rough dielectric's 4 %

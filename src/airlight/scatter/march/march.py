@@ -56,6 +56,11 @@ class March:
         self._layers = [self.layer, self.layer]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
+    @property
+    def computed(self) -> Any:
+        """The layer of `size`, the part of the picture's that the march is computed at; where that is all of it, `layer`."""
+        return self._layers[0]
+
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
         """Keeps every setting: the march follows all of them."""
