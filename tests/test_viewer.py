@@ -22,7 +22,7 @@ from airlight.cli import main
 from airlight.cli import render as render_command
 from airlight.cli.options import gather
 from airlight.colour import srgb_decode, srgb_encode
-from airlight.composite.blend import Rule, blend
+from airlight.composite.blend import CompositeSettings, blend
 from airlight.composite.mix import LinearComposite
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
@@ -236,7 +236,7 @@ def test_what_does_not_go_with_a_method_is_reset_or_told() -> None:
 
 def test_unset_parameters_show_what_they_are(hands: Driver) -> None:
     hands.open_group("Occlusion")
-    found = hands.state.settled["threshold"]
+    found = hands.state.resolved["threshold"]
     assert 0.02 < found < 1
     hands.click("threshold auto")
     assert hands.state.parameters.threshold == pytest.approx(found, rel=1e-3)
@@ -319,8 +319,8 @@ def test_sliders_of_the_look(smart: Driver, trees: np.ndarray) -> None:
     state = smart.state
     smart.drag(smart.where("strength", 0.5), smart.where("strength", 0.25))
     assert state.look.strength == pytest.approx(0.5, abs=0.06)
-    assert state.settled["warmth"] == pytest.approx(0.6 * 0.35, abs=0.15)
-    shown = state.settled["warmth"]
+    assert state.resolved["warmth"] == pytest.approx(0.6 * 0.35, abs=0.15)
+    shown = state.resolved["warmth"]
     smart.click("warmth auto")
     assert state.look.warmth == pytest.approx(shown, abs=1e-3)
     smart.frame(2)
@@ -397,7 +397,7 @@ def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarra
     assert main(words) == 0
     off = np.abs(seen.astype(int) - read_image(out).codes)  # by another dither
     assert np.ptp(seen, axis=2).max() <= 1 and off.max() <= 2 and off.mean() < 0.6
-    assert np.abs(seen.astype(int) - trees[..., 1:2]).max() > 10 and smart.state.settled["warmth"] == 0
+    assert np.abs(seen.astype(int) - trees[..., 1:2]).max() > 10 and smart.state.resolved["warmth"] == 0
 
 
 def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -428,7 +428,7 @@ def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, mon
     inside = np.s_[y : y + height, x : x + width]
     assert seen_change(draft[inside], before[inside]) == pytest.approx(seen_change(rest[inside], before[inside]), rel=0.1)
     assert np.abs(draft[inside].astype(int) - rest[inside]).mean() < 1.5
-    assert view.whole.settled.contrast == pytest.approx(8, rel=0.02)
+    assert view.whole.resolved.contrast == pytest.approx(8, rel=0.02)
 
 
 class Places:
@@ -627,7 +627,7 @@ def test_linear_composite_equals_its_twin() -> None:
         rgba[..., :3] = pixels
         textures.append(device.texture(60, 40, format))
         device.write(textures[-1], rgba, 60 * rgba[0, 0].nbytes)
-    for rule in (Rule("add", 0.6, 0.0), Rule("screen", 1.0, 0.3), Rule("add", None, 0.5)):
+    for rule in (CompositeSettings("add", 0.6, 0.0), CompositeSettings("screen", 1.0, 0.3), CompositeSettings("add", None, 0.5)):
         composite = LinearComposite(device, *textures, rule, 1.0)
         composite.measure(rule)
         encoder = device.encoder()
@@ -1094,7 +1094,7 @@ def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(l
     assert lit.state.parameters.jitter == "gradient"
     lit.choose("jitter", "auto (gradient)")
     lit.frame()
-    assert lit.state.parameters.jitter is None and lit.state.settled["jitter"] == "blue"
+    assert lit.state.parameters.jitter is None and lit.state.resolved["jitter"] == "blue"
     for group in groups:
         lit.open_group(group)
 
@@ -1102,12 +1102,12 @@ def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(l
 def test_three_numbers_a_word_and_a_truth(lit: Driver) -> None:
     state = lit.state
     lit.open_group("March")
-    assert state.medium.sigma_t is None and state.settled["sigma_t"] == pytest.approx([0.5 / 6] * 3, rel=1e-2)  # of a radius of 3 m
+    assert state.medium.sigma_t is None and state.resolved["sigma_t"] == pytest.approx([0.5 / 6] * 3, rel=1e-2)  # of a radius of 3 m
     lit.click("sigma_t auto")
-    assert state.medium.sigma_t == state.settled["sigma_t"]
+    assert state.medium.sigma_t == state.resolved["sigma_t"]
     lit.drag(lit.where("sigma_t", 0.5), lit.where("sigma_t", 0.42))
     red, green, blue = state.medium.sigma_t
-    assert red == blue == state.settled["sigma_t"][0] and 0 < green < red
+    assert red == blue == state.resolved["sigma_t"][0] and 0 < green < red
     lit.drag(lit.where("albedo", 0.9), lit.where("albedo", 0.83))
     assert state.medium.albedo[:2] == (0.9, 0.9) and 0.2 < state.medium.albedo[2] < 0.8
     lit.click("extinction", 0.1)
@@ -1116,7 +1116,7 @@ def test_three_numbers_a_word_and_a_truth(lit: Driver) -> None:
     lit.click("steps exact", 0.1)
     assert isinstance(state.march.steps, int)
     lit.click("steps auto", 0.1)
-    assert state.march.steps is None and state.settled["steps"] == 64
+    assert state.march.steps is None and state.resolved["steps"] == 64
     lit.click("steps auto", 0.1)
     lit.click("steps exact", 0.1)
     assert state.march.steps == "exact"

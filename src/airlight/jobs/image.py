@@ -318,7 +318,7 @@ class _Work:
 
     def _resolved(self, picture: "Picture") -> Any:
         """(lights in the display window, parameters with nothing unset, None) of a picture."""
-        from airlight.occlusion.automatic import settled
+        from airlight.occlusion.automatic import auto_threshold
 
         r, integer = self.request, picture.codes.dtype.kind == "u"
         settles = self.look is None and (integer or self.composite.adapt > 0)
@@ -327,7 +327,7 @@ class _Work:
         written = resolve_lights(r.lights, picture, r.origin, coarse, self.many)
         if not settles or coarse is None:
             return written, self.parameters, None
-        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+        return written, auto_threshold(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
 
     def write(self, task: PictureTask, loaded: _Loaded, rendered: Any) -> None:
         """Write the picture, and what goes beside it."""

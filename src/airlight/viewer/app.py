@@ -117,7 +117,7 @@ class Viewer:
                 from airlight.viewer.stage import SceneView
 
                 self.scene = SceneView(self.canvas)
-            state.settled = {}
+            state.resolved = {}
             self.scene.open(stage, state)
             self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}

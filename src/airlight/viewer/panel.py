@@ -243,8 +243,8 @@ class Panel:
         read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
         names = tuple(read)
         if d.default is None:
-            settled = self.state.settled.get(d.name)
-            unset = "auto" if settled is None else f"auto ({settled})"
+            resolved = self.state.resolved.get(d.name)
+            unset = "auto" if resolved is None else f"auto ({resolved})"
             read, names = {unset: (), **read}, (unset, *names)
         name = unset if now is None else f"{now:g}" if d.slider else now
         chosen = self._choose(d.name, name, names)
@@ -283,7 +283,7 @@ class Panel:
     def _optional(self, d: Option, now: Any) -> Any:
         """A parameter that may be unset: () is that."""
         unset = now is None
-        guess: Any = "#101010" if d.kind is str else self.state.settled.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
+        guess: Any = "#101010" if d.kind is str else self.state.resolved.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
         if self._tick(d.name, "auto", unset):
             if not unset:
                 return ()

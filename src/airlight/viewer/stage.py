@@ -45,7 +45,7 @@ class SceneView:
         state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
         state.lamps_before = [replace(lamp) for lamp in state.lamps]
         stand(state, stage.settings)
-        state.path_drawn, state.settled = (False if stage.path is not None else None), {"mix": 1.0}
+        state.path_drawn, state.resolved = (False if stage.path is not None else None), {"mix": 1.0}
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
@@ -142,7 +142,7 @@ class SceneView:
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
         eye.target = triple(np.asarray(eye.eye) + distance * ahead)
         settle_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
-        state.settled["jitter"], state.settled["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
+        state.resolved["jitter"], state.resolved["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
     def show(self, state: ViewerState) -> None:

@@ -98,7 +98,7 @@ class ViewerState:
     path_drawn: bool | None = None  # of a scene in which something flies along one, else None
     timing: bool = False
     passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
-    settled: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
+    resolved: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
     standing: dict[str, Any] = field(default_factory=dict)  # defaults that a scene has of its own
     allowed: dict[str, tuple[str, ...]] = field(default_factory=dict)  # choices that this picture has, where not all
     preset: str = ""
@@ -245,7 +245,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
         state.doubt = ""
         return
     air = settle(state.medium, state.march, state.parameters.quality, radius)
-    state.settled |= {
+    state.resolved |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,
         "lamp_distance": air.max_distance,
