@@ -104,13 +104,13 @@ def _pipeline(device: Device, source: str, constants: tuple[tuple[str, float], .
 
 def _run(device: Device, source: str, constants: Any, bindings: Any, arguments: Any, results: Any, count: int) -> None:
     pipeline = _pipeline(device, source, tuple(sorted((name, float(value)) for name, value in constants.items())))
-    entries = [{"binding": RESULTS, "resource": device._resource(results)}]
+    entries = [{"binding": RESULTS, "resource": device.binding(results)}]
     if "called_" in source:
-        entries.append({"binding": ARGUMENTS, "resource": device._resource(arguments)})
+        entries.append({"binding": ARGUMENTS, "resource": device.binding(arguments)})
     numbers = dict(re.findall(r"@binding\((\d+)\) var(?:<[^>]*>)? (\w+):", uncommented(source)))
     by_name = {name: int(number) for number, name in numbers.items()}
     for name, value in bindings.items():
-        entries.append({"binding": by_name[name], "resource": device._resource(_resource(device, source, name, value))})
+        entries.append({"binding": by_name[name], "resource": device.binding(_resource(device, source, name, value))})
     encoder = device.encoder()
     run = encoder.begin_compute_pass()
     run.set_pipeline(pipeline)

@@ -171,7 +171,7 @@ def test_the_sheet_has_pictures_and_labels(photo, tmp_path):
         assert np.array_equal(codes[y : y + 32, left : left + 48], encode_codes(row.shown, np.uint8, dither=False))
         grey = np.repeat(10 * row.difference[..., None], 3, axis=2)
         assert np.array_equal(codes[y : y + 32, left + 48 : left + 96], encode_codes(grey, np.uint8, dither=False))
-        label = sheet._Paper(300, sheet.LINE)
+        label = sheet.Paper(300, sheet.LINE)
         label.write(0, 0, row.variant.name, 300)
         wanted = label.done()
         assert np.array_equal(codes[y + 36 : y + 36 + sheet.LINE, left : left + 300], wanted) and np.ptp(wanted) > 100
@@ -186,7 +186,7 @@ def test_long_names_are_cut_and_own_limits_shown(photo):
     made = sheet.sheet(result(photo), "title " * 40, 10.0)
     plain = sheet.sheet(result(photo), "title", 10.0)
     assert made.shape[1] == plain.shape[1] and made.shape[0] > plain.shape[0]
-    paper = sheet._Paper(200, 40)
+    paper = sheet.Paper(200, 40)
     paper.write(0, 0, "x" * 100, 200)
     assert paper.texts[0][2].endswith("…") and (paper.done()[:, 199] == sheet.PAPER).all()
     assert "normalization listing" in page.page(result(photo), "t", 10.0)

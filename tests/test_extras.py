@@ -127,7 +127,7 @@ def test_heic(tmp_path, space):
     codes = np.empty((64, 96, 3), np.uint8)
     codes[:, :48], codes[:, 48:] = (200, 60, 40), (90, 90, 90)
     image = heif.from_bytes("RGB", (96, 64), codes.tobytes())
-    from test_files import P3
+    from picture_files import P3
 
     if space == "icc":
         image.info["icc_profile"] = P3
@@ -162,11 +162,11 @@ def test_exif_of_heic_is_kept(tmp_path):
     block = b"II*\0\x08\0\0\0" + struct.pack("<H", 2) + tags + bytes(4)
     for whole in (block, b"Exif\0\0" + block):
         spec = oiio.ImageSpec(96, 64, 3, "uint8")
-        extras._hand_exif(spec, whole, "a.heic")
+        extras.copy_exif(spec, whole, "a.heic")
         assert spec.get_string_attribute("Make") == "Cam" and spec.getattribute("Orientation") is None
     for useless in (b"", b"Exif\0\0", b"\xff" * 300, block[:20], bytes(70_000)):
         spec = oiio.ImageSpec(96, 64, 3, "uint8")
-        extras._hand_exif(spec, useless, "a.heic")
+        extras.copy_exif(spec, useless, "a.heic")
         assert spec.getattribute("Make") is None
     if HAS_HEIC:
         heif = importlib.import_module("pillow_heif")

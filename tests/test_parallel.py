@@ -54,13 +54,17 @@ def test_epipolar_lines_from_far_at_full_hd() -> None:
         np.testing.assert_allclose(flat, 1, atol=3e-3)
 
 
-@pytest.mark.parametrize("where", [(-0.5, 1.9), (4.0, -6.0)])
-def test_quadrants_keep_to_their_rows(where: tuple[float, float]) -> None:
-    """Two quadrants see the image, and the first nodes of the second are not stored: they must not land among the first's."""
+@pytest.mark.parametrize(("where", "x", "y"), [((-0.5, 1.9), (1917, 1920), (0, 200)), ((4.0, -6.0), (0, 180), (0, 280))])
+def test_quadrants_keep_to_their_rows(where: tuple[float, float], x: tuple[int, int], y: tuple[int, int]) -> None:
+    """Two quadrants see the image, and the first nodes of the second are not stored: they must not land among the first's, which are
+    those of pixels in the ranges x and y."""
     image = foliage(1920, 1080)
-    keywords = {"occlusion": "none", "density": 0.8, "decay": 0.99, "exposure": 1.0}
-    first = airlight.light_shafts(image, where, **keywords)
-    assert all(airlight.light_shafts(image, where, **keywords).tobytes() == first.tobytes() for _ in range(3))
+    out = airlight.light_shafts(image, where, occlusion="none", samples=100, density=0.8, decay=0.99, exposure=1.0)
+    rng = np.random.default_rng(7)
+    column, row = rng.integers(*x, 300), rng.integers(*y, 300)
+    points = np.stack([(column + 0.5) / 1920, (row + 0.5) / 1080], axis=1)
+    truth = reference.converged(image, where, density=0.8, lam=-100 * np.log(0.99), points=points)
+    np.testing.assert_allclose(out[row, column], truth, atol=2e-3)
 
 
 def test_which_way_and_how_far() -> None:

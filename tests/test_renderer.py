@@ -29,7 +29,7 @@ def test_a_second_picture_makes_nothing_anew(monkeypatch: pytest.MonkeyPatch) ->
         assert np.array_equal(one, airlight.add_light_shafts(codes, (0.4, 0.3), **KEYWORDS))
 
 
-def test_kept_plans_do_not_mix_pictures() -> None:
+def test_kept_plans_do_not_mix_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     renderer = airlight.Renderer(keep=2)
     images = [CODES[0], CODES[1, :50], CODES[2].astype(np.float32) / 7, CODES[3], (CODES[4] / 1e6).astype(np.float32)]
     masks = [None, None, RNG.random((90, 130)).astype(np.float32), None, RNG.random((90, 130)).astype(np.float32)]
@@ -37,7 +37,13 @@ def test_kept_plans_do_not_mix_pictures() -> None:
         for image, mask in zip(images, masks, strict=True):
             out = renderer.light_shafts(image, (0.2, 0.3 + 0.1 * turn), mask=mask, **KEYWORDS)
             assert np.array_equal(out, airlight.light_shafts(image, (0.2, 0.3 + 0.1 * turn), mask=mask, **KEYWORDS))
-    assert len(renderer._plans) == 2
+    made: list[int] = []
+    texture = Device.texture
+    monkeypatch.setattr(Device, "texture", lambda *args, **keywords: made.append(1) or texture(*args, **keywords))
+    for i, is_kept in ((4, True), (3, True), (1, False), (3, True), (4, False)):  # those of the last two pictures
+        made.clear()
+        renderer.light_shafts(images[i], (0.2, 0.5), mask=masks[i], **KEYWORDS)
+        assert (not made) == is_kept, i
 
 
 def test_one_light_twice_counts_twice() -> None:

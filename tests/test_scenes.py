@@ -217,7 +217,7 @@ def test_the_loop_closes(stages: dict[str, Stage]) -> None:
 
 
 def test_the_craft_touch_nothing() -> None:
-    _, run = flying_module._run(4)
+    _, run = flying_module.flight(4)
     for k in range(60 * 56, 60 * 82, 4):
         first, second = run.step(k)
         assert np.linalg.norm(first.position - second.position) > 15  # each is some 9 long
@@ -303,7 +303,7 @@ def test_turned_shapes_become_round() -> None:
     normals = np.concatenate([ring, ring]).astype(np.float32)
     shape = gfx.Geometry(positions=positions, normals=normals, texcoords=positions[:, :2].copy(), indices=faces)
     for _ in range(3):
-        shape = table_module._rounder(shape)
+        shape = table_module.tessellate(shape)
     assert len(shape.indices.data) == 12 * 64
     points = shape.positions.data
     np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 2]), 1, atol=1e-5)

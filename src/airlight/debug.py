@@ -1,4 +1,4 @@
-"""What lies behind a picture's shafts, as pictures: `airlight image --debug`. Made by the passes and grids of the product itself."""
+"""Draw what lies behind a picture's shafts: `airlight image --debug`. Made by the passes and grids of the product itself."""
 
 from collections.abc import Callable
 from typing import Any
@@ -35,7 +35,7 @@ def view(
     device: Renderer | str | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> Array:
-    """One view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `auto_threshold`.
+    """Compute one view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `auto_threshold`.
 
     source: I m, what is summed. mask: m. fraction: D(phi) of Eq. 2. lines: the epipolar lines and nodes over the picture, every
     k-th. moments: the steps of every k-th line, coloured by their length. say gets what a picture cannot show, powers among it.
@@ -64,7 +64,7 @@ def view(
 
 
 def weight_error(mix: Mixture, density: float, lam: float) -> float:
-    """The largest error of the fitted weight e^(-lam s) over the way to the light, the weight at the pixel being 1."""
+    """Measure the largest error of the fitted weight e^(-lam s) over the way to the light, the weight at the pixel being 1."""
     x = np.linspace(max(1 - density, 1e-3), 1, 1000)  # distance from the light over the pixel's
     return float(np.abs(density * x[:, None] ** mix.p @ mix.c - np.exp(-lam / density * (1 - x))).max())
 
@@ -81,7 +81,7 @@ def _described(one: EpipolarPlan, number: int, lam: float) -> str:
 
 
 def _every(q: Quadrant) -> int:
-    """Every how many-th line is drawn: a power of two, so that it is one of the nearer zones' too."""
+    """Choose every how many-th line is drawn: a power of two, so that it is one of the nearer zones' too."""
     apart = max(q.dm * q.u[-1], 1e-3)
     return int(2 ** max(len(q.splits) - 2, round(np.log2(max(APART / apart, 1)))))
 

@@ -1,5 +1,7 @@
 """The two kinds of failure that a user meets; each message is one line that says what is wrong and how to mend it."""
 
+import warnings
+
 
 class AirlightError(Exception):
     """Wrong usage or bad input (exit code 2)."""
@@ -15,3 +17,8 @@ class MachineError(AirlightError):
 
 class AirlightWarning(UserWarning):
     """Something in an input was mended or could not be kept; the work goes on."""
+
+
+def warn(message: str, level: int = 3) -> None:
+    """Issue an AirlightWarning. level: how many calls above this one stands the line that it names."""
+    warnings.warn(message, AirlightWarning, stacklevel=level)

@@ -1,10 +1,7 @@
-"""Tells the user: lines on stderr, and warnings that a caller may catch."""
+"""Tells the user, in lines on stderr."""
 
 import contextlib
 import sys
-import warnings
-
-from airlight.errors import AirlightWarning
 
 
 def say(text: str, prefix: str = "airlight: ") -> None:
@@ -13,8 +10,3 @@ def say(text: str, prefix: str = "airlight: ") -> None:
     with contextlib.suppress(OSError, ValueError):
         if sys.stderr is not None:
             print(f"{prefix}{line}", file=sys.stderr, flush=True)
-
-
-def tell(message: str, level: int = 3) -> None:
-    """Warn of what was changed or is not kept. level: of the stack, as warnings.warn."""
-    warnings.warn(message, AirlightWarning, stacklevel=level)

@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Shown(np.ndarray):
-    """A NumPy array, and nothing else but that a notebook shows it: (H, W) or (H, W, 1, 3 or 4), floats as linear light."""
+    """Behaves as a NumPy array that a notebook shows: (H, W) or (H, W, 1, 3 or 4), floats as linear light."""
 
     def _repr_png_(self) -> bytes | None:
         if self.ndim not in (2, 3) or self.size == 0 or (self.ndim == 3 and self.shape[2] not in (1, 3, 4)):

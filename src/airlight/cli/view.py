@@ -83,13 +83,13 @@ def view(
 def _lamps(written: Sequence[LightText], source: str) -> list[Any]:
     """The lights of --light in the picture's own pixels."""
     from airlight.jobs.light_text import place
-    from airlight.viewer.app import is_image
+    from airlight.scenes import is_scene
     from airlight.viewer.state import Lamp
 
     given = [light for light in written if light.searched is None or light.searched[0]]
     if not given:
         return []
-    if not is_image(source):
+    if is_scene(source):
         raise AirlightError("--light is for pictures: a scene has lights of its own, which the panel moves")
     from airlight.files import read_image
     from airlight.jobs.finding import resolve_lights

@@ -23,7 +23,7 @@ def codes_of(linear: npt.NDArray[Any], box: int) -> Codes:
     return np.asarray(encode_codes(rgb, np.uint8, dither=False))
 
 
-class _Paper:
+class Paper:
     """A grey image to put pictures and text on."""
 
     def __init__(self, width: int, height: int) -> None:
@@ -85,7 +85,7 @@ def sheet(result: Comparison, title: str, amplify: float) -> Codes:
     """(h, w, 3) sRGB codes."""
     cells = [([codes_of(part, PANEL) for part in parts], lines) for parts, lines in _cells(result, amplify)]
     high, wide = cells[0][0][0].shape[:2]
-    measure = _Paper(1, 1)
+    measure = Paper(1, 1)
     widest = max(measure._width(text, SIZE) for _, lines in cells for text, _ in lines)
     room = max(2 * wide, 420, min(widest, 2 * PANEL))  # for the text
     cell = (room + GAP, high + GAP + max(len(lines) for _, lines in cells) * LINE)
@@ -95,7 +95,7 @@ def sheet(result: Comparison, title: str, amplify: float) -> Codes:
     heading = measure.wrap(title, width - 2 * GAP, SIZE + 4)
     notes = [line for note in words.notes(result, amplify) for line in measure.wrap(note, width - 2 * GAP)]
     top = GAP + len(heading) * (LINE + 6)
-    paper = _Paper(width, top + GAP + rows * cell[1] + GAP + len(notes) * LINE + GAP)
+    paper = Paper(width, top + GAP + rows * cell[1] + GAP + len(notes) * LINE + GAP)
     for i, line in enumerate(heading):
         paper.write(GAP, GAP + i * (LINE + 6), line, width, size=SIZE + 4)
     for i, (pictures, lines) in enumerate(cells):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from airlight.detect.ranking import Candidate
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import FIELD_SIDE_PX, Signals
 from airlight.planes import Array, block_means, blur, box, label, shrink, smoothstep
 
@@ -22,8 +22,7 @@ FAR = 40.0  # diagonals, where they are parallel
 
 @dataclass(frozen=True)
 class Directions:
-    """Holds directions towards lights. x, y in widths. angle: towards the light, radians. weight: how sure each is. axial: its opposite is
-    as good."""
+    """x, y in widths. angle: towards the light, radians. weight: how sure each is. axial: its opposite is as good."""
 
     x: Array
     y: Array
@@ -32,7 +31,7 @@ class Directions:
     axial: bool
 
     def agreement(self, px: Array, py: Array) -> Array:
-        """Weigh the share of the directions that point at each of the given places."""
+        """Weigh how many of the directions point at each of the given positions, as a share."""
         deviation = np.arctan2(py[:, None] - self.y, px[:, None] - self.x) - self.angle
         turn = np.pi if self.axial else 2 * np.pi
         deviation = (deviation + turn / 2) % turn - turn / 2

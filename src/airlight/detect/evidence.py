@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from airlight.detect.candidate import Candidate
 from airlight.detect.parts import Part, bright_parts
-from airlight.detect.ranking import Candidate
 from airlight.detect.signals import Signals
 from airlight.planes import blur, box, smoothstep
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from airlight.detect.ranking import Candidate
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import Signals
 from airlight.planes import Array, blur, label, smoothstep
 
@@ -58,7 +58,7 @@ def _place(plane: Array) -> tuple[float, float]:
 
 
 def _single_lamps(plane: Array) -> tuple[tuple[float, float], ...]:
-    """Find the brightest lamps, each the middle of its surroundings, none nearer than LAMP_SPACING to another."""
+    """List the brightest lamps, each the middle of its surroundings, none nearer than LAMP_SPACING to another."""
     height, width = plane.shape
     power = _blur_in_black(plane, 0.008 * max(plane.shape))
     y, x = np.indices(plane.shape) + 0.5

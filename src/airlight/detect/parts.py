@@ -22,7 +22,7 @@ SURROUNDINGS = 1.25  # radii round a part that its window holds
 
 @dataclass(frozen=True)
 class Part:
-    """Holds a connected bright part, in a window of the picture that holds its surroundings.
+    """A connected bright part, in a window of the picture that holds its surroundings.
 
     corner: the window's, (x, y) px. mask, signal, luminance: of the window. typical: the signal's median over the picture. touch:
     the share of the outline, a circle's, that lies on the frame. company: the share of what is as bright that the part is.
@@ -55,7 +55,7 @@ class Part:
 
     @cached_property
     def pixels(self) -> tuple[Array, Array]:
-        """List x, y of its pixels in the picture."""
+        """List the positions, x, y, of its pixels in the picture."""
         y, x = np.nonzero(self.mask)
         return x + self.corner[0], y + self.corner[1]
 
@@ -65,7 +65,7 @@ class Part:
 
     @property
     def radius(self) -> float:
-        """Compute the radius of the disc of its area, px."""
+        """Measure the radius of the disc of its area, px."""
         return float(np.sqrt(len(self.pixels[0]) / np.pi))
 
     @cached_property
@@ -90,25 +90,25 @@ class Part:
         return np.minimum(covered * (rows * columns / (height * width)), 1.0)
 
     def ring(self, inner: float, outer: float) -> Array:
-        """Mark the pixels of the window between two distances, px, from the part."""
+        """Select the pixels of the window between two distances, px, from the part."""
         grown = self.mask.astype(np.float32)
         return (box(grown, max(1, round(outer))) > 1e-6) & ~(box(grown, max(1, round(inner))) > 1e-6)
 
     @cached_property
     def is_sharp(self) -> bool:
-        """Tells whether it ends at an edge rather than fading out."""
+        """Tell whether it ends at an edge rather than fading out."""
         edge = self.ring(max(2.0, 0.15 * self.radius), max(4.0, 0.4 * self.radius))
         return bool(edge.any() and np.median(self.signal[edge]) < 0.5 * self.brightness)
 
     @cached_property
     def is_opening(self) -> bool:
-        """Tells whether it is wide, even and sharply bounded within the frame, as a window is."""
+        """Tell whether it is wide, even and sharply bounded within the frame, as a window is."""
         wide = self.share >= OPENING_SHARE and self.touch < OPENING_TOUCH
         return wide and self.is_sharp and self.evenness(0.8, 0.55) > OPENING_EVENNESS
 
     @property
     def plainness(self) -> float:
-        """Rate how plain it is: 1 a wide sky, cut by the frame; 0 a light."""
+        """Rate it from 0, a light, to 1, a wide sky that is cut by the frame."""
         return float(smoothstep(self.touch, 0.35, 0.6) * smoothstep(self.share, 0.06, 0.09))
 
     def evenness(self, high: float, low: float) -> float:
@@ -120,7 +120,7 @@ class Part:
         return float((self.signal[wide] > high * top).mean())
 
     def spill(self) -> float:
-        """Measures how much brighter, in perceptual steps, the surroundings are near the part than farther away."""
+        """Measure how much brighter, in perceptual steps, the surroundings are near the part than farther away."""
         near = self.ring(max(2.0, 0.1 * self.radius), max(4.0, 0.35 * self.radius))
         far = self.ring(max(5.0, 0.7 * self.radius), max(9.0, 1.2 * self.radius))
         if not near.any() or not far.any():
@@ -129,8 +129,7 @@ class Part:
         return float(steps[near].mean() / max(float(steps[far].mean()), 1e-3))
 
     def roundness(self) -> float:
-        """Rate its roundness: 1 for a disc, less for a long or an angular part: by its axes and the fourth moment of its whitened
-        pixels."""
+        """Rate its shape, 1 for a disc, less if long or angular: by its axes and the fourth moment of its whitened pixels."""
         x, y = self.pixels
         if len(x) < 2:  # has no shape
             return 0.0

@@ -1,11 +1,12 @@
 """The candidates of a picture, gathered from every kind of evidence, merged and ranked."""
 
 import dataclasses
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from airlight.detect import beyond, evidence, night
+from airlight.detect.candidate import Candidate
 from airlight.detect.signals import Signals, linear_copy
 
 ACT = 0.45  # confidence from which a light is taken without asking
@@ -18,29 +19,11 @@ SUPPORT = 0.5
 SEEN_COUNTS = 0.6  # a light that is itself seen leaves a glow at a skyline this much less to explain
 
 
-@dataclass(frozen=True)
-class Candidate:
-    """Holds a position where the picture's light may be.
-
-    position: (x, y) normalised, (0, 0) the top left corner; outside 0..1 beyond the frame. kind: "disc", "opening", "glow",
-    "lamps" or "beyond". confidence: 0..1. guess: beyond the frame by no evidence that points there. lamps: of kind lamps the
-    single ones, brightest first.
-    """
-
-    position: tuple[float, float]
-    kind: str
-    confidence: float
-    guess: bool = False
-    lamps: tuple[tuple[float, float], ...] = ()
-
-
 def find_lights(image: Any) -> list[Candidate]:
     """Rank the places where the light of an image, as in airlight.light_shafts (floats are linear), may be, best first.
 
     At most 8, at least .08 widths apart, none where nothing speaks for a light. Scaling a float image changes nothing.
     """
-    from airlight.detect import beyond, evidence, night
-
     signals = Signals.of(linear_copy(image))
     if signals is None:
         return []

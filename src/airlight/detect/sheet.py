@@ -1,4 +1,4 @@
-"""A picture with its candidates drawn in: numbered rings, each with its kind and confidence."""
+"""Draw the candidates into a picture: numbered rings, each with its kind and confidence."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.colour import encode_codes
-from airlight.detect.ranking import ACT, ASK, Candidate
+from airlight.detect.candidate import Candidate
+from airlight.detect.ranking import ACT, ASK
 from airlight.errors import MachineError
 from airlight.planes import Array, shrink
 
@@ -78,7 +79,7 @@ def _stroke(codes: Array, distance: Array, half_width: float, color: Array) -> N
 
 
 def _arrow(x: Array, y: Array, at: Array, towards: Array, ring: float) -> Array:
-    """Measure the distances, px, to an arrow within a ring that points from its middle towards a place."""
+    """Measure the distances, px, to an arrow within a ring that points from its middle towards a position."""
     way = (towards - at) / max(float(np.hypot(*(towards - at))), 1e-6)
     along, across = (x - at[0]) * way[0] + (y - at[1]) * way[1], np.abs((y - at[1]) * way[0] - (x - at[0]) * way[1])
     tip = 0.8 * ring

@@ -43,8 +43,7 @@ def linear_copy(image: Any) -> Array:
 
 @dataclass(frozen=True)
 class Signals:
-    """Holds a small copy. rgb: (h, w, 3) linear, scaled so that the luminance's 99.95th percentile is 1; suns of a float picture lie above
-    it."""
+    """rgb: (h, w, 3) linear, scaled so that the luminance's 99.95th percentile is 1; suns of a float picture lie above it."""
 
     rgb: Array
 
@@ -83,7 +82,7 @@ class Signals:
 
     @cached_property
     def value(self) -> Array:
-        """Average luminance and largest channel, so that coloured lights count."""
+        """Average luminance and the largest channel, so that coloured lights count."""
         return blur((self.luminance + self.rgb.max(axis=2)) / 2, SIGNAL_BLUR * self.long_side)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Outputs that are whole or absent: checked before the work, written beside the target, renamed at the end."""
+"""Write outputs that are whole or absent: checked before the work, written beside the target, renamed at the end."""
 
 import contextlib
 import errno
@@ -27,7 +27,7 @@ OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {
 
 
 def output_format(path: str) -> tuple[str, tuple[int, ...]]:
-    """Format name and possible bits for the name's extension. Raises AirlightError for an unknown one."""
+    """Look up the format's name and possible bits by the name's extension. Raises AirlightError for an unknown one."""
     extension = os.path.splitext(path)[1].lower()
     if extension not in OUTPUTS:
         what = f"unknown extension {extension!r}" if extension else "no extension"
@@ -74,7 +74,7 @@ def check_output(
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator[BinaryIO]:
-    """A binary file to write to; at the end of the block it becomes `path`, whole, or after an exception nothing is left.
+    """Open a binary file to write to; at the end of the block it becomes `path`, whole, or after an exception nothing is left.
 
     Raises MachineError when the disk is full or fails, AirlightError when the target appeared meanwhile.
     """
@@ -147,7 +147,7 @@ def _check_room(name: str, most: int, folder: str | None) -> None:
 
 @contextlib.contextmanager
 def scratch(name: str, most: int) -> Iterator[str]:
-    """The name of an empty file in memory, where libraries may write that would end the process on a full disk.
+    """Name an empty file in memory, where libraries may write that would end the process on a full disk.
 
     name: of the output, for the message; most: bytes that it may need. Raises MachineError where there is no room for them.
     """

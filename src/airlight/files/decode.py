@@ -1,4 +1,4 @@
-"""Decoding, with what OpenImageIO does not do by itself: limits, regular files only, damage noticed."""
+"""Decode, with what OpenImageIO does not do by itself: limits, regular files only, damage noticed."""
 
 import contextlib
 import os
@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files import extras
-from airlight.messages import tell
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -47,7 +46,7 @@ _MAGIC = (
 
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[tuple[str, bytes]]:
-    """A regular file's name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+    """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             kind = "a folder" if os.path.isdir(path) else "not a regular file"
@@ -67,7 +66,7 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
 
 
 def problem(source: Any) -> str:
-    """OpenImageIO's error text; it may quote bytes of the file."""
+    """Take OpenImageIO's error text; it may quote bytes of the file."""
     try:
         return str(source.geterror())
     except UnicodeDecodeError:
@@ -75,7 +74,7 @@ def problem(source: Any) -> str:
 
 
 class _Quiet:
-    """Libpng prints its errors itself, beside those that OpenImageIO hands on. Threads share the silence; the last gives stderr back."""
+    """Silences libpng, which prints errors that OpenImageIO hands on too. Threads share the silence; the last gives stderr back."""
 
     def __init__(self) -> None:
         self.lock, self.users, self.kept = threading.Lock(), 0, -1
@@ -114,7 +113,7 @@ def _sniff(head: bytes, path: str) -> str:
 
 
 def read_settings(path: str) -> str:
-    """The settings of the run that wrote an image. Raises AirlightError where there are none."""
+    """Read the settings of the run that wrote an image. Raises AirlightError where there are none."""
     import OpenImageIO as oiio
 
     text = ""
@@ -159,7 +158,7 @@ def _code_type(spec: Any) -> str:
 
 
 def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
-    """What can be had of a damaged file, missing rows black."""
+    """Salvage what can be had of a damaged file, missing rows black."""
     step = max(1, spec.get_int_attribute("oiio:RowsPerChunk", 1))
     result, found = None, False
     for y in range(spec.y, spec.y + spec.height, step):
@@ -176,7 +175,7 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
 
 
 def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) -> np.ndarray:
-    """The channels of an EXR's further parts behind those of the first, in `spec` too; a name that is taken gets the part's before it."""
+    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it."""
     names = list(spec.channelnames)
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
     found, lost = [pixels], []
@@ -201,7 +200,7 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         names += fresh
         kinds += [str(kind) for kind in further.channelformats] or [str(further.format)] * len(fresh)
     if lost:
-        tell(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
+        warn(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
     spec.nchannels, spec.channelnames, spec.channelformats = len(names), tuple(names), tuple(_types(kinds))
     return np.concatenate(found, axis=2, dtype=np.float32)
 
@@ -213,7 +212,7 @@ def _types(kinds: list[str]) -> list[Any]:
 
 
 def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
-    """All channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
+    """Decode all channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
 
     if on_damage not in ("error", "warn", "ignore"):
@@ -261,7 +260,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
         hint = "copy or export it again" if pixels is None else "copy or export it again, or pass --on-damage warn to use what is there"
         raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
     if text and on_damage == "warn":
-        tell(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
+        warn(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
     if parts > 1 and format != "openexr":
-        tell(f"{path}: holds {parts} pictures; only the first is used", 5)
+        warn(f"{path}: holds {parts} pictures; only the first is used", 5)
     return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files.atomic import scratch
 
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
@@ -19,7 +19,7 @@ _PLAIN_PRIMARIES, _PLAIN_TRANSFER = (0, 1, 2), (1, 2, 6, 13, 14, 15)
 
 
 def kind(path: str, head: bytes) -> str | None:
-    """`raw`, `heic` or None, by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
+    """Tell RAW from HEIC: `raw`, `heic` or None, by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
     if head[4:8] == b"ftyp":
         brands = {head[i : i + 4] for i in (8, *range(16, min(int.from_bytes(head[:4], "big"), 256), 4))}
         return "raw" if b"crx " in brands else "heic" if head[8:12] in _BRANDS or brands & (_BRANDS - {b"mif1", b"msf1", b"mif2"}) else None
@@ -42,7 +42,7 @@ def _damaged(path: str, error: Any) -> AirlightError:
 
 
 def decode_raw(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
-    """(H, W, 3) uint16, linear Rec. 709 with the camera's white balance and white at the sensor's, upright; and its spec.
+    """Decode RAW: (H, W, 3) uint16, linear Rec. 709 with the camera's white balance and the sensor's white, upright; and its spec.
 
     file: a binary file at its start. check: called with a spec before anything is decoded, raises AirlightError.
     """
@@ -63,10 +63,8 @@ def decode_raw(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
 
 
 def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
-    """(H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif tags. Arguments as `decode_raw`."""
+    """Decode HEIC: (H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif. Arguments as `decode_raw`."""
     import OpenImageIO as oiio
-
-    from airlight.messages import tell
 
     heif = _library("pillow_heif", "heic", path)
     try:
@@ -84,15 +82,15 @@ def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
     elif nclx:
         if nclx["transfer_characteristics"] not in _PLAIN_TRANSFER:
-            tell(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
+            warn(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
         if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
             numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
             spec.attribute("chromaticities", "float[8]", tuple(numbers))
-    _hand_exif(spec, image.info.get("exif") or b"", path)
+    copy_exif(spec, image.info.get("exif") or b"", path)
     return pixels, spec
 
 
-def _hand_exif(spec: Any, block: bytes, path: str) -> None:
+def copy_exif(spec: Any, block: bytes, path: str) -> None:
     """Give the spec the tags of an Exif block, but not its orientation: the pixels are upright. OpenImageIO reads them in a JPEG."""
     import OpenImageIO as oiio
 

@@ -9,12 +9,11 @@ import numpy as np
 
 from airlight.arrays import repair
 from airlight.colour import alpha_of, decode_codes
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files import spaces
 from airlight.files.colour import Profile
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
-from airlight.messages import tell
 
 COARSE = 1500  # px of the longer side of a coarse copy, about
 OnDamage = Literal["error", "warn", "ignore"]
@@ -22,7 +21,7 @@ Window = tuple[int, int, int, int]  # x, y, width, height
 
 
 def every(size: int, step: int) -> slice:
-    """Every step-th of size, from the middle of the first step; at least one."""
+    """Index every step-th of size, from the middle of the first step; at least one."""
     return slice(min(step // 2, size - 1), None, step)
 
 
@@ -71,20 +70,20 @@ class Picture:
 
     @property
     def colour_codes(self) -> np.ndarray:
-        """The codes without alpha, (H, W, 1 or 3)."""
+        """Leave out alpha: the codes (H, W, 1 or 3)."""
         return self.codes[..., : 1 if self.codes.shape[2] < 3 else 3]
 
     @property
     def luminance(self) -> np.ndarray:
-        """(3,) float32: the weights of the luminance of the picture's linear RGB."""
+        """Give the weights of the luminance of the picture's linear RGB: (3,) float32."""
         return REC709_F32 if self.to_709 is None else (REC709_F32 @ self.to_709).astype(np.float32)
 
     def rec709(self, pixels: np.ndarray) -> np.ndarray:
-        """(..., 3) in the picture's linear RGB as linear Rec. 709."""
+        """Convert (..., 3) from the picture's linear RGB to linear Rec. 709."""
         return pixels if self.to_709 is None else pixels @ self.to_709.T.astype(np.float32)
 
     def channel(self, name: str) -> np.ndarray:
-        """(H, W) float32: a further channel of an EXR, by its name in any case. Raises AirlightError where there is none."""
+        """Find a further channel of an EXR, by its name in any case: (H, W) float32. Raises AirlightError where there is none."""
         names = [one.lower() for one in self.extra_names]
         if self.extra is None or name.lower() not in names:
             there = ", ".join(self.extra_names[:8]) or "none"
@@ -94,11 +93,11 @@ class Picture:
         return _finite(np.ascontiguousarray(self.extra[..., names.index(name.lower())][..., None]), self.path)[..., 0]
 
     def from_rec709(self, pixels: np.ndarray) -> np.ndarray:
-        """The inverse of `rec709`."""
+        """Convert by the inverse of `rec709`."""
         return pixels if self.to_709 is None else pixels @ np.linalg.inv(self.to_709).T.astype(np.float32)
 
     def linear(self, coarse: bool = False) -> np.ndarray:
-        """(H, W, 3) float32 scene-linear, in the picture's own RGB; grey expanded; straight for integer formats, as stored for EXR.
+        """Decode to scene-linear light, (H, W, 3) float32, in the picture's own RGB; grey expanded; integers straight, EXR as stored.
 
         coarse: only every n-th row and column, some COARSE of the longer.
         """
@@ -118,7 +117,7 @@ def upright(array: np.ndarray, orientation: int) -> np.ndarray:
 
 
 def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
-    """Data and display window after the orientation; the spec's attributes are turned with them."""
+    """Orient data and display window; the spec's attributes are turned with them."""
     x, y = spec.x - spec.full_x, spec.y - spec.full_y
     width, height = spec.width, spec.height
     whole = [spec.full_width, spec.full_height]
@@ -146,7 +145,7 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
 
 
 def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
-    """The layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
+    """Find the layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
     if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
         alpha_channel = -1
     found: dict[str, list[int]] = {}
@@ -160,7 +159,7 @@ def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[st
 
 
 def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
-    """The layer that is meant by what the user wrote; `rgba` is the one without a name."""
+    """Find the layer that is meant by what the user wrote; `rgba` is the one without a name."""
     if layer in found:
         return layer
     if layer.lower() == "rgba" and "" in found:
@@ -172,13 +171,13 @@ def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
 
 
 def _stands_in(found: dict[str, list[int]]) -> str | None:
-    """The layer taken where none was asked for: the one without a name, else the beauty by its usual names, else the first."""
+    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first."""
     beauty = [name for name in found if name.rpartition(".")[2].lower() in ("combined", "beauty", "rgba")]
     return "" if "" in found else next(iter(beauty + list(found)), None)
 
 
 def _straight(codes: np.ndarray) -> np.ndarray:
-    """Integer codes that were multiplied by alpha, divided again."""
+    """Divide integer codes by the alpha that they were multiplied by."""
     most = np.iinfo(codes.dtype).max
     value = codes.astype(np.float64)
     value[..., :-1] *= most / np.maximum(value[..., -1:], 1)
@@ -186,7 +185,7 @@ def _straight(codes: np.ndarray) -> np.ndarray:
 
 
 def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
-    """The embedded ICC profile, and its transform where it is not simply sRGB."""
+    """Read the embedded ICC profile, and its transform where it is not simply sRGB."""
     value = spec.getattribute("ICCProfile")
     if value is None:
         return None, None
@@ -197,12 +196,12 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
         profile = Profile(icc)
         return icc, None if profile.is_srgb() else profile
     except ValueError as error:
-        tell(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
+        warn(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
         return icc, None
 
 
 def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """Matrix to Rec. 709 and chromaticities of a picture: those of `colorspace`, else what its file says."""
+    """Find the matrix to Rec. 709 and the chromaticities of a picture: those of `colorspace`, else what its file says."""
     if colorspace is not None:
         if not real:
             raise AirlightError(f"{name}: holds integers, whose colours its ICC profile tells; --colorspace is for EXR, HDR, float TIFF")
@@ -214,7 +213,7 @@ def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np
     try:
         return spaces.to_rec709(value), value
     except ValueError as error:
-        tell(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
+        warn(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
         return None, None
 
 
@@ -228,7 +227,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
 
     space = spec.get_string_attribute("jpeg:ColorSpace") + spec.get_string_attribute("tiff:ColorSpace")
     if "CMYK" in space or "YCbCrK" in space:
-        tell(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
+        warn(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
 
     names = list(spec.channelnames)
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
@@ -250,7 +249,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     rest = [i for i in range(len(names)) if usable[i] and not (replaced and i in chosen) and not names[i].startswith("airlight.")]
     lost = [names[i] for i in range(len(names)) if not usable[i]] if format == "openexr" else [names[i] for i in rest if i not in chosen]
     if lost:
-        tell(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
+        warn(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)
     extra = np.ascontiguousarray(pixels[..., rest]) if format == "openexr" and rest else None
 
     associated = format == "openexr"

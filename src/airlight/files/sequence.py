@@ -24,7 +24,7 @@ class Numbered:
         return f"{self.before}{'-' if number < 0 else ''}{abs(number):0{self.digits}d}{self.after}"
 
     def on_disk(self) -> list[int]:
-        """The numbers of the files that there are, in order. Raises AirlightError where the folder cannot be read."""
+        """List the numbers of the files that there are, in order. Raises AirlightError where the folder cannot be read."""
         folder, start = os.path.split(self.before)
         name = re.compile(rf"{re.escape(start)}(-?)(\d{{{self.digits},}}){re.escape(self.after)}")
         try:
@@ -35,7 +35,7 @@ class Numbered:
 
 
 def numbered(path: str) -> Numbered | None:
-    """The pattern in a file's name (the last one), None for a plain name."""
+    """Find the pattern in a file's name (the last one), None for a plain name."""
     folder, name = os.path.split(path)
     places = list(_PATTERN.finditer(name))
     if not places or os.path.isfile(path):
@@ -46,12 +46,12 @@ def numbered(path: str) -> Numbered | None:
 
 
 def deliberate(path: str) -> bool:
-    """Whether a name can hardly be meant but as a pattern: `##` or `%04d`; one `#` is common in plain names."""
+    """Tell whether a name can hardly be meant but as a pattern: `##` or `%04d`; one `#` is common in plain names."""
     return re.search(r"##|%0\d+d", os.path.basename(path)) is not None
 
 
 def frames(text: str) -> list[int]:
-    """`1-100x2,150`: the numbers, in the order written, each once. Raises AirlightError."""
+    """Parse `1-100x2,150`: the numbers, in the order written, each once. Raises AirlightError."""
     out: dict[int, None] = {}
     for part in text.split(","):
         found = _RANGE.fullmatch(part)

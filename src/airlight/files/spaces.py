@@ -29,7 +29,7 @@ def _xyz(x: float, y: float) -> np.ndarray:
 
 
 def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
-    """(3, 3): linear RGB of these chromaticities (x, y of red, green, blue, white) to linear Rec. 709; None where they are the same.
+    """Derive (3, 3): linear RGB of chromaticities (x, y of red, green, blue, white) to linear Rec. 709; None where they are the same.
 
     White goes to white by the Bradford transform. Raises ValueError for numbers that span no colours.
     """
@@ -48,7 +48,7 @@ def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
 
 
 def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """A linear space of $OCIO's config, else of the built-in one: its matrix to linear Rec. 709 (None: it is that), and its
+    """Look up a linear space in $OCIO's config, else the built-in one: its matrix to linear Rec. 709 (None: it is that), and its
     chromaticities where they are among CHROMATICITIES. Raises AirlightError for a name that is unknown or not linear."""
     import PyOpenColorIO as ocio
 

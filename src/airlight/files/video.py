@@ -20,7 +20,7 @@ _X264 = {"preset": "medium", "x264-params": "mbtree=0"}
 
 
 def library() -> Any:
-    """PyAV. Raises AirlightError where it is not installed."""
+    """Import PyAV. Raises AirlightError where it is not installed."""
     try:
         import av
     except ImportError:
@@ -41,8 +41,8 @@ def check_film(path: str, width: int, height: int, overwrite: bool = False) -> N
     library()
 
 
-class _At:
-    """A file with a position of its own: FFmpeg reads what it has written to put the index in front."""
+class FileCursor:
+    """Reads and writes a file at a position of its own: FFmpeg reads what it has written to put the index in front."""
 
     name = "film.mp4"
 
@@ -73,7 +73,7 @@ class _At:
         return self._position
 
     def close(self) -> None:
-        """The file is closed by whoever opened it."""
+        """Leave the file to whoever opened it."""
 
 
 @contextlib.contextmanager
@@ -86,7 +86,7 @@ def film(
     overwrite: bool = False,
     settings: str | None = None,
 ) -> Iterator[Callable[[np.ndarray], None]]:
-    """A function that adds a frame, (height, width, 3) uint8 sRGB codes; at the end of the block the film is verified and in place.
+    """Open a film: a function that adds a frame, (height, width, 3) uint8 sRGB codes; at the block's end it is verified and in place.
 
     yuv420p, limited range, converted by and tagged as BT.709; the index in front; the same frames give the same bytes.
     crf: x264's quality, 0 (lossless) to 51. settings: a text about the run, kept as the film's comment.
@@ -98,7 +98,7 @@ def film(
     count, sound = 0, True
     with replacing(name, overwrite) as file, _told(av, name):
         options = {"movflags": "faststart", "fflags": "+bitexact"}
-        container = av.open(_At(file), "w", format="mp4", options=options, io_open=lambda *_: _At(file))
+        container = av.open(FileCursor(file), "w", format="mp4", options=options, io_open=lambda *_: FileCursor(file))
         stream = container.add_stream("libx264", rate=fps, options={"crf": f"{crf:g}", **_X264})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         codec = stream.codec_context
@@ -125,21 +125,21 @@ def film(
         container.mux(stream.encode(None))
         container.close()
         file.flush()
-        _verify(av, file, name, width, height, count)
+        verify_film(av, file, name, width, height, count)
 
 
 @contextlib.contextmanager
 def _told(av: Any, name: str) -> Iterator[None]:
-    """FFmpeg's errors as a MachineError; those of the file, as a full disk, are `replacing`'s to tell."""
+    """Raise FFmpeg's errors as a MachineError; those of the file, as a full disk, are `replacing`'s to tell."""
     try:
         yield
     except av.FFmpegError as error:
         raise MachineError(f"{name}: could not be encoded ({' '.join(str(error).split())[:200]})") from error
 
 
-def _verify(av: Any, file: BinaryIO, name: str, width: int, height: int, count: int) -> None:
+def verify_film(av: Any, file: BinaryIO, name: str, width: int, height: int, count: int) -> None:
     """Decode the film: every frame must be there."""
-    with av.open(_At(file)) as container:
+    with av.open(FileCursor(file)) as container:
         stream = container.streams.video[0]
         stream.thread_type = "AUTO"
         found = 0
@@ -150,7 +150,7 @@ def _verify(av: Any, file: BinaryIO, name: str, width: int, height: int, count: 
 
 
 def read_settings(path: str) -> str:
-    """The settings of the run that wrote a film. Raises AirlightError where there are none."""
+    """Read the settings of the run that wrote a film. Raises AirlightError where there are none."""
     av = library()
     text = ""
     with opened(path) as (name, _), contextlib.suppress(av.FFmpegError, UnicodeDecodeError), av.open(name, format="mp4") as container:

@@ -1,4 +1,4 @@
-"""Pictures to files: encoded in memory, verified, and only then put in place."""
+"""Write pictures to files: encoded in memory, verified, and only then put in place."""
 
 import contextlib
 import functools
@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from airlight.colour import alpha_of, encode_codes, is_neutral
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
 from airlight.files.images import Picture, upright
-from airlight.messages import tell
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
@@ -91,7 +90,7 @@ def write_image(
     if transparency is not None:
         if format in ("jpeg", "hdr"):
             if (transparency < (1 if real else np.iinfo(kind).max)).any():
-                tell(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
+                warn(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
             transparency = None
         elif format == "webp" and (transparency == np.iinfo(kind).max).all():  # it would be left out, and not read back
             transparency = None
@@ -112,28 +111,28 @@ def write_image(
         if format == "openexr":
             channels.append(like.extra)
         else:
-            tell(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
+            warn(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
     spec = _spec(given.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
     if settings is not None:
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
         if not _copied(memory, like, codes, format):
-            _encode(memory, format, spec, codes, name)
+            encode_file(memory, format, spec, codes, name)
             _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
 
 
 def _most(like: Picture | None, format: str, depth: int, colours: int) -> Any:
-    """What a colour may be at most; of an EXR whose channels are half and float, of each."""
+    """Bound a colour; of an EXR whose channels are half and float, each channel."""
     if format == "openexr" and like is not None and depth == like.bits and len(set(like.formats)) > 1 and len(like.formats) >= colours:
         return np.array([HALF_MOST if kind == "half" else FLOAT_MOST for kind in like.formats[:colours]], np.float32)
     return HALF_MOST if depth == 16 else FLOAT_MOST
 
 
 def _finite(values: np.ndarray, most: Any) -> np.ndarray:
-    """A copy as float32 within +-most, NaN as 0."""
+    """Copy as float32 within +-most, NaN as 0."""
     value = np.array(values, np.float32)
     if not np.isfinite(value).all():
         np.nan_to_num(value, copy=False, nan=0.0, posinf=most, neginf=-most)
@@ -147,7 +146,7 @@ def _rows(values: np.ndarray, most: float, first: int, last: int) -> np.ndarray:
 def _real_colour(
     pixels: np.ndarray, like: Picture | None, format: str, most: Any, changed: np.ndarray | None, colours: int, first: int, last: int
 ) -> np.ndarray:
-    """Rows from first to before last of the colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
+    """Convert rows from first to before last to colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
     colour = _finite(pixels[first:last], most)
     if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
         colour *= like.alpha[first:last, :, None]
@@ -158,7 +157,7 @@ def _real_colour(
 
 
 def _joined(channels: list[Any], spec: Any) -> np.ndarray:
-    """The channels side by side, (H, W, C), rounded to what the spec says of each: float16 where all are half, else float32."""
+    """Join channels, (H, W, C), rounded to what the spec says of each: float16 where all are half, else float32."""
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * spec.nchannels
     half = [kind == "half" for kind in kinds]
     codes = np.empty((spec.height, spec.width, spec.nchannels), np.float16 if all(half) else np.float32)
@@ -179,7 +178,7 @@ def _joined(channels: list[Any], spec: Any) -> np.ndarray:
 def _integer_colour(
     pixels: np.ndarray | None, like: Picture | None, depth: int, changed: np.ndarray | None, encoded: np.ndarray | None, format: str
 ) -> tuple[np.ndarray, bool]:
-    """Codes (H, W, 3), and whether they are in the input's ICC profile."""
+    """Encode codes (H, W, 3), and tell whether they are in the input's ICC profile."""
     dtype = np.dtype(f"uint{depth}")
     integer = like is not None and like.codes.dtype.kind == "u"
     profile = like.profile if integer and like is not None and format != "webp" else None
@@ -224,7 +223,7 @@ def _spec(
     depth: int,
     keeps_icc: bool,
 ) -> Any:
-    """The header of a picture of size (H, W), its metadata included. further: names and types of the
+    """Make the header of a picture of size (H, W), its metadata included. further: names and types of the
     channels that follow colour and alpha in an EXR."""
     import OpenImageIO as oiio
 
@@ -298,20 +297,20 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
             room -= size
             spec.attribute(item.name, item.type, item.value)
     if lost:
-        tell(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
+        warn(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
 
 
 def _note(spec: Any, format: str, settings: str, name: str) -> None:
     """Put the settings of the run into the spec."""
     if format == "jpeg" and len(settings) > MOST_SETTINGS:
-        tell(f"{name}: the settings are too long for a JPEG and are left out", 4)
+        warn(f"{name}: the settings are too long for a JPEG and are left out", 4)
     elif format in ("openexr", "png"):
         spec.attribute(SETTINGS, settings)
     else:
         spec.attribute(SOFTWARE, MARK + settings)
 
 
-def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
+def encode_file(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
     import OpenImageIO as oiio
 
     out = oiio.ImageOutput.create(format)
@@ -331,7 +330,7 @@ def _encode(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -
 
 
 def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -> bool:
-    """Whether the input's bytes are in `memory`: where its codes are all as they were, and encoding them again would lose some."""
+    """Copy the input's bytes to `memory` where its codes are all as they were, and encoding them again would lose some; else False."""
     if like is None or like.lossless or like.format != format or not np.array_equal(codes, like.codes):
         return False
     if "K" in like.spec.get_string_attribute("jpeg:ColorSpace"):  # CMYK becomes RGB
@@ -377,7 +376,7 @@ def _verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -
 
 
 def _all_chunks(path: str, height: int) -> bool:
-    """Whether the chunks of a one-part EXR of scan lines follow each other from its table of offsets to its end, and hold all rows.
+    """Tell whether the chunks of a one-part EXR of scan lines follow each other from the table of offsets to the end, with all rows.
 
     Source: OpenEXR File Layout, openexr.com: attributes are name, type, size, value; a chunk is its first row, its size, its data.
     """

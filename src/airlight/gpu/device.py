@@ -173,11 +173,12 @@ class Device:
         return self._samplers[filter]
 
     def bind(self, path: str, *resources: Any) -> Any:
-        """Create the bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
-        entries = [{"binding": i, "resource": self._resource(r)} for i, r in enumerate(resources)]
+        """The bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
+        entries = [{"binding": i, "resource": self.binding(r)} for i, r in enumerate(resources)]
         return self.device.create_bind_group(layout=self._modules[path][1], entries=entries)
 
-    def _resource(self, r: Any) -> Any:
+    def binding(self, r: Any) -> Any:
+        """Describe a resource for a bind group: a whole buffer, a view of a texture, a sampler as it is."""
         if isinstance(r, self.wgpu.GPUBuffer):
             return {"buffer": r, "offset": 0, "size": r.size}
         return r.create_view() if isinstance(r, self.wgpu.GPUTexture) else r

@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.jobs import tasks
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
-from airlight.messages import say, tell
+from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
 from airlight.scatter.methods import METHODS
 
@@ -169,7 +169,7 @@ def run_frames(request: FramesRequest) -> bool:
         video.check_film(r.output, *r.size, r.overwrite)
     with needing_scenes():
         from airlight.gpu.device import shared_device
-        from airlight.medium import settle
+        from airlight.medium.resolve import resolve
         from airlight.scenes import offline, open_scene
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
@@ -208,7 +208,7 @@ def run_frames(request: FramesRequest) -> bool:
         linear=r.output.lower().endswith((".exr", ".hdr")),
     )
     if method.has_units:
-        _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
+        _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
     work = _Work(studio, settings, r.overwrite or r.resume)
     if r.is_film:
@@ -248,13 +248,13 @@ def _doubt(stage: "Stage", shot: "Shot", medium: Any) -> None:
     """Warn of a medium that hides the scene or cannot be seen."""
     import numpy as np
 
-    from airlight.medium import doubt
+    from airlight.medium.resolve import doubt
 
     camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
     eye = camera.world.position if shot.eye is None else shot.eye
     message = doubt(medium, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
     if message is not None:
-        tell(message)
+        warn(message)
 
 
 def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:

@@ -207,7 +207,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask],
 
 
 def _with_first(todo: list[PictureTask], done: list[PictureTask]) -> list[PictureTask]:
-    """Put the first of each sequence's frames that are done in its place: what it settled holds for the rest."""
+    """Put the first of each sequence's frames that are done in its place: what it resolved holds for the rest."""
     going = {task.clip for task in todo} - {None}
     firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
     return sorted([*todo, *firsts.values()], key=lambda task: task.number)

@@ -1,4 +1,4 @@
-"""The command in a child process, so that what ends a process outright becomes one line and leaves nothing behind.
+"""Run the command in a child process, so that what ends a process outright becomes one line and leaves nothing behind.
 
 A failed submit aborts within the GPU library, a driver may crash, the kernel may end what takes too much memory: Python can catch
 none of it. A long dispatch or a decoder does not return for Ctrl-C. The parent can wait. It forks before anything is imported, for
@@ -22,7 +22,7 @@ stopping = False  # whether this process was told to stop
 
 
 def stop_once(got: int, _: Any) -> NoReturn:
-    """Handler: unwind, so that temporary files are removed, which no second signal may disturb."""
+    """Unwind at a first signal, so that temporary files are removed, which no second signal may disturb."""
     global stopping
     stopping = True
     for number in STOPS:
@@ -33,7 +33,7 @@ def stop_once(got: int, _: Any) -> NoReturn:
 
 
 def _stop_again(unraised: Any) -> None:
-    """sys.unraisablehook: a stop that fell into a destructor or a library's callback, where it is lost, is raised once more."""
+    """Raise a stop once more that fell into a destructor or a library's callback, where it is lost; a sys.unraisablehook."""
     if isinstance(unraised.exc_value, (KeyboardInterrupt, SystemExit)) and hasattr(signal, "setitimer"):
         stop = unraised.exc_value
 
@@ -47,7 +47,7 @@ def _stop_again(unraised: Any) -> None:
 
 
 def prepare_process() -> None:
-    """Standard streams that can be written to, and an exit that removes temporary files for every signal that asks for one."""
+    """Have standard streams that can be written to, and remove temporary files at every signal that asks for an end."""
     for handle in range(3):  # a closed one would be given to the next file that is opened, which prints would then land in
         try:
             os.fstat(handle)
@@ -63,7 +63,7 @@ def prepare_process() -> None:
 
 
 def supervised(work: Callable[[], int]) -> int:
-    """The exit code of `work`, in a child process on Linux; its death by a signal becomes one line and 1, or 128 + a stop's number.
+    """Run `work` in a child process on Linux and return its exit code; a death by a signal becomes a line and 1, or 128 + a stop's number.
 
     Elsewhere `work` is simply called: Windows has no fork, and Apple's libraries do not work in a forked process.
     What libraries write to stderr by themselves is not shown, unless AIRLIGHT_TRACEBACK is set.

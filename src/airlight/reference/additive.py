@@ -12,8 +12,7 @@ WHITE = 255  # code of 1 in the buffers
 
 
 def additive(emitted: Array, at: Sequence[float], p: Parameters) -> Array:
-    """Blend scaled copies, (H, W, C): exposure / 255 min(255, sum_i round(f_i J(x - i (x - l) density / n))), f_i = min(decay^i weight / n,
-    1).
+    """Add scaled copies: exposure / 255 min(255, sum_i round(f_i J(x - i (x - l) density / n))), f_i = min(decay^i weight / n, 1).
 
     J = round(255 emitted), at most 255: the buffer that is drawn. Each blend rounds and saturates, as the hardware's do.
     """

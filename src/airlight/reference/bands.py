@@ -18,7 +18,7 @@ def state_index(odd: Any, side: Any, lane: Any, k: Any, lanes: int, powers: int)
 
 
 def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, border: str = "clamp") -> Array:
-    """Compute S(x) of `converged`, (H, W, C), density <= 1. For lam = 0, density = 1 it is S_c = ((c-1) S_{c-1} + I) / c of the chapter.
+    """Sum from ring to ring: S(x) of `converged`, (H, W, C), density <= 1; for lam = 0, density = 1 S_c = ((c-1) S_{c-1} + I) / c.
 
     In general a ring keeps a moment M of the window for each power p of the weight (moments.py), at its far border c, which is the
     pixel's distance along the longer axis and a half: M(c) = g M(c - 1) + k (I(x) - (1-D)^(p+1) I(far end of the ray)),

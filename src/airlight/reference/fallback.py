@@ -36,7 +36,7 @@ def layer(
     fraction: bool = False,
     luminance: Any = radial.REC709,
 ) -> Any:
-    """Compute (H, W, 3) float32, as the GPU's layer: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
+    """Sum as the GPU's layer, (H, W, 3) float32: Eq. 4, the listing, or the converged sum by at most 400 midpoint taps."""
     if METHODS[p.method].per_sample and p.offset in ("gradient", "blue"):
         raise AirlightError(f"jitter {p.offset} needs a graphics adapter: use fixed or midpoint")
     height, width = rgb.shape[:2]

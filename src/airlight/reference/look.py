@@ -75,7 +75,7 @@ def bilinear(plane: Array, x: Array, y: Array) -> Array:
 
 
 def resized(plane: Array, width: int, height: int) -> Array:
-    """Interpolate the plane at the centres of other pixels, bilinear."""
+    """Resize a plane to other pixels: bilinear at their centres."""
     x = (np.arange(width) + 0.5) * plane.shape[1] / width - 0.5
     y = (np.arange(height) + 0.5) * plane.shape[0] / height - 0.5
     return bilinear(plane, *np.meshgrid(x, y))
@@ -95,7 +95,7 @@ def mean_codes(codes: Array, width: int, height: int) -> Array:
 
 
 def matte(y: Array, tones: Tones, parts: Array, grid: RayGrid) -> tuple[Array, Array]:
-    """Find what emits, weighted by how near it is, and without: (E g, E), (H, W) each. y: luminance; parts: (H, W), 1 for what may emit."""
+    """Find what emits, and that weighted by how near it is: (E g, E), (H, W) each. y: luminance; parts: (H, W), 1 for what may emit."""
     height, width = y.shape
     px, py = points(width, height)
     dx, dy = px - grid.light[0], py - grid.light[1]
@@ -105,7 +105,7 @@ def matte(y: Array, tones: Tones, parts: Array, grid: RayGrid) -> tuple[Array, A
 
 
 def _along(grid: RayGrid, distance: Array) -> tuple[Array, Array, Array]:
-    """Find x, y in diagonals of distances, (n, LINES) or (n, 1), on each line, and whether they lie in the picture."""
+    """Place the distances, (n, LINES) or (n, 1), on each line: x, y in diagonals, and whether they lie in the picture."""
     angle = grid.start + (np.arange(LINES) + 0.5) * (grid.span / LINES)
     x = grid.light[0] + distance * np.cos(angle)
     y = grid.light[1] + distance * np.sin(angle)
@@ -113,8 +113,8 @@ def _along(grid: RayGrid, distance: Array) -> tuple[Array, Array, Array]:
 
 
 def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
-    """Sum along lines, (C, w), (RADII, LINES) each: the share of emitters on the way from the light, the sum of Eq. 4 with density 1 and
-    decay 1 over the weights of the whole way; and how dark the place is, by which it counts in means."""
+    """Sum along lines, (C, w), (RADII, LINES) each: the share of emitters on the way from the light, Eq. 4 of density and decay 1 over the
+    weights of the whole way; and how dark the place is, by which it counts in means."""
     height, width = emits.shape
     diagonal = math.hypot(width, height)
     step = grid.step / STEPS
@@ -132,14 +132,14 @@ def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
 
 
 def gaussian(sigma: float) -> Array:
-    """Compute weights of a Gaussian at whole numbers, out to three sigma, their sum 1."""
+    """Weigh whole numbers by a Gaussian, out to three sigma, their sum 1."""
     reach = math.ceil(3 * sigma)
     weights = np.exp(-0.5 * np.square(np.arange(-reach, reach + 1) / max(sigma, 1e-3)))
     return np.asarray(weights / weights.sum())
 
 
 def across(rays: Array, sigma: float, round_trip: bool) -> Array:
-    """Blur by a Gaussian over lines, (radii, lines): all the way round, or with nothing beyond the first and the last."""
+    """Filter lines, (radii, lines), by a Gaussian: all the way round, or with nothing beyond the first and the last."""
     weights = gaussian(sigma)
     reach, count = len(weights) // 2, rays.shape[1]
     wide = np.pad(rays, ((0, 0), (reach, reach)), mode="wrap" if round_trip else "constant")
@@ -149,14 +149,14 @@ def across(rays: Array, sigma: float, round_trip: bool) -> Array:
 
 
 def fine_sigmas(grid: RayGrid, fineness: float) -> Array:
-    """Choose the Gaussian of rays in lines, by distance, (RADII,): wider than `fineness` where that would be a thin scratch."""
+    """Choose the Gaussian of rays in lines by distance, (RADII,): wider than `fineness` where that would be a thin scratch."""
     distance = grid.nearest + (np.arange(RADII) + 1) * grid.step
     thinnest = THINNEST[0] / distance * (LINES / grid.span)
     return np.maximum(grid.lines(fineness), np.minimum(thinnest, grid.lines(THINNEST[1])))
 
 
 def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
-    """Smooth C over neighbouring lines to C', fineness in degrees."""
+    """Filter C over neighbouring lines, which gives C'; fineness in degrees."""
     out = np.empty_like(share)
     for row, sigma in enumerate(fine_sigmas(grid, fineness)):
         out[row] = across(share[row : row + 1], sigma, grid.inside)[0] / across(np.ones((1, LINES)), sigma, grid.inside)[0]
@@ -164,14 +164,13 @@ def smooth(share: Array, grid: RayGrid, fineness: float) -> Array:
 
 
 def breadths(fineness: float) -> tuple[float, float]:
-    """Choose the narrow and the wide mean, degrees: always wider than the rays themselves."""
+    """Choose the breadths of the narrow and the wide mean, degrees: always wider than the rays themselves."""
     narrow, wide = (degrees * max(1.0, fineness / from_here) for degrees, from_here in BREADTHS)
     return narrow, wide
 
 
 def coarse_sigma(grid: RayGrid, degrees: float) -> float:
-    """Compute the Gaussian of a wide mean in groups of COARSE lines: less the variance that grouping them and going back between groups
-    adds."""
+    """Choose the Gaussian of a wide mean in groups of COARSE lines, less the variance that grouping and going back add."""
     variance = grid.lines(degrees) ** 2 - (COARSE**2 - 1) / 12 - COARSE**2 / 6
     return math.sqrt(max(variance, 0.09 * COARSE**2)) / COARSE
 
@@ -193,8 +192,7 @@ def between_groups(means: Array, round_trip: bool) -> Array:
 
 
 def bands(share: Array, weights: Array, grid: RayGrid, fineness: float, pattern: Array | None = None) -> Array:
-    """Find what stands out, (RADII, LINES, 3): C' less its narrow mean; the whole of what stands out, C' less the narrow and less the wide
-    mean; the wide mean.
+    """Split C', (RADII, LINES, 3): less its narrow mean; all that stands out, less the narrow and less the wide mean; the wide mean.
 
     pattern: (LINES,), drawn rays, which stand out instead; of the picture's own only the narrow is left, and less of it.
     """
@@ -210,7 +208,7 @@ DRAWN = (0.4, 0.1)  # share of the picture's own fine rays beside drawn ones; of
 
 
 def at_points(rays: Array, grid: RayGrid, x: Array, y: Array) -> tuple[Array, Array]:
-    """Interpolate the bands at points in diagonals, (..., 3), and find the points' distances from the light."""
+    """Sample the bands at points in diagonals, (..., 3), and measure the points' distances from the light."""
     distance, line = grid.polar(x, y)
     row = (distance - grid.nearest) / grid.step - 1
     if grid.inside:
@@ -242,13 +240,12 @@ ENDS = 0.12  # of the lines of a light beyond the picture, either side: drawn ra
 
 
 def standing_out(found: Array, rest: float) -> Array:
-    """Divide what stands out by the light that is smooth in angle."""
+    """Compute k: what stands out over the light that is smooth in angle."""
     return np.asarray(found[..., 1] / (found[..., 2] + rest))
 
 
 def ray_amount(found: Array, distance: Array, entry: Array, emits: Array, s: RaySettings) -> Array:
-    """Find the signed amount of light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits
-    itself.
+    """Compute the signed light, about -1..1, that a light's rays add (above 0) or lack (below); next to none before what emits itself.
 
     found: (..., 3) bands; distance: from the light; entry: at which the ray enters the picture.
     """
@@ -259,7 +256,7 @@ def ray_amount(found: Array, distance: Array, entry: Array, emits: Array, s: Ray
 
 
 def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
-    """Interpolate `ray_amount`, found on the grid's nodes, at points in diagonals, before emitters take their part."""
+    """Sample `ray_amount`, found on the grid's own positions, at points in diagonals, before emitters take their part."""
     distance = s.grid.nearest + (np.arange(RADII) + 1)[:, None] * s.grid.step
     angle = s.grid.start + (np.arange(LINES) + 0.5) * (s.grid.span / LINES)
     found = ray_amount(rays, distance, s.grid.entry(np.cos(angle), np.sin(angle)), np.zeros_like(distance), s)
@@ -267,8 +264,7 @@ def amounts_at(rays: Array, s: RaySettings, x: Array, y: Array) -> Array:
 
 
 def darkness(tones: Tones) -> tuple[float, float]:
-    """Bound (L before which no light is seen, L before which all is): what is dark beside the surroundings' tone is near, or stays
-    black."""
+    """Set (L before which no light is seen, L before which all is): what is dark beside the surroundings' tone is near, or stays black."""
     level = tones.surroundings ** (1 / 3)
     low, high = (min(max(share * level, least), most) for share, least, most in zip(DARK_OF, DARK, DARK_MOST, strict=True))
     return low, high
@@ -283,8 +279,8 @@ def visible(base: Array, dark: tuple[float, float] = DARK) -> Array:
 def change(
     base: Array, added: Array, missing: Array, strength: float, shade: float, dark: tuple[float, float] = DARK
 ) -> tuple[Array, Array]:
-    """Find (add, take): the light that comes in, (..., 3), and the share of a pixel that its air and missing light take, (...), below 0
-    what the light on its surface gives.
+    """Compute (add, take): the light that comes in, (..., 3), and the share that a pixel's air and missing light take, (...), below 0 what
+    the light on its surface gives.
 
     base: B, a pixel's smoothed lightness; added: (..., 3) and missing: (...), the sums of `ray_amount` over lights, added times color;
     dark: see `darkness`.
@@ -303,7 +299,7 @@ def change(
 
 
 def put(color: Array, add: Array, take: Array, near: Array) -> tuple[Array, Array]:
-    """Bound (added, taken): what a pixel (..., 3) is given, and the share of it that is taken. near: (...), 1 where shafts pass behind.
+    """Put the light on a pixel (..., 3): (added, taken), taken a share of it. near: (...), 1 where shafts pass behind.
 
     One factor for all channels keeps the hue, and the sum from passing WHITE.
     """

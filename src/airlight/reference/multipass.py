@@ -13,7 +13,7 @@ from airlight.scatter.multipass.multipass import LEAST, PASSES, TAPS, TOLERANCE
 
 
 def _pass(image: Array, at: Sequence[float], shifts: Array, weights: Array, border: str) -> Array:
-    """Sum weights_k I(x - shifts_k (x - l)) at all pixel centres."""
+    """Sum sum_k weights_k I(x - shifts_k (x - l)) at all pixel centres."""
     centres = pixel_centres(image.shape[1], image.shape[0])
     out = np.zeros_like(image)
     for shift, weight in zip(shifts, weights, strict=True):
@@ -23,7 +23,7 @@ def _pass(image: Array, at: Sequence[float], shifts: Array, weights: Array, bord
 
 
 def multipass(emitted: Array, at: Any, *, density: float, lam: float, border: str = "clamp") -> Array:
-    """Compute S(x) of `converged` by geometric steps x -> l + gamma (x - l), density <= 1: (H, W, C).
+    """Sum in geometric steps x -> l + gamma (x - l): S(x) of `converged`, density <= 1: (H, W, C).
 
     With u = q/r and the weight as powers c u^p (moments.py), S = sum c int_{1-D}^1 u^p I(l + u (x - l)) du. At u = gamma^(k + 1/2) the
     weights are gamma^(k (p+1)): steps and weights of eight taps, then of eight times, then of 64 times the step multiply to all 512.
@@ -53,7 +53,7 @@ def multipass(emitted: Array, at: Any, *, density: float, lam: float, border: st
 
 
 def arithmetic(emitted: Array, at: Sequence[float], *, density: float, lam: float, border: str = "clamp") -> Array:
-    """Sum in the common form, for comparison: equal steps. Its passes do not multiply to a sum along the ray, so it is not exact."""
+    """Sum in equal steps, the common form, for comparison. Its passes do not multiply to a sum along the ray, so it is not exact."""
     image, scale = emitted, -np.expm1(-lam) / lam if lam else 1.0
     for stage in range(PASSES):
         s = (np.arange(TAPS) + (0.5 if stage == 0 else 0.0)) * TAPS**stage / TAPS**PASSES

@@ -1,4 +1,4 @@
-"""The radial sum in float64, straight from the equations: the truth for tests, documents and benchmarks. Slow on purpose.
+"""Sum radially in float64, straight from the equations: the truth for tests, documents and benchmarks. Slow on purpose.
 
 Images are (H, W, C) arrays; positions are normalised, (0, 0) the top-left corner and pixel centres at (i + 1/2)/W.
 Every sum takes `points`, (P, 2) positions; without it, it is evaluated at all pixel centres. At 1920 x 1080 use a
@@ -27,7 +27,7 @@ _CHUNK = 1 << 17  # samples at a time: the working set stays in the cache
 
 
 def pixel_centres(width: int, height: int) -> Array:
-    """Find the normalised (x, y) of every pixel centre: (height, width, 2)."""
+    """List the normalised (x, y) of every pixel centre: (height, width, 2)."""
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     return np.stack([x, y], axis=-1)
 
@@ -57,7 +57,7 @@ def _sampler(image: Array, border: str) -> Callable[[Array, Array], Array]:
 
 
 def bilinear(image: Array, x: Any, y: Any, border: str = "clamp") -> Array:
-    """Sample an image (H, W, C) bilinearly at normalised x, y of any shape: shape + (C,).
+    """Sample image (H, W, C) bilinearly at normalised x, y of any shape: shape + (C,).
 
     border: clamp (GPU clamp-to-edge) or black (texels outside are zero, so the border fades over its last half pixel).
     """
@@ -75,7 +75,7 @@ def _march(
     border: str,
     dtype: Any,
 ) -> Array:
-    """Sum weights[i] I(x - (shifts[i] + offset) step (x - l)) for every point; offset a number or one per point."""
+    """Compute sum_i weights[i] I(x - (shifts[i] + offset) step (x - l)) for every point; offset a number or one per point."""
     height, width, channels = image.shape
     sample = _sampler(np.asarray(image, dtype), border)
     grid = pixel_centres(width, height) if points is None else np.asarray(points, np.float64)
@@ -138,7 +138,7 @@ def at_points(image: Array, points: Array | None, border: str) -> Array:
 
 
 def enough_taps(shape: tuple[int, ...], light: Sequence[float], density: float) -> int:
-    """Count taps for `converged`: at least 3,000 and four a pixel of the longest ray."""
+    """Choose the taps of `converged`: at least 3,000 and four a pixel of the longest ray."""
     height, width = shape[:2]
     longest = max(math.hypot((x - light[0]) * width, (y - light[1]) * height) for x in (0, 1) for y in (0, 1))
     return max(3000, 4 * math.ceil(min(density * longest, 1e4)))  # of a longer ray nearly all taps lie outside
@@ -166,7 +166,7 @@ def converged(
 
 
 def convergence_error(image: Array, light: Sequence[float], *, taps: int | None = None, **arguments: Any) -> float:
-    """Compute rmse over mean between `converged` with `taps` and with half of them: an upper estimate of the reference's own error."""
+    """Bound the reference's own error: rmse over mean between `converged` with `taps` and with half of them, an upper estimate."""
     n = taps or enough_taps(image.shape, light, arguments["density"])
     fine = converged(image, light, taps=n, **arguments)
     coarse = converged(image, light, taps=max(1, n // 2), **arguments)
@@ -188,7 +188,7 @@ def picture_luminance(c: Array, weights: Any = REC709) -> Array:
 
 
 def finite(image: Array) -> Array:
-    """Clean an image as a source may hold it: negative and non-finite values are 0, the rest at most 65504."""
+    """Limit the image to what a source may hold: negative and non-finite values are 0, the rest at most 65504."""
     image = np.asarray(image, np.float64)
     return np.where(np.isfinite(image), np.clip(np.nan_to_num(image), 0.0, FLOAT16_MAX), 0.0)
 
@@ -277,7 +277,7 @@ def summed(
     points: Array | None = None,
     dtype: Any = np.float64,
 ) -> Array:
-    """Compute the layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
+    """Sum the layer of one white light at a position, of what is emitted, (H, W, C), by the method of p. Arguments as `layer`."""
     one: Array = METHODS[p.method].reference(emitted, at, p, offsets=offsets, taps=taps, points=points, dtype=dtype)
     return one
 

@@ -1,67 +1,16 @@
 """Scenes in three dimensions: those that come with Airlight, and any glTF file. Needs the extra `scenes`."""
 
-from __future__ import annotations
-
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
+from airlight.scenes.names import NAMES, VALIDATION, is_scene
+from airlight.scenes.stage import Stage
 
-if TYPE_CHECKING:
-    import numpy as np
-    import pygfx as gfx
-
-    from airlight.pygfx import SceneLight
-
-NAMES = ("table", "flying")
-VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
-    "slats": ("slats", "room"),
-    "foliage-view": ("foliage", "view"),
-    "foliage-beside": ("foliage", "beside"),
-    "foliage-behind": ("foliage", "behind"),
-    "cage": ("cage", "room"),
-    "two-spots": ("two-spots", "front"),
-    "window": ("window", "corner"),
-    "headlamp": ("headlamp", "eye"),
-    "dense": ("dense", "front"),
-    "mirrored": ("mirrored", "front"),
-}
-
-
-def is_scene(source: str) -> bool:
-    """Whether a source is a scene rather than a picture."""
-    return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))
-
-
-@dataclass
-class Stage:
-    """A scene with all that is needed to film it.
-
-    cameras: the first is the default. lights: what casts shafts. duration: seconds of its animation, which is looped; 0: still.
-    pose(t, camera): put everything where it is at time t (seconds), the same for the same t whatever came before;
-    the camera, if given and one of those that follow something, moves too.
-    center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
-    path: a line where something flies along, hidden until its `visible` is set, or None.
-    settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
-    """
-
-    name: str
-    scene: gfx.Scene
-    cameras: dict[str, gfx.PerspectiveCamera]
-    lights: list[SceneLight]
-    duration: float
-    pose: Callable[[float, gfx.PerspectiveCamera | None], None]
-    center: np.ndarray
-    radius: float
-    movable: SceneLight | None = None
-    path: gfx.WorldObject | None = None
-    settings: dict[str, Any] = field(default_factory=dict)
+__all__ = ["NAMES", "VALIDATION", "Stage", "is_scene", "open_scene"]
 
 
 def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
-    """The stage of "table", "flying", a scene of `validation`, or of a .glb or .gltf file, in its pose at time 0.
+    """Open "table", "flying", a scene of VALIDATION, or a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
     seed: of the path of "flying", None: its own.

@@ -30,7 +30,7 @@ AUREOLE = math.radians(20)  # around a light: what shines into its shafts
 
 
 def equirectangular(directions: np.ndarray, yaw: float = 0.0) -> np.ndarray:
-    """(..., 3) directions to (..., 2) u, v in 0..1 of the picture, v down. yaw: radians by which the surroundings turn about y, + to +x."""
+    """Project (..., 3) directions to (..., 2) u, v in 0..1 of the picture, v down. yaw: radians of its turn about y, + to +x."""
     x, y, z = np.moveaxis(np.asarray(directions, float), -1, 0)
     length = np.sqrt(x * x + y * y + z * z)
     u = (np.arctan2(x, -z) - yaw) / (2 * np.pi) + 0.5
@@ -38,13 +38,13 @@ def equirectangular(directions: np.ndarray, yaw: float = 0.0) -> np.ndarray:
 
 
 def direction(u: float, v: float, yaw: float = 0.0) -> np.ndarray:
-    """The unit direction (3,) of a place in the picture, as `equirectangular` has it."""
+    """Find the unit direction (3,) of a position in the picture, as `equirectangular` has it."""
     turn, down = (u - 0.5) * 2 * np.pi + yaw, v * np.pi
     return np.array([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)])
 
 
 def cube_directions(size: int) -> np.ndarray:
-    """(6, size, size, 3): the world direction of each texel of a cube texture as pygfx samples it: by (-x, y, z) of the direction.
+    """Give each texel of a cube texture its world direction, (6, size, size, 3), as pygfx samples it: by (-x, y, z) of the direction.
 
     Faces and their axes as WebGPU has them: +x, -x, +y, -y, +z, -z.
     """
@@ -57,7 +57,7 @@ def cube_directions(size: int) -> np.ndarray:
 
 
 def sample(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """(H, W, 3) at (..., 2) u, v, bilinear, wrapping around in u: (..., 3)."""
+    """Sample (H, W, 3) at (..., 2) u, v, bilinear, wrapping around in u: (..., 3)."""
     height, width = picture.shape[:2]
     x, y = uv[..., 0] * width - 0.5, np.clip(uv[..., 1] * height - 0.5, 0, height - 1)
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -70,13 +70,13 @@ def sample(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def solid_angles(height: int, width: int) -> np.ndarray:
-    """(H, 1) steradians of a pixel in each row."""
+    """Compute the solid angle of a pixel in each row, (H, 1) steradians."""
     edges = np.cos(np.linspace(0, np.pi, height + 1))
     return ((edges[:-1] - edges[1:]) * 2 * np.pi / width)[:, None]
 
 
 def _directions(height: int, width: int) -> np.ndarray:
-    """(H, W, 3): `direction` of each pixel."""
+    """Find the `direction` of each pixel, (H, W, 3)."""
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     turn, down = (u - 0.5) * 2 * np.pi, v * np.pi
     return np.stack([np.sin(turn) * np.sin(down), np.cos(down), -np.cos(turn) * np.sin(down)], axis=-1)
@@ -91,11 +91,11 @@ class Environment:
 
     @property
     def sun(self) -> np.ndarray:
-        """(3,) the unit direction to the brightest place."""
+        """Find the unit direction (3,) to the brightest position."""
         return self.sun_and_light()[0]
 
     def sun_and_light(self) -> tuple[np.ndarray, np.ndarray]:
-        """(3,) the direction to the sun, and (3,) the irradiance (linear RGB) of what is within SUN_RADIUS around it."""
+        """Measure the direction (3,) to the sun, and the irradiance (3,) (linear RGB) of what is within SUN_RADIUS around it."""
         height, width = self.picture.shape[:2]
         luminance = self.picture @ REC709
         weight = luminance * solid_angles(height, width)
@@ -110,7 +110,7 @@ class Environment:
         return np.array([cos * centre[0] - sin * centre[2], centre[1], sin * centre[0] + cos * centre[2]]), irradiance
 
     def aureole(self, towards: np.ndarray | None, limit: float) -> float:
-        """The mean luminance, none beyond `limit`, within AUREOLE of a direction (3,), or of all."""
+        """Average luminance, none beyond `limit`, within AUREOLE of a direction (3,), or over all."""
         height, width = self.picture.shape[:2]
         weight = np.broadcast_to(solid_angles(height, width), (height, width))
         if towards is not None:
@@ -121,14 +121,14 @@ class Environment:
         return float((np.minimum(self.picture @ REC709, limit) * weight).sum() / weight.sum())
 
     def turned_to(self, towards: np.ndarray) -> Environment:
-        """The same surroundings turned about y so that their sun stands below or above a direction (3,)."""
+        """Turn the surroundings about y so that their sun stands below or above a direction (3,)."""
         if math.hypot(towards[0], towards[2]) < 1e-6:
             return self
         sun = self.sun
         return Environment(self.picture, self.yaw + math.atan2(towards[0], -towards[2]) - math.atan2(sun[0], -sun[2]))
 
     def cube(self, size: int, limit: float | None = None) -> gfx.Texture:
-        """A cube texture with mip levels, coded as pygfx expects it. limit: the greatest radiance that is kept."""
+        """Make a cube texture with mip levels, coded as pygfx expects it. limit: the greatest radiance that is kept."""
         import pygfx as gfx
 
         reduced = self.picture if limit is None else np.minimum(self.picture, limit)
@@ -155,14 +155,14 @@ class Environment:
 
 
 def _blurred(luminance: np.ndarray) -> np.ndarray:
-    """(H, W) averaged over 3 x 3, around the seam too: one hot pixel is no sun."""
+    """Average (H, W) over 3 x 3, around the seam too: one hot pixel is no sun."""
     rows = np.pad(luminance, ((1, 1), (0, 0)), mode="edge")
     rows = rows[:-2] + rows[1:-1] + rows[2:]
     return np.asarray(rows + np.roll(rows, 1, axis=1) + np.roll(rows, -1, axis=1)) / 9
 
 
 def _mended(picture: np.ndarray) -> np.ndarray:
-    """Holes beside a sun, which compression leaves there, and values below 0 become the median of those above 0 in the 7 x 7 around."""
+    """Fill holes beside a sun, which compression leaves there, and values below 0 by the median of those above 0 in the 7 x 7 around."""
     reach, height, width = 3, *picture.shape[:2]
     suspects = np.maximum(picture, 0).max(axis=-1) > 200 * max(float(np.maximum(picture, 0).mean()), 1e-6)
     for axis in (0, 1):
@@ -179,7 +179,7 @@ def _mended(picture: np.ndarray) -> np.ndarray:
 
 
 def load_environment(name_or_path: str) -> Environment:
-    """ "sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 is mended. Raises AirlightError."""
+    """Load "sunrise", "sky", or an equirectangular .exr or .hdr file; what is not finite or below 0 is mended. Raises AirlightError."""
     from airlight.files import read_image
 
     path = name_or_path

@@ -8,9 +8,10 @@ import pylinalg as la
 
 from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage, ground
+from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
+from airlight.scenes.stage import Stage
 from airlight.scenes.steering import Path, Run, Vehicle, follow, limited, loop, shadow
 
 SUN = np.array([0.10, 0.095, -1.0]) / np.linalg.norm([0.10, 0.095, -1.0])  # direction to it
@@ -29,7 +30,7 @@ TREES = (  # place, size, turn in degrees
 
 
 def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
-    """An island about the origin, `size` across, its plateau of radius `flat` at the height `top`."""
+    """Build an island about the origin, `size` across, its plateau of radius `flat` at the height `top`."""
     n = 512
     x, z = np.meshgrid(*[np.linspace(-size / 2, size / 2, n)] * 2)
     rough, fine = ground.noise(n, seed, 2.3, 2), ground.noise(n, seed + 1, 1.6, 12)
@@ -84,7 +85,7 @@ def _sea() -> gfx.Mesh:
 
 
 def _range(distance: float, height: float, seed: int, haze: float) -> gfx.Mesh:
-    """A mountain range all around at a distance, as a strip; the haze (0..1) lies thicker at its foot."""
+    """Build a mountain range all around at a distance, as a strip; the haze (0..1) lies thicker at its foot."""
     n = 513
     azimuth = np.linspace(-np.pi, np.pi, n)
     ridge = ground.noise(n - 1, seed, 1.55, 4)[0]
@@ -113,7 +114,7 @@ def _placed(group: gfx.WorldObject, position: tuple[float, float, float], scale:
 
 
 def _turned(forward: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """(4,) the rotation that brings +z to `forward` and +y as near to `up` as can be; unlike `look_at` it minds no rotation before."""
+    """Compute the rotation (4,) that brings +z to `forward` and +y as near to `up` as can be; unlike `look_at`, from no rotation before."""
     z = forward / np.linalg.norm(forward)
     x = np.cross(up, z)
     x /= np.linalg.norm(x)
@@ -133,8 +134,8 @@ def _look(camera: gfx.PerspectiveCamera, eye: np.ndarray, target: np.ndarray) ->
     camera.local.rotation = _turned(eye - target, np.array([0.0, 1.0, 0.0]))
 
 
-def _run(seed: int) -> tuple[Path, Run]:
-    """The path, and the flight of the two craft: 0 follows the path, 1 pursues 0."""
+def flight(seed: int) -> tuple[Path, Run]:
+    """Plan the path, and the flight of the two craft: 0 follows the path, 1 pursues 0."""
     path = Path(loop(seed, radius=46, height=24, rise=5, wander=0.16) + np.array([12, 0, -8]), radius=6, samples=512)
     start = path.at(0)
     ahead = path.at(1) - start
@@ -150,7 +151,7 @@ def _run(seed: int) -> tuple[Path, Run]:
 
 
 def _lap(path: Path, run: Run) -> float:
-    """Seconds of a lap of vehicle 0 once it is settled: from one passing of the place where it is at SETTLED to the next."""
+    """Measure the seconds of a lap of vehicle 0 once it is settled: from one passing of its place at SETTLED to the next."""
     length, k = path.length, round(SETTLED * run.rate)
     start, done, before = path.nearest(run.step(k)[0].position)[0], 0.0, 0.0
     last = start
@@ -163,7 +164,7 @@ def _lap(path: Path, run: Run) -> float:
 
 
 def _sunlight(centre: np.ndarray, reach: float, away: float) -> gfx.DirectionalLight:
-    """The light of a sun that is so far `away` from the centre, with shadows within `reach` of that."""
+    """Light the scene by a sun that is so far `away` from the centre, with shadows within `reach` of that."""
     sun = gfx.DirectionalLight(color=gfx.Color.from_physical(1.0, 0.66, 0.36), intensity=5.0, cast_shadow=True)
     sun.target.local.position = centre
     sun.shadow.camera.width = sun.shadow.camera.height = 2 * reach
@@ -174,7 +175,7 @@ def _sunlight(centre: np.ndarray, reach: float, away: float) -> gfx.DirectionalL
 
 
 def _surroundings(scene: gfx.Scene) -> None:
-    """Sky, sea, mountains and islands with what stands on them."""
+    """Build sky, sea, mountains and islands with what stands on them."""
     picture = ground.sky(SUN, 768, 5)
     scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=Environment(picture).cube(512))))
     Environment(FILL * picture).surround(scene, background=False)
@@ -198,7 +199,7 @@ def _meshes(root: gfx.WorldObject) -> list[gfx.Mesh]:
 
 
 def flying(seed: int = 4) -> Stage:
-    """The stage; its duration is one lap, after which everything is where it was. seed: the loop's shape."""
+    """Build the stage; its duration is one lap, after which everything is where it was. seed: the loop's shape."""
     scene = gfx.Scene()
     _surroundings(scene)
     centre = np.array([0.0, 10.0, 10.0])
@@ -212,7 +213,7 @@ def flying(seed: int = 4) -> Stage:
     (airship, _), (ornithopter, flap) = model("airship"), model("ornithopter")
     for craft in (airship, ornithopter):
         craft.local.scale = (CRAFT,) * 3
-    path, run = _run(seed)
+    path, run = flight(seed)
     duration = _lap(path, run)
     line = gfx.Line(
         gfx.Geometry(positions=np.concatenate([path.points, path.points[:1]]).astype(np.float32)),

@@ -1,4 +1,4 @@
-"""What the scenes do not load from files: noise, a sky, land, water, and the textures on them, made from seeds as arrays and as textures.
+"""Make what the scenes do not load from files: noise, sky, land, water and their textures, from seeds, as arrays and as textures.
 
 Lengths in scene units, y up; radiance and albedo linear Rec. 709.
 """
@@ -14,7 +14,7 @@ Array = npt.NDArray[np.floating]
 
 
 def noise(size: int, seed: int, slope: float, lowest: float = 1.0) -> Array:
-    """(size, size), tileable, mean 0, deviation 1: random phases with the amplitude spectrum f^−slope from `lowest` cycles a tile on.
+    """Make tileable noise, (size, size), mean 0, deviation 1: random phases, amplitude spectrum f^−slope from `lowest` cycles a tile on.
 
     slope 2 is land, 1.5 clouds, 1 rough stone, 0.5 sand.
     """
@@ -26,7 +26,7 @@ def noise(size: int, seed: int, slope: float, lowest: float = 1.0) -> Array:
 
 
 def tiled(field: Array, x: Array, y: Array) -> Array:
-    """A tileable (n, n) field at x, y in tiles, bilinear."""
+    """Sample a tileable (n, n) field at x, y in tiles, bilinear."""
     n = len(field)
     i, j = np.floor(x * n).astype(int), np.floor(y * n).astype(int)
     fx, fy = x * n - i, y * n - j
@@ -35,12 +35,12 @@ def tiled(field: Array, x: Array, y: Array) -> Array:
 
 
 def mix(a: npt.ArrayLike, b: npt.ArrayLike, weight: Array) -> Array:
-    """a where the weight (...,) is 0, b where it is 1; a, b: (3,) or (..., 3)."""
+    """Mix a where the weight (...,) is 0 with b where it is 1; a, b: (3,) or (..., 3)."""
     return np.asarray(np.asarray(a) * (1 - weight[..., None]) + np.asarray(b) * weight[..., None])
 
 
 def sky(sun: npt.NDArray[np.float64], height: int, seed: int) -> npt.NDArray[np.float32]:
-    """(height, 2 height, 3) equirectangular radiance of a morning: gradient, glow about the sun (unit direction), thin clouds; no disc."""
+    """Paint the radiance of a morning, (height, 2 height, 3): gradient, glow about the sun (unit direction), thin clouds; no disc."""
     v, u = (np.arange(height) + 0.5) / height * np.pi, ((np.arange(2 * height) + 0.5) / height - 1) * np.pi
     up = np.broadcast_to(np.cos(v)[:, None], (height, 2 * height))
     right, back = np.sin(v)[:, None] * np.sin(u), -np.sin(v)[:, None] * np.cos(u)
@@ -59,13 +59,13 @@ def sky(sun: npt.NDArray[np.float64], height: int, seed: int) -> npt.NDArray[np.
 
 
 def waves(size: int, seed: int, steepness: float) -> npt.NDArray[np.uint8]:
-    """(size, size, 4) a tileable normal map of small waves; steepness: the deviation of their slope."""
+    """Make a tileable normal map of small waves, (size, size, 4); steepness: the deviation of their slope."""
     h = noise(size, seed, 1.6, 4) + 0.35 * noise(size, seed + 1, 1.2, 24)
     return normals(h, steepness)
 
 
 def normals(h: Array, steepness: float) -> npt.NDArray[np.uint8]:
-    """(H, W) heights, tileable, to a normal map (H, W, 4); u to the right, v down as glTF has it."""
+    """Turn heights (H, W), tileable, into a normal map (H, W, 4); u to the right, v down as glTF has it."""
     dx, dy = np.roll(h, -1, 1) - np.roll(h, 1, 1), np.roll(h, -1, 0) - np.roll(h, 1, 0)
     scale = steepness / np.sqrt((dx**2 + dy**2).mean() / 2)
     n = np.stack([-dx * scale, -dy * scale, np.ones_like(h)], axis=-1)
@@ -76,7 +76,7 @@ def normals(h: Array, steepness: float) -> npt.NDArray[np.uint8]:
 
 
 def codes(linear: Array) -> npt.NDArray[np.uint8]:
-    """(H, W, 3) albedo to (H, W, 4) sRGB codes."""
+    """Encode (H, W, 3) albedo as (H, W, 4) sRGB codes."""
     x = np.clip(linear, 0, 1)
     out = np.full((*x.shape[:2], 4), 255, np.uint8)
     out[..., :3] = np.rint(255 * srgb_encode(x))
@@ -84,6 +84,6 @@ def codes(linear: Array) -> npt.NDArray[np.uint8]:
 
 
 def texture(pixels: npt.NDArray[np.uint8], srgb: bool = True) -> gfx.TextureMap:
-    """A tiled texture with mip levels; not srgb: numbers, as a normal map's."""
+    """Make a tiled texture with mip levels; not srgb: numbers, as a normal map's."""
     plain = gfx.Texture(pixels, dim=2, generate_mipmaps=True, colorspace="srgb" if srgb else "physical")
     return gfx.TextureMap(plain, wrap="repeat", filter="linear")

@@ -16,12 +16,12 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
-from airlight.lamps import Triple
+from airlight.lights.punctual import Triple
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.scatter.methods import METHODS
-from airlight.scenes import Stage
+from airlight.scenes.stage import Stage
 
 FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 LEAST = 1e-6  # metres
@@ -170,7 +170,7 @@ class Studio:
         scene = in_scene or SceneOptions()
         scene = msgspec.structs.replace(scene, tone="none") if linear else scene
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
-        self.renderer = _renderer(shot)
+        self.renderer = make_renderer(shot)
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
@@ -237,7 +237,7 @@ class Studio:
     _at: np.ndarray | None = None
 
 
-def _renderer(shot: Shot) -> Any:
+def make_renderer(shot: Shot) -> Any:
     target = gfx.Texture(dim=2, size=(shot.width, shot.height, 1), format="rgba8unorm")  # which nobody reads
     renderer = gfx.WgpuRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
     most = renderer.device.limits["max-texture-dimension-2d"]

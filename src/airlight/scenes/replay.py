@@ -18,7 +18,7 @@ class Replay:
         self.given: dict[str, Any] = {}
 
     def frame(self, *arguments: Any, **keywords: Any) -> Frame:
-        """As Studio.frame; what the pass is given there is kept."""
+        """Film a frame as Studio.frame does, and keep what the pass is given there."""
         inner = self.shafts.render
 
         def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
@@ -35,7 +35,7 @@ class Replay:
         self.shafts.render(encoder, **self.given)
 
     def spent(self, record: Callable[[Any], None] | None = None) -> tuple[float, dict[str, float]]:
-        """(ms of wall time, ms of each pass by its label) of one run of `record`, None: its own; {} where the device has no timestamps."""
+        """Time one run of `record`, None: its own: (ms of wall time, ms of each pass by label); {} where the device has no timestamps."""
         self.shafts.timing = True
         try:
             whole = run_ms(self.shafts.device, record or self.record)

@@ -16,7 +16,7 @@ Vector = npt.NDArray[np.float64]  # (3,)
 
 
 def limited(vector: Vector, most: float) -> Vector:
-    """The vector, shortened to the length `most` where it is longer."""
+    """Shorten a vector to the length `most` where it is longer."""
     length = float(np.sqrt(vector @ vector))
     return vector * (most / length) if length > most else vector
 
@@ -32,7 +32,7 @@ class Vehicle:
     force: Vector = field(default_factory=lambda: np.zeros(3))
 
     def stepped(self, wish: Vector, dt: float) -> "Vehicle":
-        """The vehicle `dt` later under the force `wish`, limited; the velocity is limited too (semi-implicit Euler, as Reynolds)."""
+        """Move the vehicle by `dt` under the force `wish`, limited; the velocity is limited too (semi-implicit Euler, as Reynolds)."""
         force = limited(wish, self.max_force)
         velocity = limited(self.velocity + force * dt, self.max_speed)
         return replace(self, position=self.position + velocity * dt, velocity=velocity, force=force)
@@ -42,7 +42,7 @@ Behaviour = Callable[[Sequence[Vehicle], int], Vector]  # all vehicles and which
 
 
 def _towards(vehicle: Vehicle, target: Vector, speed: float, response: float) -> Vector:
-    """The force that turns the velocity into `speed` towards the target within about `response` seconds."""
+    """Compute the force that turns the velocity into `speed` towards the target within about `response` seconds."""
     offset = target - vehicle.position
     distance = float(np.sqrt(offset @ offset))
     wanted = offset * (speed / distance) if distance > 0 else np.zeros(3)
@@ -50,12 +50,12 @@ def _towards(vehicle: Vehicle, target: Vector, speed: float, response: float) ->
 
 
 def seek(vehicle: Vehicle, target: Vector, *, response: float = 0.25) -> Vector:
-    """Towards the target at full speed."""
+    """Steer towards the target at full speed."""
     return _towards(vehicle, target, vehicle.max_speed, response)
 
 
 def arrive(vehicle: Vehicle, target: Vector, *, slowing: float, response: float = 0.25) -> Vector:
-    """Towards the target, slower within the distance `slowing` of it, at rest there.
+    """Steer towards the target, slower within the distance `slowing` of it, at rest there.
 
     The speed follows the lesser of Reynolds' ramp (max_speed · distance / slowing) and of what the brakes can still stop:
     v² = 2 · max_force · distance, with a fifth of the force kept back.
@@ -67,7 +67,7 @@ def arrive(vehicle: Vehicle, target: Vector, *, slowing: float, response: float 
 
 
 def intercept(vehicle: Vehicle, position: Vector, velocity: Vector) -> float:
-    """Seconds until the vehicle at full speed could meet what flies straight on: the first root of |d + v t| = s t.
+    """Compute the seconds until the vehicle at full speed could meet what flies straight on: the first root of |d + v t| = s t.
 
     What cannot be caught gives distance / max_speed, Reynolds' plain estimate.
     """
@@ -90,7 +90,7 @@ def pursue(vehicle: Vehicle, position: Vector, velocity: Vector, *, response: fl
 
 
 def shadow(vehicle: Vehicle, quarry: Vehicle, *, behind: float, slowing: float, response: float = 0.25, ahead: float = 2.0) -> Vector:
-    """Offset pursuit: stay the distance `behind` in the quarry's wake; far off this is pursuit, near by it is arrival in its frame.
+    """Pursue at an offset: stay `behind` in the quarry's wake; far off this is pursuit, near by it is arrival in its frame.
 
     `arrive` is asked for the velocity relative to the quarry, so that at rest means flying along.
     """
@@ -131,13 +131,13 @@ class Path:
         self._square = np.einsum("ij,ij->i", self._chord, self._chord)
 
     def at(self, s: float) -> Vector:
-        """The point at the arc length s, which wraps around."""
+        """Find the point at the arc length s, which wraps around."""
         u = (s / self.length % 1.0) * len(self.points)
         i = int(u) % len(self.points)
         return self.points[i] + self._chord[i] * (u - int(u))
 
     def nearest(self, position: Vector) -> tuple[float, float]:
-        """(arc length of the curve's nearest point, the distance to it)."""
+        """Find the curve's nearest point: (its arc length, the distance to it)."""
         d = position - self.points
         f = np.clip(np.einsum("ij,ij->i", d, self._chord) / self._square, 0.0, 1.0)
         off = d - f[:, None] * self._chord
@@ -147,7 +147,7 @@ class Path:
 
 
 def follow(vehicle: Vehicle, path: Path, *, ahead: float, response: float = 0.25) -> Vector:
-    """Along the path in its direction: seek the point that lies `ahead` seconds of flight beyond the nearest one.
+    """Steer along the path: seek the point that lies `ahead` seconds of flight beyond the nearest one.
 
     Reynolds corrects only outside the tube; correcting always gives a smoother flight, and the tube is then what a test may ask for.
     """
@@ -163,7 +163,7 @@ class Run:
         self.states: list[tuple[Vehicle, ...]] = [tuple(vehicles)]
 
     def step(self, k: int) -> tuple[Vehicle, ...]:
-        """The vehicles after k steps."""
+        """Move the vehicles k steps from the start."""
         while len(self.states) <= k:
             now = self.states[-1]
             wishes = [behaviour(now, i) for i, behaviour in enumerate(self.behaviours)]
@@ -171,7 +171,7 @@ class Run:
         return self.states[k]
 
     def at(self, t: float) -> tuple[Vehicle, ...]:
-        """The vehicles at t >= 0 seconds, linear between two steps."""
+        """Find the vehicles at t >= 0 seconds, linear between two steps."""
         k = int(t * self.rate)
         f = t * self.rate - k
         return tuple(
@@ -186,7 +186,7 @@ class Run:
 
 
 def loop(seed: int, *, radius: float, height: float, rise: float, wander: float, points: int = 9) -> Vector:
-    """(points, 3): a ring around the y axis, counter-clockwise from +x towards −z, whose radius and height vary by the seed.
+    """Draw a ring around the y axis, (points, 3), counter-clockwise from +x towards −z, its radius and height varied by the seed.
 
     radius: mean, in units; wander: the radius' largest relative change; height: mean; rise: the height's largest change.
     """

@@ -10,9 +10,10 @@ import pylinalg as la
 
 from airlight.planes import smoothstep
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage, ground
+from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
+from airlight.scenes.stage import Stage
 
 LAMP = np.array([0.0, 2.95, -2.2])  # where the lamp hangs at first
 LAMP_RADIANCE = (14.0, 8.0, 3.4)
@@ -35,7 +36,7 @@ SMOKE = {"sigma_t": (0.06, 0.06, 0.06), "albedo": (1.0, 1.0, 1.0), "anisotropy":
 
 
 def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
-    """Albedo and normal map of an old lime-washed wall."""
+    """Paint albedo and normal map of an old lime-washed wall."""
     n = 1024
     spots, fine, big = ground.noise(n, seed, 1.3, 3), ground.noise(n, seed + 1, 0.8, 20), ground.noise(n, seed + 2, 2.0)
     worn = smoothstep(0.8 * spots + 0.35 * fine + 0.3 * big, 0.9, 1.3)
@@ -44,7 +45,7 @@ def _plaster(seed: int) -> tuple[gfx.TextureMap, gfx.TextureMap]:
 
 
 def _boards(seed: int, count: int = 8) -> gfx.TextureMap:
-    """Albedo of floor boards that run along v."""
+    """Paint the albedo of floor boards that run along v."""
     n = 1024
     rng = np.random.default_rng(seed)
     u, v = np.meshgrid(np.arange(n) / n, np.arange(n) / n)
@@ -66,8 +67,8 @@ def _sheet(width: float, height: float, tile: float, **material: Any) -> gfx.Mes
     return gfx.Mesh(geometry, gfx.MeshStandardMaterial(metalness=0, side="front", **material))
 
 
-def _rounder(geometry: gfx.Geometry) -> gfx.Geometry:
-    """A turned shape (about y) with each triangle in four: a true circle around its axis, its outline bulging as the normals say.
+def tessellate(geometry: gfx.Geometry) -> gfx.Geometry:
+    """Split each triangle of a turned shape (about y) in four: a true circle around its axis, its outline bulging as the normals say.
 
     The outline: Boubekeur and Alexa, Phong Tessellation, SIGGRAPH Asia 2008, alpha 3/4, less where the normals at a place disagree.
     """
@@ -104,7 +105,7 @@ def _rounder(geometry: gfx.Geometry) -> gfx.Geometry:
 
 
 def _bar(start: float, turn: float) -> gfx.Geometry:
-    """A thin rod that climbs around the lantern from the angle `start` by `turn` radians."""
+    """Bend a thin rod that climbs around the lantern from the angle `start` by `turn` radians."""
     n, sides, thick = 17, 6, 0.017
     t = np.linspace(0, 1, n)
     angle, around = start + turn * (t - 0.5), np.arange(sides) * (2 * np.pi / sides)
@@ -126,7 +127,7 @@ def _bar(start: float, turn: float) -> gfx.Geometry:
 
 
 def _cage() -> gfx.Group:
-    """A lantern's bars, hoops, lid and chain around the lamp at the origin."""
+    """Build a lantern's bars, hoops, lid and chain around the lamp at the origin."""
     iron = gfx.MeshStandardMaterial(color=gfx.Color.from_physical(0.05, 0.04, 0.032), roughness=0.5, metalness=0.8)
     cage = gfx.Group(name="lantern")
 
@@ -149,7 +150,7 @@ def _cage() -> gfx.Group:
 
 
 def _room() -> np.ndarray:
-    """(128, 256, 3) what little light the room gives: cool from a window behind the viewer and above, warm from the walls."""
+    """Paint what little light the room gives, (128, 256, 3): cool from a window behind the viewer and above, warm from the walls."""
     n = 128
     v, u = (np.arange(n) + 0.5) / n * np.pi, ((np.arange(2 * n) + 0.5) / n - 1) * np.pi
     up, back = np.broadcast_to(np.cos(v)[:, None], (n, 2 * n)), -np.sin(v)[:, None] * np.cos(u)
@@ -160,7 +161,7 @@ def _room() -> np.ndarray:
 
 
 def table() -> Stage:
-    """The stage. Its lamp, a glowing ball, is `movable`: the light that it casts moves with it."""
+    """Build the stage. Its lamp, a glowing ball, is `movable`: the light that it casts moves with it."""
     scene = gfx.Scene()
     Environment(_room()).surround(scene, background=False)
     scene.add(gfx.Background.from_color("#000000"))
@@ -181,7 +182,10 @@ def table() -> Stage:
     wall.local.position = (0, 6.9, WALL)
     scene.add(floor, wall)
     kinds = {node.name: node.children[0] for node in model("table")[0].iter() if any(isinstance(c, gfx.Mesh) for c in node.children)}
-    shapes = {name: kind.geometry if name == "table_rect" else _rounder(_rounder(_rounder(kind.geometry))) for name, kind in kinds.items()}
+    shapes = {name: kind.geometry for name, kind in kinds.items()}
+    for name in shapes.keys() - {"table_rect"}:
+        for _ in range(3):
+            shapes[name] = tessellate(shapes[name])
     for name, place, size, turn in THINGS:
         thing = gfx.Mesh(shapes[name], kinds[name].material)
         thing.local.position = place
@@ -202,6 +206,6 @@ def table() -> Stage:
     lamp = SceneLight(target=ball)
 
     def pose(t: float, camera: gfx.PerspectiveCamera | None = None) -> None:
-        """Nothing moves by itself."""
+        """Leave everything: nothing moves by itself."""
 
     return Stage("table", scene, {"front": camera, "high": high}, [lamp], 0.0, pose, np.array([0.0, 2.2, 0.0]), 4.5, lamp, settings=SMOKE)

@@ -5,14 +5,15 @@ from importlib import resources
 from pathlib import Path
 
 from airlight.options import presets
-from airlight.scenes import VALIDATION, Stage
 from airlight.scenes.gltf.load import load
+from airlight.scenes.names import VALIDATION
+from airlight.scenes.stage import Stage
 
 FOLDER = Path(str(resources.files("airlight"))) / "data" / "scenes" / "validation"
 
 
 def validation(name: str) -> Stage:
-    """The stage of one of VALIDATION; its settings are those of its medium."""
+    """Open one of VALIDATION; its settings are those of its medium."""
     file, camera = VALIDATION[name]
     stage = load(str(FOLDER / f"{file}.glb"), "none")
     stage.name = name

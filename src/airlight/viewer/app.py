@@ -13,6 +13,7 @@ from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
 from airlight.options import chosen_look, refuse_look
 from airlight.scatter.methods import METHODS, check_picture
+from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.saving import Saving
@@ -30,11 +31,6 @@ APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
 EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
-
-
-def is_image(source: str) -> bool:
-    """Whether a source is a picture rather than a scene."""
-    return source not in st.SCENES and not source.lower().endswith((".glb", ".gltf"))
 
 
 class Viewer:
@@ -67,7 +63,7 @@ class Viewer:
         self.linger = LINGER
         self.last: float | None = None
         path = source if isinstance(source, str) else source.path
-        self.state = ViewerState(source=path, is_image=not isinstance(source, str) or is_image(source))
+        self.state = ViewerState(source=path, is_image=not isinstance(source, str) or not is_scene(source))
         if values and self.state.is_image:
             chosen_look(values, values.get("look"))
         elif values:
@@ -95,7 +91,7 @@ class Viewer:
         state = self.state
         before = state.parameters.method
         path = source if isinstance(source, str) else source.path
-        if not isinstance(source, str) or is_image(path):
+        if not isinstance(source, str) or not is_scene(path):
             from airlight.jobs.light_text import found_at
             from airlight.viewer.picture import PictureView
 
@@ -128,13 +124,13 @@ class Viewer:
             st.tell(state, f"method {before} is for scenes: this picture is shown without it")
 
     def room(self) -> controls.Area:
-        """Where there is place beside the panel, physical px."""
+        """Find the canvas beside the panel, physical px."""
         width, height = self.canvas.get_physical_size()
         left = round(self.panel.width * self.canvas.get_pixel_ratio())
         return (left, 0, max(1, width - left), height) if left < width - 64 else (0, 0, width, height)
 
     def area(self) -> controls.Area:
-        """Where the picture is, logical px."""
+        """Find where the picture is, logical px."""
         if self.picture is None:
             return (0.0, 0.0, *self.canvas.get_logical_size())
         from airlight.viewer.picture import fitted
@@ -143,7 +139,7 @@ class Viewer:
         return x, y, width, height
 
     def draw(self) -> None:
-        """One frame: called by the canvas."""
+        """Draw one frame: called by the canvas."""
         state = self.state
         self._do_asked()
         self._follow_saving()
@@ -188,7 +184,7 @@ class Viewer:
         self.picture.show(self.state, target, self.format, fitted(self.picture.size, self.room()))
 
     def _marks(self, draw: Any) -> None:
-        """The lights and the split, over the picture."""
+        """Draw the lights and the split over the picture."""
         from imgui_bundle import imgui
 
         state, area = self.state, self.area()
@@ -216,7 +212,7 @@ class Viewer:
             draw.add_text((x + 10, area[1] + 8), light, "after")
 
     def marks(self) -> list[tuple[float, float] | None]:
-        """Where the lights that can be dragged are on the canvas, logical px."""
+        """Find where the lights that can be dragged are on the canvas, logical px."""
         state, area = self.state, self.area()
         if self.picture is not None:
             return [controls.to_canvas(lamp.place, area) for lamp in state.lamps]
@@ -229,7 +225,7 @@ class Viewer:
         return x, y, width, height
 
     def dots(self) -> list[tuple[int, tuple[float, float]]]:
-        """The candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
+        """List the candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
         state = self.state
         if self.picture is None or not state.candidates_shown or self.dragging is not None or not state.is_smart:
             return []
@@ -246,7 +242,7 @@ class Viewer:
         self.canvas.request_draw()
 
     def _handle(self, event: dict[str, Any]) -> None:
-        """An event that the panel left."""
+        """Take an event that the panel left."""
         kind, state = event["event_type"], self.state
         at = (event.get("x", 0.0), event.get("y", 0.0))
         if kind in ("key_down", "key_up"):
@@ -272,7 +268,7 @@ class Viewer:
     taken = -math.inf  # s: when a dot was clicked
 
     def _key(self, key: str, is_down: bool, modifiers: Sequence[str]) -> None:
-        """A key that the panel left."""
+        """Take a key that the panel left."""
         state = self.state
         if key == " " and state.is_image:
             state.held = is_down
@@ -330,7 +326,7 @@ class Viewer:
                 st.tell(state, str(error), error=True)
 
     def _copy(self, text: str) -> None:
-        """To the clipboard, where the canvas is a window; elsewhere the panel's line is there to be copied."""
+        """Put text on the clipboard, where the canvas is a window; elsewhere the panel's line is there to be copied."""
         st.tell(self.state, "the command stands below its button")
         if type(self.canvas).__module__ == "rendercanvas.glfw":
             import glfw
@@ -355,7 +351,7 @@ class Viewer:
             st.tell(self.state, text, error=is_error)
 
     def screenshot(self) -> str:
-        """Write what is shown, without the panel, as a new numbered PNG; its name. Raises AirlightError, MachineError."""
+        """Write what is shown, without the panel, as a new numbered PNG, and return its name. Raises AirlightError, MachineError."""
         stem = os.path.splitext(os.path.basename(self.state.source))[0] or "airlight"
         number = 1
         while os.path.lexists(name := os.path.join(self.folder, f"{stem}-{number:04d}.png")):
@@ -368,7 +364,7 @@ class Viewer:
 
 
 def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
-    """A tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
+    """Draw a tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
     if away is None:
         return
     (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
@@ -406,7 +402,7 @@ def in_window(make: Any) -> None:
 
 
 def offscreen(make: Any, frames: int = 8) -> Any:
-    """(H, W, 4) uint8: what make(canvas) shows after some frames, panel and all."""
+    """Draw some frames of make(canvas) without a window, panel and all: (H, W, 4) uint8."""
     from rendercanvas.offscreen import RenderCanvas
 
     canvas = RenderCanvas(size=SIZE)
@@ -417,7 +413,7 @@ def offscreen(make: Any, frames: int = 8) -> Any:
 
 
 def view(source: Any, light: Any = None, *, device: str | None = None, size: tuple[int, int] = (1000, 600), **parameters: Any) -> Viewer:
-    """The live viewer in a notebook cell: it shows itself.
+    """Open the live viewer in a notebook cell, which shows it.
 
     source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb or .gltf file.
     light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
@@ -434,7 +430,7 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
 
 
 def from_array(array: Any) -> Picture:
-    """An array as airlight.light_shafts takes it, (H, W), (H, W, 3) or (H, W, 4), as a picture."""
+    """Wrap an array as airlight.light_shafts takes it, (H, W), (H, W, 3) or (H, W, 4), as a picture."""
     from airlight.colour import alpha_of
     from airlight.files import to_linear
 

@@ -22,8 +22,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
-from airlight.errors import AirlightError
-from airlight.messages import tell
+from airlight.errors import AirlightError, warn
 from airlight.process.supervisor import STOPS
 
 if TYPE_CHECKING:
@@ -153,7 +152,7 @@ _SPANS = {
 
 
 def understood(text: str) -> Said | None:
-    """A message of a client, its numbers clamped; None where it is none that a client may send."""
+    """Decode a client's message, its numbers clamped; None where it is none that a client may send."""
     try:
         message: Said = _DECODER.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
@@ -168,7 +167,7 @@ def understood(text: str) -> Said | None:
 
 
 def _bound(size: _Resize) -> None:
-    """Too large a canvas gets fewer pixels a point: the points stay, and so the pointer's coordinates."""
+    """Give too large a canvas fewer pixels a point: the points stay, and so the pointer's coordinates."""
     width, height = (min(max(v, 1.0), 1e6) for v in (size.pwidth, size.pheight))
     shrunk = min(1.0, MOST_SIDE / max(width, height), math.sqrt(MOST_PIXELS / (width * height)))
     size.pwidth, size.pheight = (max(1, math.floor(v * shrunk)) for v in (width, height))
@@ -177,14 +176,14 @@ def _bound(size: _Resize) -> None:
 
 
 class _Sent(msgspec.Struct):
-    """What matters of a message to a client."""
+    """Holds what matters of a message to a client."""
 
     type: str
     index: int = 0
 
 
 class _Client:
-    """One websocket: its messages to rendercanvas, filtered, and the frames on their way to it, counted."""
+    """Serves one websocket: passes its messages to rendercanvas, filtered, and counts the frames on their way to it."""
 
     def __init__(self, app: Any, scope: Any, receive: Any, send: Any) -> None:
         self.app, self.scope, self.take, self.give = app, scope, receive, send
@@ -194,7 +193,7 @@ class _Client:
         self.patience = asyncio.timeout(None)
 
     async def run(self) -> None:
-        """Until it goes, talks too much, or takes no frames any more."""
+        """Serve until the client goes, talks too much, or takes no frames any more."""
         served = asyncio.create_task(self.app(self.scope, self.inbox.get, self._send))
         served.add_done_callback(lambda _: self._wait(0.0))
         code, why = 1008, "it took no frames"
@@ -212,7 +211,7 @@ class _Client:
                 await self.give({"type": "websocket.close", "code": code, "reason": why})
 
     async def _listen(self) -> tuple[int, str]:
-        """Its messages, until it is to be closed: with what code, and why."""
+        """Pass messages on until the client is to be closed: with what code, and why."""
         while True:
             event = await self.take()
             if event["type"] == "websocket.disconnect":
@@ -253,7 +252,7 @@ class _Client:
 
 
 class Guard:
-    """The ASGI application around rendercanvas' own, `app`.
+    """Guards rendercanvas' own ASGI application, `app`.
 
     loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name.
     """
@@ -281,7 +280,7 @@ class Guard:
 
     async def _connect(self, scope: Any, receive: Any, send: Any) -> None:
         host = _header(scope, b"host")
-        ours = self._is_ours(host) and _header(scope, b"origin") == f"http://{host}"
+        ours = self.allows_host(host) and _header(scope, b"origin") == f"http://{host}"
         if scope["path"] != PAGE or not ours or not self._is_known(scope):
             await send({"type": "websocket.close"})  # before it is accepted: 403
             return
@@ -297,7 +296,7 @@ class Guard:
 
     async def _answer(self, scope: Any, send: Any) -> None:
         token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
-        if not self._is_ours(_header(scope, b"host")):
+        if not self.allows_host(_header(scope, b"host")):
             await _reply(send, 403, "This is not the address that Airlight printed.\n")
         elif scope["path"] not in self.files:
             await _reply(send, 404, "There is nothing here.\n")
@@ -312,8 +311,8 @@ class Guard:
             kind, body = self.files[scope["path"]]
             await _reply(send, 200, body, kind)
 
-    def _is_ours(self, host: str) -> bool:
-        """Whether a Host header names this machine by an address, or by a name that no other site can point at it.
+    def allows_host(self, host: str) -> bool:
+        """Tell whether a Host header names this machine by an address, or by a name that no other site can point at it.
 
         Its port may differ, as it does behind a tunnel.
         """
@@ -330,7 +329,7 @@ class Guard:
         return address.is_loopback or not self.loopback
 
     def _is_known(self, scope: Any) -> bool:
-        """Whether the cookie is there."""
+        """Tell whether the cookie is there."""
         for part in _header(scope, b"cookie").split(";"):
             name, _, value = part.strip().partition("=")
             if name == self.cookie and hmac.compare_digest(value.encode(), self.secret.encode()):
@@ -339,7 +338,7 @@ class Guard:
 
 
 def _header(scope: Any, name: bytes) -> str:
-    """Its value; empty where it is not there exactly once."""
+    """Read a header; empty where it is not there exactly once."""
     found = [value for key, value in scope["headers"] if key.lower() == name]
     return found[0].decode("latin-1") if len(found) == 1 else ""
 
@@ -379,7 +378,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 @contextlib.contextmanager
 def _handlers_kept() -> Iterator[dict[int, Any]]:
-    """What happens at signals (nothing known outside of the main thread), and afterwards does so again."""
+    """Keep the handlers of signals (none are known outside of the main thread), and put them back afterwards."""
     main = threading.current_thread() is threading.main_thread()
     before = {number: signal.getsignal(number) for number in STOPS} if main else {}
     try:
@@ -427,7 +426,7 @@ async def _serve(
         name = socket.gethostname() if bound in ("0.0.0.0", "::") else host
         written = f"[{name}]" if ":" in name else name
         if not loopback:
-            tell(
+            warn(
                 f"listening on {host}: whoever has the address below can look and steer, and all is sent unencrypted; "
                 "safer is the default --host with a tunnel (ssh -L)"
             )

@@ -1,4 +1,4 @@
-"""What the mouse and the keys do in the picture: drag the light, drag the split, steer the camera."""
+"""Turn what the mouse does in the picture into positions: of a dragged light, of the split, of points in a scene."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ Area = tuple[float, float, float, float]
 
 
 def to_picture(at: tuple[float, float], area: Area) -> tuple[float, float]:
-    """A place on the canvas as one of the picture at `area`, normalised."""
+    """Convert a position on the canvas to one of the picture at `area`, normalised."""
     return (at[0] - area[0]) / area[2], (at[1] - area[1]) / area[3]
 
 
@@ -18,7 +18,7 @@ def to_canvas(place: Sequence[float], area: Area) -> tuple[float, float]:
 
 
 def clamped(at: tuple[float, float], area: Area, margin: float) -> tuple[tuple[float, float], tuple[float, float] | None]:
-    """A place on the canvas drawn into an area, less a margin, and the unit direction in which it lies; None where it lies within."""
+    """Pull a position on the canvas into an area, less a margin; and the unit direction in which it lies, None where it lies within."""
     x, y = (min(max(at[i], area[i] + margin), max(area[i] + area[2 + i] - margin, area[i] + margin)) for i in (0, 1))
     away = at[0] - x, at[1] - y
     length = float(np.hypot(*away))
@@ -27,13 +27,13 @@ def clamped(at: tuple[float, float], area: Area, margin: float) -> tuple[tuple[f
 
 
 def nearest(at: tuple[float, float], marks: Sequence[tuple[float, float] | None], reach: float = NEAR) -> int | None:
-    """The mark, on the canvas, that lies nearest to a place, within reach."""
+    """Find the mark, on the canvas, that lies nearest to a position, within reach."""
     found = [(float(np.hypot(m[0] - at[0], m[1] - at[1])), i) for i, m in enumerate(marks) if m is not None]
     return min(found)[1] if found and min(found)[0] <= reach else None
 
 
 def project(point: Sequence[float], clip: np.ndarray, area: Area) -> tuple[float, float] | None:
-    """Where a point of the world lies on the canvas; None behind the eye. clip: (4, 4) from world to clip space."""
+    """Project a point of the world onto the canvas; None behind the eye. clip: (4, 4) from world to clip space."""
     x, y, _, w = clip @ np.array([*point, 1.0])
     if w <= 1e-9:
         return None
@@ -41,7 +41,7 @@ def project(point: Sequence[float], clip: np.ndarray, area: Area) -> tuple[float
 
 
 def drag_in_view(point: Sequence[float], to: tuple[float, float], clip: np.ndarray, area: Area) -> tuple[float, float, float]:
-    """The point of the world at the distance of `point` from the eye's plane that lies at `to` on the canvas."""
+    """Find the point of the world at the distance of `point` from the eye's plane that lies at `to` on the canvas."""
     here = clip @ np.array([*point, 1.0])
     x, y = to_picture(to, area)
     there = np.array([(2 * x - 1) * here[3], (1 - 2 * y) * here[3], here[2], here[3]])
@@ -51,7 +51,7 @@ def drag_in_view(point: Sequence[float], to: tuple[float, float], clip: np.ndarr
 
 
 def toward_in_view(to: tuple[float, float], clip: np.ndarray, eye: Sequence[float], area: Area) -> tuple[float, float, float]:
-    """The direction from the eye, of length 1, through a place on the canvas."""
+    """Find the direction from the eye, of length 1, through a position on the canvas."""
     x, y = to_picture(to, area)
     far = np.linalg.solve(clip, np.array([2 * x - 1, 1 - 2 * y, 0.5, 1.0]))
     way = far[:3] / far[3] - np.asarray(eye)

@@ -41,7 +41,7 @@ class Panel:
 
     @property
     def width(self) -> float:
-        """Of the canvas that the panel takes, logical px."""
+        """Measure the part of the canvas that the panel takes, logical px."""
         return WIDTH if self.visible else 0
 
     def render(self) -> None:
@@ -49,12 +49,12 @@ class Panel:
 
     @property
     def busy(self) -> bool:
-        """Whether the panel is being used: it then follows each frame."""
+        """Tell whether the panel is being used: it then follows each frame."""
         imgui.set_current_context(self.renderer.imgui_context)
         return bool(imgui.is_any_item_active())
 
     def claim(self, at: tuple[float, float]) -> None:
-        """Say whose a press is: Dear ImGui would go by where the pointer was in the last frame, which may be long ago."""
+        """Decide whose a press is: Dear ImGui would go by where the pointer was in the last frame, which may be long ago."""
         if not self.listing:
             self.renderer.backend.io.want_capture_mouse = bool(at[0] < self.width)
 
@@ -80,7 +80,7 @@ class Panel:
         return bool(pressed)
 
     def _choose(self, name: str, now: str, choices: tuple[str, ...]) -> str | None:
-        """A combo box; what was chosen, if it is another one."""
+        """Draw a combo box; what was chosen, if it is another one."""
         chosen = None
         opened = imgui.begin_combo(f"##{name}", now, imgui.ComboFlags_.height_largest)
         self._seen(name)
@@ -145,7 +145,7 @@ class Panel:
         imgui.end()
 
     def _smart(self) -> None:
-        """Draws what a picture with the smart look needs: little of it open."""
+        """Draw what a picture with the smart look needs: little of it open."""
         s = self.state
         for d in st.shown(s):
             if d.name in st.FIRST_LOOK:
@@ -165,7 +165,7 @@ class Panel:
         self._view(opened=False)
 
     def _all(self) -> None:
-        """Draws what a scene needs, or a picture whose shafts are the sum's."""
+        """Draw what a scene needs, or a picture whose shafts are the sum's."""
         groups = dict.fromkeys(d.group for d in st.shown(self.state) if d.group != "look")
         for group in groups:
             if group in FIRST:
@@ -189,7 +189,7 @@ class Panel:
             s.split = (s.split or 0.5) if split else None
 
     def _look(self) -> None:
-        """The rest of the look, and which one it is."""
+        """Draw the rest of the look, and which one it is."""
         s = self.state
         if not self._header("More of the look" if s.is_smart else "Look", False):
             return
@@ -239,7 +239,7 @@ class Panel:
             st.change(self.state, d.name, None if new == () else new)
 
     def _listed(self, d: Option, now: Any) -> Any:
-        """One of a few values; () for unset."""
+        """Draw one of a few values; () for unset."""
         read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
         names = tuple(read)
         if d.default is None:
@@ -251,7 +251,7 @@ class Panel:
         return None if chosen is None else read[chosen]
 
     def _number(self, d: Option, now: Any) -> Any:
-        """A slider, or three side by side; what it was moved to, or None."""
+        """Draw a slider, or three side by side; what it was moved to, or None."""
         low, high = d.slider or (0, 1)
         flags = imgui.SliderFlags_.logarithmic if d.is_log else 0
         digits = 2 if high - low > 1 or d.is_triple else 3 if high - low > 0.2 else 4
@@ -271,17 +271,17 @@ class Panel:
         return new if changed and new != now else None
 
     def _bounded(self, d: Option, v: Any) -> Any:
-        """By ctrl + click any number may be typed."""
+        """Clamp a number: by ctrl + click any may be typed."""
         return d.kind(max(v if d.low is None else d.low, min(v if d.high is None else d.high, v)))
 
     def _tick(self, name: str, text: str, on: bool) -> bool:
-        """Whether a tick was changed, and room for what comes beside it."""
+        """Draw a tick, and tell whether it was changed."""
         changed, _ = imgui.checkbox(f"{text}##{name}", on)
         self._seen(f"{name} {text}")
         return bool(changed)
 
     def _optional(self, d: Option, now: Any) -> Any:
-        """A parameter that may be unset: () is that."""
+        """Draw a parameter that may be unset: () is that."""
         unset = now is None
         guess: Any = "#101010" if d.kind is str else self.state.resolved.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
         if self._tick(d.name, "auto", unset):
@@ -313,7 +313,7 @@ class Panel:
 
     @staticmethod
     def _plain(d: Option) -> Any:
-        """A number for what was a word."""
+        """Choose a number for what was a word."""
         low, high = d.slider or (0, 1)
         return d.kind(high / 4 if high / 4 > low else high)
 
@@ -457,7 +457,7 @@ class Panel:
 
 
 def _style() -> None:
-    """Colours, spacing and the font of the current context."""
+    """Set colours, spacing and the font of the current context."""
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.window_border_size = style.child_border_size = 0

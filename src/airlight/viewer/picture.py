@@ -40,7 +40,7 @@ Area = tuple[float, float, float, float]  # x, y, width, height, px
 
 
 def fitted(size: tuple[int, int], room: Area) -> Area:
-    """Where a picture of width x height lies, whole and in the middle of the room, px; never enlarged beyond twice its size."""
+    """Fit a picture of width x height into the room, whole and in its middle, px; never enlarged beyond twice its size."""
     scale = min(room[2] / size[0], room[3] / size[1], 2.0)
     width, height = (max(1, round(scale * side)) for side in size)
     return (room[0] + (room[2] - width) // 2, room[1] + (room[3] - height) // 2, width, height)
@@ -57,7 +57,7 @@ class Pair:
 
 
 def _smaller(pixels: np.ndarray, longest: int = LONGEST) -> np.ndarray:
-    """(H, W, C) float32 as large as is shown."""
+    """Shrink a picture to as large as it is shown, (H, W, C) float32."""
     height, width, channels = pixels.shape
     if max(height, width) <= longest:
         return pixels
@@ -122,7 +122,7 @@ class PictureView:
     # what is computed
 
     def _plan(self, p: Parameters, fraction: bool = False) -> ImagePlan:
-        """The passes for such parameters; their lights and the rest are set later."""
+        """Plan the passes for such parameters; their lights and the rest are set later."""
         key = p.occlusion, p.border, METHODS[p.method].stencilled, fraction
         if key not in self.plans:
             if len(self.plans) > 3:
@@ -270,7 +270,7 @@ class PictureView:
         return measured
 
     def _debug(self, name: str) -> tuple[Any, bool, int]:
-        """(texture, whether it is linear light, its apron) of a debug view. Raises AirlightError where there is none."""
+        """Make a debug view: (texture, whether it is linear light, its apron). Raises AirlightError where there is none."""
         if self.was_smart:
             if name not in st.DEBUG_LOOK or self.view is None or not self.view.plan.lights:
                 raise AirlightError(f"there is no view {name} of the smart look: choose the classic one")
@@ -306,7 +306,7 @@ class PictureView:
     # what is shown
 
     def show(self, state: ViewerState, target: Any, format: str, area: Area) -> None:
-        """Draw onto a texture view of this format: the picture at `area`, px. After `update`."""
+        """Draw the picture at `area`, px, onto a texture view of this format. After `update`."""
         debug = None
         if state.debug:
             try:
@@ -334,7 +334,7 @@ class PictureView:
         return {"scale": self.ramp.scale, "white": self.ramp.white, "strength": settings.adapt} if settings.adapt else {}
 
     def _scaled(self, pair: Pair, size: tuple[int, int], ramp: dict[str, float]) -> Pair:
-        """The two as code values in the size in which they are seen, made anew where they changed, so that other frames are cheap."""
+        """Encode the two as codes in the size in which they are seen, made anew where they changed, so that other frames are cheap."""
         if self.scaled is None or (self.scaled.before.width, self.scaled.before.height) != size:
             before, after = (self.device.texture(*size, "rgba8unorm") for _ in range(2))
             self.scaled = Pair(before, after, False, False)
@@ -383,7 +383,7 @@ class PictureView:
         self.device.submit(encoder)
 
     def pixels_shown(self, state: ViewerState) -> np.ndarray:
-        """(H, W, 3) uint8 sRGB: what is shown, pixel for pixel of the picture, without the panel."""
+        """Read back what is shown, pixel for pixel of the picture, without the panel: (H, W, 3) uint8 sRGB."""
         if state.is_smart and self.pair is not None:
             self.update(state, False, self.seen)
         onto = self.device.texture(*self.size, "rgba8unorm")
@@ -393,14 +393,14 @@ class PictureView:
 
 
 def _within(area: Area, size: tuple[int, int, int]) -> tuple[int, int, int, int]:
-    """The part of an area that lies in a texture, px."""
+    """Cut an area to what lies in a texture, px."""
     x, y = (min(max(int(area[i]), 0), size[i] - 1) for i in (0, 1))
     width, height = (max(1, min(int(area[i] + area[2 + i]), size[i]) - at) for i, at in ((0, x), (1, y)))
     return x, y, width, height
 
 
 def _drawn_as(whole: LookView, look: Look) -> Look:
-    """The look with as many drawn rays as the picture was given last, lest they come and go in a drag."""
+    """Give the look as many drawn rays as the picture was given last, lest they come and go in a drag."""
     known = whole.resolved
     if look.rays is not None or known is None or not any(one.kind == "beyond" for one in known.lights):
         return look

@@ -25,7 +25,7 @@ RENDERVIEW = files("rendercanvas.core").joinpath("renderview.js").read_text(enco
 
 
 def encode(array: np.ndarray, quality: int = QUALITY) -> tuple[str, bytes]:
-    """(H, W, 3 or 4) uint8 as (MIME type, bytes): a JPEG, or a PNG where the quality is 100."""
+    """Encode (H, W, 3 or 4) uint8 as (MIME type, bytes): a JPEG, or a PNG where the quality is 100."""
     if quality >= LOSSLESS:
         return "image/png", encode_png(array[..., :3], PNG_LEVEL)
     import OpenImageIO as oiio
@@ -70,7 +70,7 @@ class RemoteCanvas(http.HttpRenderCanvas):
 
 
 class Door(H11Protocol):
-    """A connection, unless there are too many: each costs a file handle, before anybody has shown a token."""
+    """Accepts a connection, unless there are too many: each costs a file handle, before anybody has shown a token."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)

@@ -1,4 +1,4 @@
-"""Writing the whole picture with its shafts, exactly as the command that the viewer shows writes it, while the viewer goes on."""
+"""Write the whole picture with its shafts, exactly as the command that the viewer shows writes it, while the viewer goes on."""
 
 import functools
 import itertools
@@ -43,7 +43,7 @@ class Saving(threading.Thread):
 
 
 def free_name(path: str, folder: str) -> str:
-    """A name that no file has yet: the path, numbered if it is taken, in the folder if its own cannot be written to."""
+    """Find a name that no file has yet: the path, numbered if it is taken, in the folder if its own cannot be written to."""
     home = os.path.dirname(path)
     if not os.access(home or ".", os.W_OK):
         path = os.path.join(folder, os.path.basename(path))

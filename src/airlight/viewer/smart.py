@@ -61,7 +61,7 @@ class LookView:
 
     @property
     def result(self) -> Any:
-        """The texture of the picture with its shafts."""
+        """Give the texture of the picture with its shafts."""
         return self.lit if self.resolved is not None and self.resolved.changes else self.before
 
     def update(self, lights: Sequence[Light], look: Look, passes: list[tuple[str, float]] | None = None) -> None:
@@ -90,7 +90,7 @@ class LookView:
         self.resolved = resolved
 
     def _see(self, asked: "_Asked", passes: Any, again: bool = False) -> tuple[Array, Array]:
-        """The bands of a light; the last two that were asked for are known. again: the plan has to hold them."""
+        """Find the bands of a light; the last two that were needed are known. again: the plan has to hold them."""
         key, known = asked.key, self._seen.setdefault(asked.number, {})
         if key not in known or again:
             while len(known) > 1:
@@ -105,7 +105,7 @@ class LookView:
 
     @property
     def message(self) -> str:
-        """Finds what there is to say about the picture, as the panel says it."""
+        """Find what there is to say about the picture, as the panel says it."""
         text = "" if self.resolved is None else self.resolved.message
         for option, word in WORDS:
             text = text.replace(option, word)
@@ -126,13 +126,13 @@ class LookView:
         }
 
     def matte(self, number: int) -> Any:
-        """The texture of what emits towards a light, in its green channel."""
+        """Give the texture of what emits towards a light, in its green channel."""
         return self.plan.lights[min(number, len(self.plan.lights) - 1)].matte
 
 
 @dataclass
 class _Asked:
-    """Which bands of a light are asked for; the arguments of `plan.see`."""
+    """Says which bands of a light are needed; the arguments of `plan.see`."""
 
     number: int
     grid: RayGrid

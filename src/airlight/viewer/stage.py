@@ -8,7 +8,7 @@ import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
-from airlight.lamps import Triple, triple
+from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
@@ -56,7 +56,7 @@ class SceneView:
 
     @staticmethod
     def _lamp(light: SceneLight, movable: bool) -> Lamp:
-        place = light.place()
+        place = light.homogeneous()
         where = tuple(round(float(v), 5) for v in place[:3])
         return Lamp(where, light.color, light.strength, movable, direction=bool(place[3] == 0))
 
@@ -72,7 +72,7 @@ class SceneView:
                 if any(lamp.place):
                     light.direction = triple(lamp.place)
             elif isinstance(light.target, gfx.DirectionalLight):
-                towards = light.place()[:3]
+                towards = light.homogeneous()[:3]
                 about = np.asarray(light.target.world.position) - towards
                 if any(lamp.place):
                     way = np.asarray(lamp.place) / np.linalg.norm(lamp.place)
@@ -81,7 +81,7 @@ class SceneView:
                 light.target.world.position = lamp.place
 
     def _steer(self, state: ViewerState) -> None:
-        """The camera and controller that the state asks for."""
+        """Choose the camera and the controller that the state says."""
         eye = state.eye
         camera = self.stage.cameras[eye.name]
         kind = gfx.FlyController if eye.fly else gfx.OrbitController
@@ -158,11 +158,11 @@ class SceneView:
 
     @property
     def clip(self) -> np.ndarray:
-        """(4, 4), from world to clip space."""
+        """Multiply projection and view: (4, 4), from world to clip space."""
         return np.asarray(self.camera.projection_matrix @ self.camera.view_matrix, np.float64)
 
     def marks(self, state: ViewerState, area: Area) -> list[tuple[float, float] | None]:
-        """Where the movable lights are on the canvas."""
+        """Find where the movable lights are on the canvas."""
         if self.camera is None:
             return [None for _ in state.lamps]
         clip, eye = self.clip, np.asarray(state.eye.eye)
@@ -172,13 +172,13 @@ class SceneView:
         ]
 
     def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area) -> Triple:
-        """Where a light is put by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
+        """Put a light by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
         lamp = state.lamps[number]
         if lamp.direction:
             return controls.toward_in_view(to, self.clip, state.eye.eye, area)
         return controls.drag_in_view(lamp.place, to, self.clip, area)
 
     def pixels_shown(self) -> np.ndarray:
-        """(H, W, 3) float32 linear: the last frame without the panel."""
+        """Read back the last frame without the panel: (H, W, 3) float32 linear."""
         seen = self.renderer.snapshot()[..., :3].astype(np.float32)
         return np.ascontiguousarray(np.clip(seen, 0, 1))

@@ -1,4 +1,4 @@
-"""All that the viewer shows and the panel changes, and the functions that change it. Nothing here draws."""
+"""Keep all that the viewer shows and the panel changes, and the functions that change it. Nothing here draws."""
 
 import functools
 import math
@@ -7,12 +7,13 @@ import shlex
 from dataclasses import dataclass, field
 from typing import Any
 
+from airlight import scenes
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
 from airlight.jobs.image import AUTO, ImageRequest
 from airlight.jobs.light_text import LightText, read_light
-from airlight.medium import doubt, settle
+from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
     NOT_IN_SCENES,
     OF_LOOK,
@@ -37,7 +38,6 @@ DEBUG_LOOK = ("source",)
 LOOK = (OF_LOOK | {"quality"}) - {"wrap"}  # which is for a subject's mask, and the viewer is given none
 FIRST_LOOK = ("strength", "warmth", "length")  # what most pictures need
 SAME = 0.06  # picture sizes within which a light is the candidate that lies there
-SCENES = ("table", "flying")
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Lamp:
 
 @dataclass
 class Eye:
-    """Where a scene is seen from. eye, target: as last drawn. moved: whether the user moved it away from the named camera."""
+    """The eye of a scene's view. eye, target: as last drawn. moved: whether the user moved it away from the named camera."""
 
     name: str = ""
     names: tuple[str, ...] = ()
@@ -67,7 +67,7 @@ class Eye:
 
 @dataclass
 class ViewerState:
-    """What is shown. source: a picture's path, or a scene's name or path. size: of the view in px."""
+    """All that is shown. source: a picture's path, or a scene's name or path. size: of the view in px."""
 
     source: str
     is_image: bool
@@ -87,7 +87,7 @@ class ViewerState:
     lamps: list[Lamp] = field(default_factory=list)
     lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
-    sources: tuple[str, ...] = SCENES  # to choose from
+    sources: tuple[str, ...] = scenes.NAMES  # to choose from
     size: tuple[int, int] = (0, 0)
     shafts: bool = True  # whether they are drawn
     debug: str | None = None
@@ -127,7 +127,7 @@ class ViewerState:
 
 
 def shown(state: ViewerState) -> tuple[Option, ...]:
-    """The parameters that have a meaning for what is shown, with the look or the method that is set."""
+    """List the parameters that have a meaning for what is shown, with the look or the method that is set."""
     if state.is_smart:
         return tuple(d for d in declared() if d.name in LOOK)
     if state.is_image:
@@ -138,17 +138,17 @@ def shown(state: ViewerState) -> tuple[Option, ...]:
 
 
 def value(state: ViewerState, name: str) -> Any:
-    """The value of a declared parameter."""
+    """Read the value of a declared parameter."""
     return next(getattr(struct, name) for struct in state.structs if name in struct.__struct_fields__)
 
 
 def default(state: ViewerState, d: Option) -> Any:
-    """The value of a parameter that the user leaves alone: the scene's own, else the declared one."""
+    """Find the value of a parameter that the user leaves alone: the scene's own, else the declared one."""
     return state.standing.get(d.name, d.default)
 
 
 def values(state: ViewerState) -> dict[str, Any]:
-    """The parameters that differ from these defaults."""
+    """Collect the parameters that differ from these defaults."""
     return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != default(state, d)}
 
 
@@ -161,7 +161,7 @@ def stand(state: ViewerState, settings: dict[str, Any], dropped: tuple[str, ...]
 
 
 def set_values(state: ViewerState, new: dict[str, Any]) -> None:
-    """All declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together.
+    """Set all declared parameters: those of `new`, else the defaults. Raises AirlightError and changes nothing if they do not go together.
 
     A picture for which `new` names what only the sum has gets the classic look, unless it names a look too.
     """
@@ -189,7 +189,7 @@ def change(state: ViewerState, name: str, new: Any) -> None:
 
 
 def reset(state: ViewerState, group: str | None = None) -> None:
-    """The defaults again, of one group or of all."""
+    """Set the defaults again, of one group or of all."""
     groups = {d.name: d.group for d in declared(scenes=True)}
     kept = {} if group is None else {name: v for name, v in values(state).items() if groups[name] != group}
     if group == "look":
@@ -203,12 +203,12 @@ def reset(state: ViewerState, group: str | None = None) -> None:
 
 
 def tell(state: ViewerState, text: str, error: bool = False) -> None:
-    """One line in the panel."""
+    """Show one line in the panel."""
     state.message, state.is_error = text, error
 
 
 def load(state: ViewerState, preset: str) -> None:
-    """A preset by its name or a file of settings, over the defaults; a bad one is told."""
+    """Load a preset by its name or a file of settings, over the defaults; a bad one is told."""
     try:
         found = presets.load(preset)
         if not state.is_image:
@@ -223,12 +223,12 @@ def load(state: ViewerState, preset: str) -> None:
 
 @functools.cache
 def media() -> dict[str, dict[str, Any]]:
-    """What the media that come with Airlight say, by their names."""
+    """Load what the media that come with Airlight say, by their names."""
     return {name: presets.load(name, presets.MEDIA) for name in presets.names(presets.MEDIA)}
 
 
 def medium(state: ViewerState) -> str:
-    """The name of the one of these that is set, or ""."""
+    """Name the one of these that is set, or ""."""
     return next((name for name, said in media().items() if all(value(state, key) == v for key, v in said.items())), "")
 
 
@@ -244,7 +244,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
     if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
-    air = settle(state.medium, state.march, state.parameters.quality, radius)
+    air = resolve(state.medium, state.march, state.parameters.quality, radius)
     state.resolved |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,
@@ -256,7 +256,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
 
 
 def save(state: ViewerState, path: str) -> None:
-    """The parameters that differ from the defaults as a preset, a new file; a failure is told."""
+    """Save the parameters that differ from the defaults as a preset, a new file; a failure is told."""
     try:
         if not path.lower().endswith(".toml"):
             raise AirlightError(f"{path or 'no name'}: settings are kept in a .toml file; name one")
@@ -270,7 +270,7 @@ def save(state: ViewerState, path: str) -> None:
 
 
 def light_words(state: ViewerState) -> list[str]:
-    """The lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
+    """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
     if (not state.is_image and state.lamps == state.lamps_before) or (state.is_smart and state.unplaced):
         return []
     words = []
@@ -309,7 +309,7 @@ def image_request(state: ViewerState, path: str, device: str | None) -> ImageReq
 
 
 def command_line(state: ViewerState) -> list[str]:
-    """The command that makes the picture as it is shown: `airlight image` or `airlight render` with what differs from the defaults."""
+    """Write the command that makes what is shown: `airlight image` or `airlight render` with what differs from the defaults."""
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
     words += light_words(state)
     if not state.is_image:

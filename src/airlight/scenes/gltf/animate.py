@@ -1,4 +1,4 @@
-"""Keyframes between their times (glTF 2.0, appendix C), in NumPy, and the matrices that come of them."""
+"""Interpolate keyframes (glTF 2.0, appendix C), in NumPy, and compose the matrices that come of them."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -7,13 +7,13 @@ import numpy as np
 
 
 def unit(quaternion: np.ndarray) -> np.ndarray:
-    """(4,) x, y, z, w of length 1; no turn where there is none to take."""
+    """Normalise (4,) x, y, z, w; no turn where there is none to take."""
     length = float(np.linalg.norm(quaternion))
     return quaternion / length if length > 1e-9 else np.array([0.0, 0.0, 0.0, 1.0])
 
 
 def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
-    """From one unit quaternion to another, the short way round."""
+    """Interpolate from one unit quaternion to another, the short way round."""
     dot = float(a @ b)
     if dot < 0:
         b, dot = -b, -dot
@@ -25,7 +25,7 @@ def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Track:
-    """What moves one property of one node.
+    """Moves one property of one node.
 
     times: (K,) float32 seconds, growing. values: float32 (K, n), or (K, 3, n) for CUBICSPLINE: tangent in, value, tangent out.
     """
@@ -37,7 +37,7 @@ class Track:
     values: np.ndarray
 
     def at(self, t: float) -> np.ndarray:
-        """(n,) float64, the value at t seconds; before the first and after the last time that of the nearest."""
+        """Interpolate the value at t seconds, (n,) float64; before the first and after the last time that of the nearest."""
         last = len(self.times) - 1
         i = int(np.searchsorted(self.times, t, "right")) - 1
         if i < 0 or i >= last or self.interpolation == "STEP":
@@ -66,7 +66,7 @@ THIN = 1e-6  # least scale: what is flatter has no inverse, which normals need
 
 
 def thick(matrix: np.ndarray) -> np.ndarray:
-    """(4, 4) with no direction scaled by less than THIN."""
+    """Scale (4, 4) up where a direction is scaled by less than THIN."""
     u, sizes, v = np.linalg.svd(matrix[:3, :3])
     if sizes[2] < THIN:
         matrix = matrix.copy()
@@ -75,7 +75,7 @@ def thick(matrix: np.ndarray) -> np.ndarray:
 
 
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """(4, 4) from a translation, a unit quaternion and a scale, of THIN at least."""
+    """Compose (4, 4) from a translation, a unit quaternion and a scale, of THIN at least."""
     scale = np.where(np.abs(scale) < THIN, np.copysign(THIN, scale), scale)
     x, y, z, w = rotation
     out = np.eye(4)

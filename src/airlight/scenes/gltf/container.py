@@ -40,7 +40,7 @@ class Container:
             self.refuse(f"{name} makes it larger than the limit of {MAX_BYTES >> 20} MiB", "make it smaller first")
 
     def read(self, path: str, name: str) -> bytes:
-        """A regular file; other things (FIFOs, devices, folders) are refused without being read."""
+        """Read a regular file; other things (FIFOs, devices, folders) are refused without being read."""
         try:
             if not stat.S_ISREG(os.stat(path).st_mode):  # before the opening: a device may act on being opened
                 self.refuse(f"{name} is not a regular file", "give the name of a .glb or .gltf file and keep what it names beside it")
@@ -56,7 +56,7 @@ class Container:
             return file.read(status.st_size)
 
     def resource(self, uri: str, name: str) -> bytes:
-        """What a URI names: data in base64, or a file in the scene's folder or below it, links followed."""
+        """Read what a URI names: data in base64, or a file in the scene's folder or below it, links followed."""
         if uri[:5].lower() == "data:":
             match = _DATA.match(uri)
             if match is None:
@@ -81,7 +81,7 @@ class Container:
 
 
 def shown(text: str) -> str:
-    """A text of the file for a message: one line, short, printable."""
+    """Quote a text of the file in a message: one line, short, printable."""
     text = "".join(c if c.isprintable() else "?" for c in text[:60])
     return repr(text.encode("utf-8", "replace").decode())
 
@@ -110,7 +110,7 @@ def open_container(path: str) -> Container:
 
 
 def _chunks(found: Container, data: memoryview) -> memoryview:
-    """The JSON chunk; the binary one goes into `found`."""
+    """Read the JSON chunk; the binary one goes into `found`."""
     if len(data) < 20:
         found.refuse("is cut off", "copy or export it again")
     _, version, length = _GLB.unpack_from(data)

@@ -11,7 +11,7 @@ MAX_SIDE = 4096  # pixels of a texture; larger ones are halved
 
 
 def size(data: bytes | memoryview) -> tuple[str, int, int] | None:
-    """("png" or "jpeg", width, height) from the header, or None for anything else."""
+    """Read ("png" or "jpeg", width, height) from the header, or None for anything else."""
     head = bytes(data[:24])
     if head.startswith(b"\x89PNG\r\n\x1a\n") and head[12:16] == b"IHDR":
         return "png", int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
@@ -31,7 +31,7 @@ def size(data: bytes | memoryview) -> tuple[str, int, int] | None:
 
 
 def pixels(data: bytes | memoryview, kind: str, name: str) -> np.ndarray:
-    """(H, W, 4) uint8 codes as the file has them, straight alpha, upright or not. Raises AirlightError that begins with name."""
+    """Decode (H, W, 4) uint8 codes as the file has them, straight alpha, upright or not. Raises AirlightError that begins with name."""
     from airlight.files.decode import decode
 
     with tempfile.TemporaryDirectory(prefix="airlight-") as folder:

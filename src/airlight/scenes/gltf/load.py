@@ -1,4 +1,4 @@
-"""A stage from a glTF file."""
+"""Load a stage from a glTF file."""
 
 import math
 from collections.abc import Callable
@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.messages import tell
+from airlight.errors import warn
 from airlight.pygfx import SceneLight
-from airlight.scenes import Stage
 from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.materials import broken_driver, colour, spare_maps
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.gltf.model import Model
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.stage import Stage
 
 MAX_LIGHTS = 8  # the brightest; each has a shadow map
 LOW_SUN = math.radians(25)  # up to here the sunrise suits a file's sun, above the sky
@@ -30,12 +30,12 @@ SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
 def load(path: str, environment: str | None = None) -> Stage:
-    """See `scenes.open_scene`."""
+    """Load a stage as `scenes.open_scene` says."""
     return _Loader(Gltf(path), environment).stage()
 
 
 def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
-    """A model that comes with Airlight (by its name) or a file's, without its cameras and lights, and pose(t) of its looped animation."""
+    """Load a model that comes with Airlight (by its name) or a file's, without cameras and lights, and pose(t) of its looped animation."""
     path = name_or_path
     if not path.lower().endswith((".glb", ".gltf")):
         path = str(resources.files("airlight") / "data" / "scenes" / "models" / f"{path}.glb")
@@ -94,26 +94,26 @@ class _Loader:
         named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
         asked = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(asked) > MAX_LIGHTS:
-            tell(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
+            warn(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
             asked = dict(sorted(asked.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in asked.items():
             self._lights[i], self._described[i] = _light(light), light
             self._scene.add(self._lights[i])
 
     def _spare_maps(self) -> None:
-        """See `spare_maps`."""
+        """Spare maps as `spare_maps` says."""
         kinds = {type(thing) for thing in self._scene.iter() if isinstance(thing, gfx.Light)} - {gfx.AmbientLight}
         others = len(kinds) + (self._scene.environment is not None)
         if broken_driver():
             lost = [name for material in {thing.material for thing in self._model.drawn} for name in spare_maps(material, others)]
             if lost:
                 names = ", ".join(sorted(name.replace("_", " ") + "s" for name in set(lost)))
-                tell(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
+                warn(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
 
     # ---------------------------------------------------------------- time
 
     def pose(self, t: float, camera: Any = None) -> None:
-        """Everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
+        """Pose everything as it is at t seconds; the camera too, if it is one of the file's that moves."""
         self._model.pose(t)
         for i, light in self._lights.items():
             if i in self._moving:
@@ -151,7 +151,7 @@ class _Loader:
     # ---------------------------------------------------------------- what there is to see, and by what light
 
     def _bounds(self) -> tuple[np.ndarray, float]:
-        """A sphere around the vertices, at a few times if they move."""
+        """Bound the vertices by a sphere, at a few times if they move."""
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for share in (0.25, 0.5, 0.75, 0.0) if self._model.duration else (0.0,):
             self._model.pose(share * self._model.duration)
@@ -187,7 +187,7 @@ class _Loader:
                 camera.width = camera.height = 2 * distance * math.tan(math.radians(camera.fov / 2))
 
     def _surround(self) -> gfx.DirectionalLight | None:
-        """Surroundings that suit the lights; their sun where it is the only light, which is added here."""
+        """Choose surroundings that suit the lights; their sun where it is the only light, which is added here."""
         suns = [light for light in self._lights.values() if isinstance(light, gfx.DirectionalLight)]
         for i, light in self._lights.items():
             self._aim(i, light)
@@ -227,7 +227,7 @@ class _Loader:
         return sun
 
     def _shadow(self, light: gfx.Light) -> None:
-        """Shadows over the whole of the scene; near planes and biases that fit its size."""
+        """Cast shadows over the whole of the scene; near planes and biases that fit its size."""
         light.cast_shadow = True
         light.shadow.cull_mode = "none"
         r = self._radius
@@ -246,7 +246,7 @@ class _Loader:
         light.shadow.bias = 2e-4
 
     def _scene_lights(self, sun: gfx.DirectionalLight | None) -> list[SceneLight]:
-        """The lights; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
+        """Make lights for shafts; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
         if sun is not None:
             level = self._level(_towards(sun))
             return [SceneLight(sun, look=(level,) * 3, size=SUN_SIZE)]
@@ -261,7 +261,7 @@ class _Loader:
         return found
 
     def _level(self, towards: np.ndarray | None) -> float:
-        """Of the shafts that the picture's methods make of a light in this direction, or among the things."""
+        """Choose the level of the shafts that the picture's methods make of a light in this direction, or among the things."""
         if self._surroundings is None:
             return 1.0
         return min(1.0, GLOW / max(self._surroundings.aureole(towards, SKY_LIMIT), 1e-6))
@@ -272,7 +272,7 @@ def _towards(light: gfx.DirectionalLight) -> np.ndarray:
 
 
 def _light(described: schema.Light) -> gfx.Light:
-    """KHR_lights_punctual: lux for a directional light, candela for the others, which fade with the square of the distance."""
+    """Make a light of KHR_lights_punctual: lux for a directional one, candela for others, which fade with the square of the distance."""
     top = max(described.color)
     color = colour(tuple(value / top for value in described.color))
     intensity = min(described.intensity * top, 1e9)

@@ -1,4 +1,4 @@
-"""Materials and textures of a checked glTF file as those of pygfx."""
+"""Make materials and textures of a checked glTF file as those of pygfx."""
 
 import re
 
@@ -15,7 +15,7 @@ _MIP_NEAREST = (9984, 9985)
 
 
 def colour(linear: tuple[float, ...]) -> gfx.Color:
-    """A linear colour, 0..1, with or without alpha."""
+    """Make a colour of linear numbers, 0..1, with or without alpha."""
     r, g, b, *alpha = (min(max(value, 0.0), 1.0) for value in linear)
     return gfx.Color.from_physical(r, g, b, *alpha)
 
@@ -61,7 +61,7 @@ class Materials:
         return found
 
     def material(self, index: int | None, flat: bool = False) -> gfx.Material:
-        """The material, or glTF's default one. flat: of a mesh without normals."""
+        """Make the material, or glTF's default one. flat: of a mesh without normals."""
         key = (-1 if index is None else index, flat)
         if key not in self._materials:
             self._materials[key] = self._made(schema.Material() if index is None else self._gltf.document.materials[index], flat)
@@ -101,18 +101,18 @@ class Materials:
 
 
 def uv_matrix(transform: schema.TextureTransform) -> np.ndarray:
-    """(3, 3) of KHR_texture_transform: first scaled, then turned (counter-clockwise as seen, v being down), then moved."""
+    """Compose KHR_texture_transform, (3, 3): first scaled, then turned (counter-clockwise as seen, v being down), then moved."""
     c, s = np.cos(transform.rotation), np.sin(transform.rotation)
     (x, y), (u, v) = transform.scale, transform.offset
     return np.array([[c * x, s * y, u], [-s * x, c * y, v], [0, 0, 1]])
 
 
-_MAPS = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
+TEXTURE_MAPS = ("map", "emissive_map", "normal_map", "ao_map", "metalness_map", "roughness_map")
 _LEAST = ("ao_map", "metalness_map", "roughness_map", "normal_map", "emissive_map")  # which to leave out first
 
 
 def broken_driver() -> bool:
-    """Whether pygfx draws by Mesa's llvmpipe of a version before 24, see `spare_maps`."""
+    """Tell whether pygfx draws by Mesa's llvmpipe of a version before 24, see `spare_maps`."""
     info = gfx.renderers.wgpu.get_shared().adapter.info
     version = re.search(r"Mesa (\d+)\.", info["description"])
     return "llvmpipe" in info["device"] and (version is None or int(version[1]) < 24)
@@ -129,7 +129,7 @@ def spare_maps(material: gfx.Material, others: int) -> list[str]:
     lost: list[str] = []
     order = [name for name in _LEAST[1:3] if _spread(material, name) < 2] + list(_LEAST)  # what is flat is no loss
     for name in order:
-        if others + sum(getattr(material, each) is not None for each in _MAPS) <= 6:
+        if others + sum(getattr(material, each) is not None for each in TEXTURE_MAPS) <= 6:
             break
         found = getattr(material, name)
         if found is None:
@@ -147,7 +147,7 @@ _CHANNEL = {"metalness_map": ("metalness", 2), "roughness_map": ("roughness", 1)
 
 
 def _spread(material: gfx.Material, name: str) -> int:
-    """How far the codes of a map differ, in the channel that counts."""
+    """Measure how far the codes of a map differ, in the channel that counts."""
     found = getattr(material, name)
     if found is None:
         return 0
@@ -156,5 +156,5 @@ def _spread(material: gfx.Material, name: str) -> int:
 
 
 def channels(material: gfx.Material) -> set[int]:
-    """Which sets of texture coordinates a material needs."""
-    return {found.uv_channel for name in _MAPS if (found := getattr(material, name, None)) is not None}
+    """Collect the sets of texture coordinates that a material needs."""
+    return {found.uv_channel for name in TEXTURE_MAPS if (found := getattr(material, name, None)) is not None}

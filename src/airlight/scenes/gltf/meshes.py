@@ -1,4 +1,4 @@
-"""Meshes of a checked glTF file as pygfx's objects, and where their vertices are."""
+"""Make meshes of a checked glTF file as pygfx's objects, and find where their vertices are."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ _CHUNK = 65536  # vertices that are skinned at a time
 
 
 def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
-    """(T, 3) vertices of triangles, strips and fans (glTF 2.0, section 3.7.2.1); what is left over is dropped."""
+    """Index (T, 3) vertices of triangles, strips and fans (glTF 2.0, section 3.7.2.1); what is left over is dropped."""
     if mode == TRIANGLES:
         return indices[: len(indices) // 3 * 3].reshape(-1, 3)
     count = max(0, len(indices) - 2)
@@ -28,7 +28,7 @@ def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
 
 
 def turned_out(positions: np.ndarray, normals: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(T, 3) faces whose front is where the normals point to, if nearly all of them (by area) had it at the back.
+    """Turn (T, 3) faces to have their front where the normals point to, if nearly all of them (by area) had it at the back.
 
     Such meshes come of careless converters; taken literally, one would look into them from outside.
     """
@@ -47,7 +47,7 @@ class Meshes:
         self._geometries: dict[tuple[int, int], gfx.Geometry | None] = {}
 
     def objects(self, mesh: int, weights: list[float], skeleton: gfx.Skeleton | None) -> list[gfx.WorldObject]:
-        """What shows a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
+        """Make the objects that show a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
         described = self._gltf.document.meshes[mesh]
         found: list[gfx.WorldObject] = []
         for i, primitive in enumerate(described.primitives):
@@ -74,7 +74,7 @@ class Meshes:
         return found
 
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
-        """Points and lines, a pixel or so wide, in the material's plain colour."""
+        """Make points and lines, a pixel or so wide, in the material's plain colour."""
         color = self._materials.material(primitive.material).color
         if primitive.mode == POINTS:
             return gfx.Points(geometry, gfx.PointsMaterial(color=color, size=2))
@@ -125,7 +125,7 @@ class Meshes:
 
 
 def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
-    """Texture coordinates that a material asks for and the mesh lacks are 0."""
+    """Add texture coordinates, all 0, that a material asks for and the mesh lacks."""
     for channel in channels(material):
         name = f"texcoords{channel or ''}"
         if getattr(geometry, name, None) is None:
@@ -133,7 +133,7 @@ def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
 
 
 def _normalised(weights: np.ndarray) -> np.ndarray:
-    """(N, 4) weights >= 0 of a sum of 1; those of a vertex without any stay 0 but for the first joint's."""
+    """Normalise (N, 4) weights >= 0 to a sum of 1; those of a vertex without any stay 0 but for the first joint's."""
     weights = np.maximum(weights, 0)
     total = weights.sum(axis=1, keepdims=True)
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1), np.array([1, 0, 0, 0]))
@@ -141,7 +141,7 @@ def _normalised(weights: np.ndarray) -> np.ndarray:
 
 
 def vertices(thing: gfx.WorldObject) -> np.ndarray:
-    """(N, 3) float64: where the vertices of a mesh (skinned, morphed), of points or lines are in the world, now."""
+    """Find where the vertices of a mesh (skinned, morphed), of points or lines are in the world, now: (N, 3) float64."""
     geometry = thing.geometry
     points = np.asarray(geometry.positions.data, np.float64)
     morphs = getattr(geometry, "morph_positions", None)

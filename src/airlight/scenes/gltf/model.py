@@ -1,4 +1,4 @@
-"""The nodes of a checked glTF file as pygfx's objects, and where its animation puts them."""
+"""Make the nodes of a checked glTF file as pygfx's objects, and put them where its animation says."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from airlight.scenes.gltf.validate import PATHS, Gltf
 
 
 class Model:
-    """What a file shows, without cameras and lights.
+    """Holds what a file shows, without cameras and lights.
 
     root: a group with all of it. nodes: a group for each node that is shown. drawn: the meshes, lines and points.
     moving: the nodes that the animation moves. duration: seconds of the animation, 0 without one.
@@ -48,7 +48,7 @@ class Model:
         self.pose(0.0)
 
     def pose(self, t: float) -> None:
-        """Everything as it is at t seconds of the looped animation, the same for the same t whatever came before."""
+        """Pose everything as it is at t seconds of the looped animation, the same for the same t whatever came before."""
         t = t % self.duration if self.duration > 0 else 0.0
         now: dict[int, list[Any]] = {i: list(parts) for i, parts in self._rest.items()}
         for track in self._tracks:
@@ -62,7 +62,7 @@ class Model:
             self.nodes[i].local.matrix = compose(translation, unit(rotation), scale)
 
     def _chosen_tracks(self) -> list[Track]:
-        """The first clip, and each further one that moves nothing which one before it moves."""
+        """Choose the first clip, and each further one that moves nothing which one before it moves."""
         document, gltf = self._document, self._gltf
         chosen: dict[tuple[int, str], Track] = {}
         shown = set(gltf.order)

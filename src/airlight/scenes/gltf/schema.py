@@ -1,4 +1,4 @@
-"""What the JSON of a glTF 2.0 file may hold, as far as Airlight uses it (specification 2.0, section 5). The rest is skipped unread.
+"""Describe the JSON of a glTF 2.0 file, as far as Airlight uses it (specification 2.0, section 5). The rest is skipped unread.
 
 Names are those of the specification in snake case; None: absent, without a default of its own.
 """

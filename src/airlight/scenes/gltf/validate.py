@@ -1,4 +1,4 @@
-"""Does a glTF file hang together? Every index, length and value is checked here, before anything is built from it.
+"""Check whether a glTF file hangs together: every index, length and value, before anything is built from it.
 
 What is checked is decoded here too, once, so that nothing is read in two ways. Unaligned accessors are read as they are.
 """
@@ -62,7 +62,7 @@ class Gltf:
         self.container.refuse(what, cure)
 
     def within(self, index: int | None, things: list[Any], what: str) -> Any:
-        """things[index], or a refusal that says what asks for it."""
+        """Take things[index], or refuse and say what asks for it."""
         if index is None or not 0 <= index < len(things):
             self.refuse(f"{what} names number {index} of {len(things)}")
         return things[index]
@@ -85,7 +85,7 @@ class Gltf:
         return found
 
     def view(self, index: int | None, what: str) -> tuple[memoryview, int | None]:
-        """The bytes of a buffer view, and its stride."""
+        """Read the bytes of a buffer view, and its stride."""
         view = self.within(index, self.document.buffer_views, f"the buffer view of {what}")
         data = self.within(view.buffer, self.buffers, f"buffer view {index}")
         if view.byte_offset + view.byte_length > len(data):
@@ -104,7 +104,7 @@ class Gltf:
         return np.array(array)  # contiguous, and not the file's own bytes
 
     def _accessor(self, index: int) -> np.ndarray:
-        """(count, components) in the file's own type."""
+        """Read an accessor in the file's own type: (count, components)."""
         what = f"accessor {index}"
         accessor = self.document.accessors[index]
         kind, components = np.dtype(KINDS[accessor.component_type]), COMPONENTS[accessor.type]
@@ -134,7 +134,7 @@ class Gltf:
         return array
 
     def floats(self, index: int) -> np.ndarray:
-        """(count, components) float32 of an accessor that was checked; normalised integers are in 0..1 or -1..1."""
+        """Read a checked accessor as (count, components) float32; normalised integers are in 0..1 or -1..1."""
         if index not in self._floats:
             array = self._accessor(index)
             accessor = self.document.accessors[index]
@@ -146,7 +146,7 @@ class Gltf:
         return self._floats[index]
 
     def integers(self, index: int) -> np.ndarray:
-        """(count, components) uint32 of an accessor that was checked."""
+        """Read a checked accessor as (count, components) uint32."""
         if index not in self._integers:
             self._integers[index] = self._accessor(index).astype(np.uint32)
         return self._integers[index]
@@ -158,26 +158,26 @@ class Gltf:
         return accessor
 
     def _once(self, check: str, index: int) -> bool:
-        """Whether this check of an accessor is still to be made; it then counts as made."""
+        """Tell whether this check of an accessor is still to be made; it then counts as made."""
         fresh = (check, index) not in self._seen
         self._seen.add((check, index))
         return fresh
 
     def highest(self, index: int) -> int:
-        """The greatest of an accessor's integers."""
+        """Find the greatest of an accessor's integers."""
         if index not in self._highest:
             self._highest[index] = int(self.integers(index).max())
         return self._highest[index]
 
     def _finite(self, index: int, what: str) -> np.ndarray:
-        """`floats`, all of them numbers within MAX_EXTENT."""
+        """Read `floats`, and refuse any that is no number within MAX_EXTENT."""
         array = self.floats(index)
         if self._once("finite", index) and not (np.abs(array) <= MAX_EXTENT).all():  # false for NaN
             self.refuse(f"{what} holds values that are not numbers, or beyond {MAX_EXTENT:g}")
         return array
 
     def _mended(self, index: int) -> None:
-        """What is not a number becomes 0."""
+        """Replace what is not a number by 0."""
         array = self.floats(index)
         if not self._once("mended", index):
             return
@@ -214,7 +214,7 @@ class Gltf:
                 self.refuse(f"light {i} has a cone from {light.spot.inner_cone_angle:g} to {light.spot.outer_cone_angle:g} radians")
 
     def _check_tree(self) -> None:
-        """One parent each, no circle, no greater depth than MAX_DEPTH; sets `parents` and `order`. Without recursion."""
+        """Refuse nodes with two parents, circles, and more than MAX_DEPTH levels; sets `parents` and `order`. Without recursion."""
         nodes = self.document.nodes
         self.parents = [-1] * len(nodes)
         for i, node in enumerate(nodes):
@@ -246,7 +246,7 @@ class Gltf:
         self.order = order
 
     def _check_images(self) -> None:
-        """Only PNG and JPEG, whole headers, no more than MAX_PIXELS together."""
+        """Refuse images but PNG and JPEG with whole headers, and more than MAX_PIXELS together."""
         self.images: list[tuple[bytes | memoryview, str]] = []
         total = 0
         for i, image in enumerate(self.document.images):

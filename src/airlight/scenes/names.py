@@ -1,0 +1,20 @@
+"""Name the scenes that come with Airlight, and tell scenes from pictures."""
+
+NAMES = ("table", "flying")
+VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
+    "slats": ("slats", "room"),
+    "foliage-view": ("foliage", "view"),
+    "foliage-beside": ("foliage", "beside"),
+    "foliage-behind": ("foliage", "behind"),
+    "cage": ("cage", "room"),
+    "two-spots": ("two-spots", "front"),
+    "window": ("window", "corner"),
+    "headlamp": ("headlamp", "eye"),
+    "dense": ("dense", "front"),
+    "mirrored": ("mirrored", "front"),
+}
+
+
+def is_scene(source: str) -> bool:
+    """Tell a scene, by its name or its file's, from a picture."""
+    return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))

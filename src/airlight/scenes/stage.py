@@ -1,0 +1,38 @@
+"""A scene with all that is needed to film it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pygfx as gfx
+
+    from airlight.pygfx import SceneLight
+
+
+@dataclass
+class Stage:
+    """A scene with all that is needed to film it.
+
+    cameras: the first is the default. lights: what casts shafts. duration: seconds of its animation, which is looped; 0: still.
+    pose(t, camera): put everything where it is at time t (seconds), the same for the same t whatever came before;
+    the camera, if given and one of those that follow something, moves too.
+    center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
+    path: a line where something flies along, hidden until its `visible` is set, or None.
+    settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
+    """
+
+    name: str
+    scene: gfx.Scene
+    cameras: dict[str, gfx.PerspectiveCamera]
+    lights: list[SceneLight]
+    duration: float
+    pose: Callable[[float, gfx.PerspectiveCamera | None], None]
+    center: np.ndarray
+    radius: float
+    movable: SceneLight | None = None
+    path: gfx.WorldObject | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
