@@ -253,7 +253,8 @@ def test_a_camera_without_perspective(kind: str) -> None:
     assert np.sqrt(np.mean((found[..., :3] - truth) ** 2)) < 3e-3 * truth.mean()
     steps = layer(pairs, air(steps=1500, **values), depth=depth, seen=seen)[..., :3]
     assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
-    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(march_twin.sampled_pixel(np.arange(n // 2), n // 2, n) for n in SIZE[::-1]))]
+    chosen = np.ix_(*(march_twin.sampled_pixel(np.arange(n // 2), n // 2, n) for n in SIZE[::-1]))
+    small = np.concatenate([truth, reach[..., None]], axis=-1)[chosen]
     half = layer(pairs, medium, depth=depth, seen=seen, share=0.5)[..., :3]
     expected = march_twin.upsampled(small, reach, medium.sigma_t)
     assert np.sqrt(np.mean((half - expected) ** 2)) < 3e-3 * truth.mean()
