@@ -332,7 +332,7 @@ class Prepass:
         brighter = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
         pipeline = self.device.raster(
             "pygfx/discs.wgsl",
-            "far",
+            "cover_far",
             "disc",
             FORMAT,
             blend={"color": brighter, "alpha": KEPT},

@@ -133,7 +133,7 @@ def direct_sum(
 
 
 def at_points(image: Array, points: Array | None, border: str) -> Array:
-    """I(x) at the points, or the image itself."""
+    """Sample I(x) at the points, or give the image itself."""
     return image if points is None else bilinear(image, points[..., 0], points[..., 1], border)
 
 
@@ -182,6 +182,11 @@ def smoothstep(low: float, high: float, x: Array) -> Array:
     return t * t * (3.0 - 2.0 * t)
 
 
+def picture_luminance(c: Array, weights: Any = REC709) -> Array:
+    """Weigh a picture's linear RGB (..., 3) to luminance (...), by the weights of its colour space."""
+    return np.asarray(c @ np.asarray(weights))
+
+
 def finite(image: Array) -> Array:
     """Limit the image to what a source may hold: negative and non-finite values are 0, the rest at most 65504."""
     image = np.asarray(image, np.float64)
@@ -198,11 +203,11 @@ def mask(image: Array, alpha: Any, depth: Any, parameters: Parameters, luminance
     check(parameters, alpha is not None, depth is not None)
     low, high = parameters.knee
     if parameters.occlusion in ("luminance", "contrast"):
-        return smoothstep(low, high, finite(image) @ np.asarray(luminance))
+        return soft_threshold(low, high, picture_luminance(finite(image), luminance))
     if parameters.occlusion == "alpha":
         return 1.0 - np.clip(finite(alpha), 0.0, 1.0)
     if parameters.occlusion == "depth":
-        return smoothstep(low, high, finite(depth))
+        return soft_threshold(low, high, finite(depth))
     return np.ones(image.shape[:2])
 
 

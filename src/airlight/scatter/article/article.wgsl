@@ -7,7 +7,7 @@
 // Deviations: maps of any size, each a layer, with depth that falls from the light; cascades and their depth range by shadows/fit.py;
 // lit where no cascade holds; h = 1 / s held above 0, where the printed I divides by it.
 //! include "scatter/march/ray.wgsl"
-//! include "scatter/jitter.wgsl"
+//! include "wgsl/jitter.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
 override STRICT: bool = false; // borders of maps and equal depths as the code compares them: not held, not lit
 

@@ -1,6 +1,6 @@
 // The march in steps: each is lit or not as its sample is, and its own integral is closed.
 //! include "scatter/march/lights.wgsl"
-//! include "scatter/jitter.wgsl"
+//! include "wgsl/jitter.wgsl"
 override FILTER: u32 = 0u;      // nearest, pcf, soft
 override SNAP: bool = false;    // look-ups at the centres of texels
 override CASCADES: bool = false; // of a sun, several
