@@ -169,7 +169,7 @@ def run_frames(request: FramesRequest) -> bool:
         video.check_film(r.output, *r.size, r.overwrite)
     with needing_scenes():
         from airlight.gpu.device import shared_device
-        from airlight.medium import settle
+        from airlight.medium.resolve import resolve
         from airlight.scenes import offline, open_scene
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
@@ -208,7 +208,7 @@ def run_frames(request: FramesRequest) -> bool:
         linear=r.output.lower().endswith((".exr", ".hdr")),
     )
     if method.has_units:
-        _doubt(stage, shot, settle(built[Medium], built[March], parameters.quality, stage.radius))
+        _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
     work = _Work(studio, settings, r.overwrite or r.resume)
     if r.is_film:
@@ -248,7 +248,7 @@ def _doubt(stage: "Stage", shot: "Shot", medium: Any) -> None:
     """Warn of a medium that hides the scene or cannot be seen."""
     import numpy as np
 
-    from airlight.medium import doubt
+    from airlight.medium.resolve import doubt
 
     camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
     eye = camera.world.position if shot.eye is None else shot.eye

@@ -174,8 +174,8 @@ def convergence_error(image: Array, light: Sequence[float], *, taps: int | None 
     return float(np.sqrt(np.mean((fine - coarse) ** 2))) / mean if mean else 0.0
 
 
-def smoothstep(low: float, high: float, x: Array) -> Array:
-    """Step smoothly: 0 below low, 1 above high, 3t^2 - 2t^3 between; a step at low (>=) where the two agree."""
+def soft_threshold(low: float, high: float, x: Array) -> Array:
+    """Rise from 0 at low to 1 at high by 3t^2 - 2t^3; a step at low (>=) where the two agree."""
     if high <= low:
         return (x >= low).astype(np.float64)
     t = np.clip((x - low) / (high - low), 0.0, 1.0)

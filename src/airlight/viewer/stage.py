@@ -8,7 +8,7 @@ import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
-from airlight.lamps import Triple, triple
+from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
@@ -56,7 +56,7 @@ class SceneView:
 
     @staticmethod
     def _lamp(light: SceneLight, movable: bool) -> Lamp:
-        place = light.place()
+        place = light.homogeneous()
         where = tuple(round(float(v), 5) for v in place[:3])
         return Lamp(where, light.color, light.strength, movable, direction=bool(place[3] == 0))
 
@@ -72,7 +72,7 @@ class SceneView:
                 if any(lamp.place):
                     light.direction = triple(lamp.place)
             elif isinstance(light.target, gfx.DirectionalLight):
-                towards = light.place()[:3]
+                towards = light.homogeneous()[:3]
                 about = np.asarray(light.target.world.position) - towards
                 if any(lamp.place):
                     way = np.asarray(lamp.place) / np.linalg.norm(lamp.place)

@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
 from airlight.jobs.image import AUTO, ImageRequest
 from airlight.jobs.light_text import LightText, read_light
-from airlight.medium import doubt, settle
+from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
     NOT_IN_SCENES,
     OF_LOOK,
@@ -244,7 +244,7 @@ def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
     if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
-    air = settle(state.medium, state.march, state.parameters.quality, radius)
+    air = resolve(state.medium, state.march, state.parameters.quality, radius)
     state.settled |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,
