@@ -166,7 +166,7 @@ def streaks(out: str) -> None:
         frame = studio.frame(layer=True)
         layers.append(frame.layer[..., :3].astype(np.float32))
     bare = frame.pixels()
-    x, y = project(sun.place(), studio.camera.view_matrix, studio.camera.projection_matrix).position
+    x, y = project(sun.homogeneous(), studio.camera.view_matrix, studio.camera.projection_matrix).position
     layers.insert(0, airlight.light_shafts(bare, (x, y), occlusion="none", **given))
     write(out, grid(3, [encoded(bare + layer) for layer in layers] + [encoded(layer) for layer in layers]), 150_000)
 

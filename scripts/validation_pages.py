@@ -22,8 +22,9 @@ from airlight.compare.result import SceneComparison, SceneRow
 from airlight.compare.sheet import codes_of
 from airlight.compare.variants import Variant, variant
 from airlight.gpu.device import shared_device
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.punctual import PunctualLight
+from airlight.lights.spot import SpotLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot
 
@@ -60,17 +61,17 @@ def place(values: Sequence[float]) -> str:
     return "(" + ", ".join(f"{round(v, 2) + 0.0:g}" for v in values) + ") m"
 
 
-def light(lamp: Lamp) -> str:
-    if lamp.is_sun:
+def light(lamp: PunctualLight) -> str:
+    if lamp.directional:
         x, y, z = lamp.direction
         azimuth, elevation = math.degrees(math.atan2(x, -z)) % 360, math.degrees(math.asin(y))
         return f"sun, {numbers(lamp.intensity)} lux, azimuth {azimuth:.0f}°, elevation {elevation:.0f}°"
-    cone = f", half angles {math.degrees(lamp.inner):.0f}° and {math.degrees(lamp.outer):.0f}°" if lamp.kind == "spot" else ""
-    return f"{lamp.kind}, {numbers(lamp.intensity)} cd, at {place(lamp.position)}{cone}"
+    cone = f", half angles {math.degrees(lamp.inner):.0f}° and {math.degrees(lamp.outer):.0f}°" if isinstance(lamp, SpotLight) else ""
+    return f"{lamp.word}, {numbers(lamp.intensity)} cd, at {place(lamp.position)}{cone}"
 
 
-def medium(air: Settled) -> str:
-    m = air.medium
+def medium(air: ResolvedMedium) -> str:
+    m = air.settings
     return f"sigma_t {numbers(air.sigma_t)} 1/m, albedo {numbers(m.albedo)}, g = {m.anisotropy:g}, up to {air.max_distance:g} m"
 
 
@@ -125,8 +126,8 @@ def page(name: str, width: int, runs: int) -> None:
         "",
         "| | |",
         "|---|---|",
-        *(f"| light | {light(lamp)} |" for lamp in view.lamps),
-        f"| medium | {medium(view.settled(exact.variant))} |",
+        *(f"| light | {light(lamp)} |" for lamp in view.punctual),
+        f"| medium | {medium(view.resolved(exact.variant))} |",
         f"| eye | at {place(eye)}, {view.camera.fov:g}° |",
         f"| truth | {truth.about} |",
         "",

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from airlight import supervisor
 from airlight.errors import AirlightError, MachineError
 from airlight.files import atomic, write_image
+from airlight.process import supervisor
 
 CALLS = ("open", "fsync", "chmod", "link", "replace", "unlink", "stat")
 PIXELS = np.random.default_rng(4).random((40, 60, 3)).astype(np.float32)

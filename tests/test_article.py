@@ -6,19 +6,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calling import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from written import depth_texture
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
-from airlight.lamps import Lamp
-from airlight.medium import Settled, settle
+from airlight.gpu.structs import struct_dtype
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.punctual import PunctualLight
+from airlight.lights.spot import SpotLight
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters
 from airlight.reference import article as twin
 from airlight.reference import jitter as jittered
 from airlight.scatter.article.article import Article, ArticleProse
-from airlight.shadows import Shadow, View
+from airlight.shadows import Shadow, ShadowView
 
 PIXELS, SIDE, DEEP = (13, 9), 32, 60.0
 JITTERS = st.sampled_from(["fixed", "midpoint", "gradient", "blue"])
@@ -56,7 +60,7 @@ def depth_of(matrix: np.ndarray, places: np.ndarray) -> np.ndarray:
     return at[..., 2] / at[..., 3]
 
 
-def cascades(count: int, towards: np.ndarray, eye: np.ndarray, width: float = 20.0) -> list[View]:
+def cascades(count: int, towards: np.ndarray, eye: np.ndarray, width: float = 20.0) -> list[ShadowView]:
     """Maps of 20 m, 60 m, ... around the eye, so shallow that rays leave them."""
     x = np.cross(towards, [0, 0, 1.0])
     x /= np.linalg.norm(x)
@@ -66,7 +70,7 @@ def cascades(count: int, towards: np.ndarray, eye: np.ndarray, width: float = 20
         matrix = np.eye(4)
         matrix[:3, :3] = turn * np.array([SIDE / (width * 3**i), SIDE / (width * 3**i), 1])[:, None]
         matrix[:3, 3] = [SIDE / 2, SIDE / 2, 0.5] - matrix[:3, :3] @ eye
-        out.append(View(matrix, texel=width * 3**i / SIDE, depth_scale=DEEP))
+        out.append(ShadowView(matrix, texel=width * 3**i / SIDE, depth_scale=DEEP))
     return out
 
 
@@ -75,7 +79,7 @@ def run(
     view: np.ndarray,
     matrix: np.ndarray,
     depths: np.ndarray,
-    lamps: Sequence[tuple[Lamp, Shadow | None]],
+    lamps: Sequence[tuple[PunctualLight, Shadow | None]],
     march: March | None = None,
     jitter: str = "fixed",
     **air: Any,
@@ -90,8 +94,8 @@ def run(
     return np.frombuffer(device.read(made.layer, 16), np.float32).reshape(*depths.shape, 4)
 
 
-def resolved(march: March | None = None, **air: Any) -> Settled:
-    return settle(Medium(**air), march or March(), "normal", 10.0)
+def resolved(march: March | None = None, **air: Any) -> ResolvedMedium:
+    return resolve(Medium(**air), march or March(), "normal", 10.0)
 
 
 def scene(seed: int, flat: bool, count: int) -> tuple[Any, ...]:
@@ -125,14 +129,14 @@ def check(out: np.ndarray, want: np.ndarray) -> None:
 @given(st.integers(0, 2**31), st.booleans(), st.integers(0, 4))
 def test_the_code_is_its_twin(seed: int, flat: bool, count: int) -> None:
     (view, matrix, depths, shadow), seen = scene(seed, flat, count)
-    out = run(Article, view, matrix, depths, [(Lamp("sun", (0.5, 1.0, 2.0), direction=tuple(SUN)), shadow)], max_distance=9.0)
+    out = run(Article, view, matrix, depths, [(DirectionalLight((0.5, 1.0, 2.0), direction=tuple(SUN)), shadow)], max_distance=9.0)
     check(out, np.broadcast_to(twin.article(*seen)[..., None], (*depths.shape, 3)))
 
 
 def test_a_stage_is_its_twin() -> None:
     """With the maps that are drawn of it, and the depths of its picture."""
     from airlight.pygfx.casters import Casters
-    from airlight.pygfx.lamps import lamps
+    from airlight.pygfx.punctual import punctual_lights
     from airlight.scenes import open_scene
     from airlight.scenes.offline import FAR, Shot, Studio
 
@@ -140,10 +144,10 @@ def test_a_stage_is_its_twin() -> None:
     air, march = Medium(max_distance=3.0), March(shadow_size=256)
     studio = Studio(stage, Shot(64, 36, samples=1), Parameters(method="article"), medium=air, march=march)
     frame = studio.frame(depth=True, layer=True)
-    shafts, (sun,) = studio.shafts, lamps(stage.lights)
+    shafts, (sun,) = studio.shafts, punctual_lights(stage.lights)
     view, matrix = np.asarray(studio.camera.view_matrix), np.asarray(studio.camera.projection_matrix)
-    assert shafts.air is not None and frame.layer is not None
-    (shadow,) = Casters(shafts.device, stage.scene, stage.lights).draw(view, matrix, [sun], shafts.air)
+    assert shafts.resolved_medium is not None and frame.layer is not None
+    (shadow,) = Casters(shafts.device, stage.scene, stage.lights).draw(view, matrix, [sun], shafts.resolved_medium)
     maps = [
         shafts.device.queue.read_texture({"texture": shadow.texture, "origin": (0, 0, k)}, {"bytes_per_row": 1024}, (256, 256, 1))
         for k in range(len(shadow.views))
@@ -179,7 +183,7 @@ def along(
     length: float, shadow: Shadow | None, towards: tuple[float, float, float] = (0.0, 1.0, 0.0), kind: type[Article] = Article
 ) -> float:
     """What the layer has where a surface is `length` ahead; without one from 10,000 m on."""
-    lamp = Lamp("sun", (0.3, 0.2, 0.1), direction=towards)
+    lamp = DirectionalLight((0.3, 0.2, 0.1), direction=towards)
     return float(run(kind, np.eye(4), ACROSS, np.full((1, 1), min(1e-4 * length, 1.0)), [(lamp, shadow)])[0, 0, 0])
 
 
@@ -239,7 +243,7 @@ def test_the_prose_is_its_twin(seed: int, flat: bool, count: int, jitter: str, b
     if not plain:
         share = "prose" if by_length else "code"
         march = March(shadow_bias=0.3, article_share=share, article_absorption=(0.01, 0.03, 0.06), article_cap=0.3, article_steps=90)
-    lamps = [(Lamp("sun", intensity, direction=tuple(SUN)), shadow)]
+    lamps = [(DirectionalLight(intensity, direction=tuple(SUN)), shadow)]
     out = run(ArticleProse, view, matrix, depths, lamps, march, jitter, max_distance=70.0)
     origins, directions, surfaces, towards, matrices, maps = seen
     want = twin.prose(
@@ -273,6 +277,23 @@ def test_the_angle_is_macklins_integral(angle: float, distance: float) -> None:
     np.testing.assert_allclose(out, (weights / (places * places).sum(axis=1)).sum(), rtol=2e-2 if angle < 0.2 else 1e-3)
 
 
+def test_functions_are_their_twins() -> None:
+    """At the pole least is all that counts; borders of maps are held or not by STRICT."""
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    directions[:2] = SUN, -SUN
+    distances, least = rng.uniform(0, 480, 200), rng.uniform(1e-3, 0.1, 200)
+    out = call("scatter/article/article.wgsl", "inscatter", [directions, SUN, distances, least])
+    np.testing.assert_allclose(out, twin.inscatter(directions, SUN, distances, least), rtol=2e-4)
+    texels = np.append(rng.uniform(-2, SIDE + 2, (200, 2)), [[0.5 * SIDE, 0.0], [0.5, 0.5]], axis=0)
+    light = np.zeros((), struct_dtype("scatter/article/article.wgsl", "Light"))
+    light["side"] = SIDE
+    for strict in (False, True):
+        held = call("scatter/article/article.wgsl", "holds", [texels], constants={"STRICT": strict}, bindings={"light": light})
+        assert np.array_equal(held, twin.holds(texels, SIDE, strict)) and 0.5 < held.mean() < 1
+
+
 def test_towards_the_sun_and_away_it_stays_finite() -> None:
     ahead = np.array([0, 0, -1.0])
     least = np.tan(np.radians(0.27))
@@ -282,14 +303,14 @@ def test_towards_the_sun_and_away_it_stays_finite() -> None:
         assert not np.isfinite(twin.macklin(ahead, -ahead, 30.0))  # as the article has it
     depths = np.ones((8, 8))
     for strength in (1.0, 1e-6):
-        lamp = Lamp("sun", (1.0, 1.0, 1.0), direction=(0.0, 0.0, -1.0), strength=strength)
+        lamp = DirectionalLight((1.0, 1.0, 1.0), direction=(0.0, 0.0, -1.0), strength=strength)
         out = run(ArticleProse, np.eye(4), projection(), depths, [(lamp, None)], max_distance=30.0)
         assert np.isfinite(out).all() and out[..., :3].min() >= -0.1 - 1e-6 and out[..., :3].max() <= 0.1 + 1e-6
 
 
 def test_the_numbers_of_the_prose() -> None:
     """600 steps of 0.8 over 750, squared; at right angles to the sun's direction the integral is atan T."""
-    lamps: Any = [(Lamp("sun", (0.7, 0.7, 0.7), direction=(0.0, 1.0, 0.0)), None)]
+    lamps: Any = [(DirectionalLight((0.7, 0.7, 0.7), direction=(0.0, 1.0, 0.0)), None)]
     flat, nothing = np.diag([1e-6, 1e-6, -1e-4, 1.0]), np.ones((1, 1))
     for distance, sum_ in ((1000.0, 480.0), (100.0, 126 * 0.8)):
         out = run(ArticleProse, np.eye(4), flat, nothing, lamps, max_distance=distance)
@@ -314,7 +335,7 @@ def test_one_number_of_absorption_is_three() -> None:
 @pytest.mark.parametrize("kind", [Article, ArticleProse])
 def test_both_take_one_sun_or_none(kind: type[Article]) -> None:
     made = kind(open_device(), (4, 4))
-    sun, spot = Lamp("sun", (1.0, 1.0, 1.0)), Lamp("spot", (1.0, 1.0, 1.0))
+    sun, spot = DirectionalLight((1.0, 1.0, 1.0)), SpotLight((1.0, 1.0, 1.0))
     for lamps in ([(spot, None)], [(sun, None), (sun, None)], [(sun, None), (spot, None)]):
         with pytest.raises(AirlightError, match=f"method {kind.name} takes one light, a sun"):
             made.aim(np.eye(4), projection(), lamps, resolved())

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 import thumbs
 
-from airlight.cli import batch, main
+from airlight.cli import main
 from airlight.errors import AirlightError, MachineError
 from airlight.files import read_image, write_image
 from airlight.files.sequence import frames, numbered
+from airlight.jobs.run import AHEAD, run
+from airlight.jobs.tasks import PictureTask
 
 LIGHT = ["--light", "0.4,0.3"]
 RAYS = [*LIGHT, "--rays", "24"]  # of noise: nothing else stands before the light
@@ -206,7 +208,7 @@ def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch, lo
 def test_work_overlaps():
     """While one picture is rendered the next is read and the last is written, a bounded number of them."""
     log: list[tuple[str, int]] = []
-    todo = [batch.Task(str(i), str(i)) for i in range(8)]
+    todo = [PictureTask(i, str(i), source=str(i)) for i in range(8)]
 
     def step(name):
         def work(task, *_):
@@ -217,14 +219,14 @@ def test_work_overlaps():
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert batch.run(todo, step("read"), step("render"), step("write")) == []
+        assert run(todo, step("read"), step("render"), step("write")) == []
     for name in ("read", "render", "write"):
         assert sorted(i for n, i in log if n == name) == list(range(8))
     reads = [at for at, (n, _) in enumerate(log) if n == "read"]
     renders = [at for at, (n, _) in enumerate(log) if n == "render"]
     assert all(reads[i + 1] < renders[i + 1] for i in range(7))
     ahead = max(sum(1 for n, _ in log[:at] if n == "read") - sum(1 for n, _ in log[:at] if n == "render") for at in range(len(log)))
-    assert 1 <= ahead <= batch.AHEAD + 1
+    assert 1 <= ahead <= AHEAD + 1
 
 
 @pytest.mark.parametrize("extra", [["--adapt", "1"], ["--adapt", "1", "--mix", "0.5"], ["--look", "classic"], ["--rays", "24"]])

@@ -14,7 +14,7 @@ from airlight.gpu.structs import dtype_of, struct_dtype
 PACKAGE = Path(airlight.__file__).parent
 RNG = np.random.default_rng(3)
 # dtypes of shaders' records that are still written by hand, to be made by struct_dtype
-BY_HAND = {"pygfx/effect.py", "scatter/march/records.py", "scatter/article/article.py"}
+BY_HAND = {"pygfx/effect.py", "scatter/march/records.py"}
 
 
 def test_layout() -> None:
@@ -45,7 +45,7 @@ def test_no_record_of_a_shader_is_written_by_hand() -> None:
 def test_call() -> None:
     """Vectors, scalars broadcast, and a record: as NumPy says."""
     x = RNG.random((7, 3)).astype(np.float32)
-    assert np.abs(call("gpu/half.wgsl", "nearest_half", [x]) - x).max() < 2**-12
+    assert np.abs(call("wgsl/half.wgsl", "nearest_half", [x]) - x).max() < 2**-12
     rays = np.zeros((), struct_dtype("look/rays.wgsl", "Rays"))
     rays["light"], rays["span"], rays["box"] = (0.5, 0.25), 6.2831853, (2, 1)
     points = RNG.random((4, 5, 2))
@@ -53,7 +53,7 @@ def test_call() -> None:
     assert found.shape == (4, 5, 2)
     np.testing.assert_allclose(found[..., 0], np.hypot(points[..., 0] - 0.5, points[..., 1] - 0.25), rtol=1e-6)
     rays["light"] = (-0.5, 0.25)
-    enters = call("look/rays.wgsl", "entry", [np.array([[1.0, 0.0], [0.8, 0.6]]), rays], constants={"INSIDE": 0})
+    enters = call("look/rays.wgsl", "entry_distance", [np.array([[1.0, 0.0], [0.8, 0.6]]), rays], constants={"INSIDE": 0})
     np.testing.assert_allclose(enters, [0.5, 0.625], rtol=1e-6)
 
 

@@ -16,24 +16,27 @@ from prepass_scene import exhibition, leaf_map, morphed_ball, skinned_bar  # noq
 from airlight.errors import AirlightError  # noqa: E402
 from airlight.gpu.device import Device, shared_device  # noqa: E402
 from airlight.gpu.timing import Timer  # noqa: E402
-from airlight.lamps import Lamp  # noqa: E402
-from airlight.medium import settle  # noqa: E402
+from airlight.lights.directional import DirectionalLight  # noqa: E402
+from airlight.lights.point import PointLight  # noqa: E402
+from airlight.lights.punctual import PunctualLight  # noqa: E402
+from airlight.lights.spot import SpotLight  # noqa: E402
+from airlight.medium.resolve import resolve  # noqa: E402
 from airlight.options import March, Medium  # noqa: E402
 from airlight.pygfx import SceneLight  # noqa: E402
 from airlight.pygfx.bounds import Bounds  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402
 from airlight.scenes.gltf.load import model  # noqa: E402
 from airlight.scenes.gltf.meshes import vertices  # noqa: E402
-from airlight.shadows import Shadow, View, fit  # noqa: E402
+from airlight.shadows import Shadow, ShadowView, fit  # noqa: E402
 
 HAWK = str(Path(__file__).parent / "data" / "hawk.glb")
 SIZE = 48
 SLANT = tuple(np.array([0.3, 0.8, 0.5]) / math.sqrt(0.98))
-SUN = Lamp("sun", (1, 1, 1), direction=SLANT)
+SUN = DirectionalLight((1, 1, 1), direction=SLANT)
 LAMPS = {
     "sun": SUN,
-    "spot": Lamp("spot", (1, 1, 1), (0.6, 3.0, 2.2), tuple(np.array([-0.2, -0.8, -0.57]) / 1.0024), outer=0.8),
-    "point": Lamp("point", (1, 1, 1), (0.1, 0.2, -0.1)),
+    "spot": SpotLight((1, 1, 1), (0.6, 3.0, 2.2), tuple(np.array([-0.2, -0.8, -0.57]) / 1.0024), outer=0.8),
+    "point": PointLight((1, 1, 1), (0.1, 0.2, -0.1)),
 }
 SOLID: dict[str, Any] = {"color": "#888", "alpha_mode": "solid"}
 
@@ -67,10 +70,10 @@ def read(device: Device, shadow: Shadow) -> np.ndarray:
 
 
 def cast(
-    device: Device, casters: Casters, lamp: Lamp = SUN, size: int = SIZE, camera: Any = None, **march: Any
-) -> tuple[np.ndarray, list[View]]:
+    device: Device, casters: Casters, lamp: PunctualLight = SUN, size: int = SIZE, camera: Any = None, **march: Any
+) -> tuple[np.ndarray, list[ShadowView]]:
     camera = camera or eye()
-    air = settle(Medium(max_distance=60.0), March(shadow_size=size, **march), "final", 1.0)
+    air = resolve(Medium(max_distance=60.0), March(shadow_size=size, **march), "final", 1.0)
     (shadow,) = casters.draw(camera.view_matrix, camera.projection_matrix, [lamp], air)
     return read(device, shadow), shadow.views
 
@@ -84,7 +87,7 @@ def corners(mesh: Any) -> np.ndarray:
     return np.asarray(vertices(mesh)[np.asarray(mesh.geometry.indices.data)])
 
 
-def depths(triangles: np.ndarray, view: View, size: int, slack: float) -> np.ndarray:
+def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float) -> np.ndarray:
     """(size, size) what a map holds of triangles (T, 3, 3), each wider by `slack` texels: homogeneous rasterisation (Olano, Greer 1997)."""
     y, x = np.mgrid[:size, :size] + 0.5
     out = np.zeros((size, size))
@@ -100,14 +103,14 @@ def depths(triangles: np.ndarray, view: View, size: int, slack: float) -> np.nda
     return out
 
 
-def check(device: Device, casters: Casters, triangles: np.ndarray, lamp: Lamp, **march: Any) -> None:
+def check(device: Device, casters: Casters, triangles: np.ndarray, lamp: PunctualLight, **march: Any) -> None:
     """A map holds the triangles: within 0.02 texels across, 0.1 mm along a sun's light, 1e-5 of the distance along a lamp's."""
     maps, views = cast(device, casters, lamp, **march)
     seen = 0
     for held, view in zip(maps, views):
         within, around = (depths(triangles, view, held.shape[0], slack) for slack in (-0.02, 0.02))
         slope = np.abs(np.gradient(around, axis=0)) + np.abs(np.gradient(around, axis=1))
-        error = 1e-4 / view.depth_scale if lamp.is_sun else 1e-5 * around
+        error = 1e-4 / view.depth_scale if lamp.directional else 1e-5 * around
         error = error + 0.02 * np.where(slope < 0.1 * around.max(), slope, 0)  # the rasteriser's own 1/256 texel
         assert (held >= within - error).all() and (held <= around + error).all()
         seen += np.count_nonzero(within)
@@ -296,7 +299,7 @@ def test_an_object_behind_the_camera_casts_into_the_view_and_one_that_moves_is_f
     floor.local.rotation = la.quat_from_axis_angle((1, 0, 0), -math.pi / 2)
     thing.local.position = (0, 8, 6)
     casters = Casters(device, scene(thing, floor))
-    low = Lamp("sun", (1, 1, 1), direction=(0, 0.6, 0.8))
+    low = DirectionalLight((1, 1, 1), direction=(0, 0.6, 0.8))
     for x in (0.0, 2.5):
         thing.local.x = x
         maps, views = cast(device, casters, low, 256, camera, cascades=3)
@@ -343,8 +346,8 @@ def test_bounds_hold_every_vertex_and_are_tight(device: Device) -> None:
 def test_textures_stay_while_their_size_and_number_do(device: Device) -> None:
     casters, camera = Casters(device, scene(box())), eye()
 
-    def draw(lamps: list[Lamp], size: int, **march: Any) -> list[Shadow]:
-        air = settle(Medium(max_distance=60.0), March(shadow_size=size, **march), "final", 1.0)
+    def draw(lamps: list[PunctualLight], size: int, **march: Any) -> list[Shadow]:
+        air = resolve(Medium(max_distance=60.0), March(shadow_size=size, **march), "final", 1.0)
         return casters.draw(camera.view_matrix, camera.projection_matrix, lamps, air)
 
     first = draw([SUN, LAMPS["point"]], 32)
@@ -363,7 +366,7 @@ def test_layers_are_timed_and_the_scene_is_left_alone(device: Device) -> None:
     e = exhibition()
     casters, camera, timer = Casters(device, e.scene), eye(), Timer(device)
     before = [(thing.cast_shadow, getattr(thing.material, "side", None)) for thing in e.scene.iter()]
-    air = settle(Medium(max_distance=60.0), March(shadow_size=32), "final", 1.0)
+    air = resolve(Medium(max_distance=60.0), March(shadow_size=32), "final", 1.0)
     casters.draw(camera.view_matrix, camera.projection_matrix, [LAMPS["point"]], air, timer)
     encoder = device.encoder()
     timer.resolve(encoder)
@@ -437,6 +440,6 @@ def test_a_leaf_casts_a_leaf(device: Device) -> None:
 
 
 def test_views_are_numbered_as_layers(device: Device) -> None:
-    """fit.layers is as many as there can be."""
-    air = settle(Medium(), March(cascades=3), "final", 1.0)
-    assert [fit.layers(lamp, air) for lamp in LAMPS.values()] == [3, 1, 6]
+    """shadow_layers is as many as there can be."""
+    air = resolve(Medium(), March(cascades=3), "final", 1.0)
+    assert [lamp.shadow_layers(air) for lamp in LAMPS.values()] == [3, 1, 6]

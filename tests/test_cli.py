@@ -14,8 +14,8 @@ from click.testing import CliRunner
 
 import airlight
 from airlight.cli import cli, docs, main
-from airlight.cli.light import place, read_light
 from airlight.errors import AirlightError, AirlightWarning, MachineError
+from airlight.jobs.light_text import place, read_light
 from airlight.options import Look, Parameters, declared, presets
 
 ROOT = Path(__file__).parents[1]

@@ -52,9 +52,9 @@ def result(name):
 def traced(name):
     """(light, way) of the tracer, asked by other means."""
     here = view(name)
-    air = here.settled(chosen(EXACT, name=name)[0])
+    air = here.resolved(chosen(EXACT, name=name)[0])
     triangles = world_triangles(here.stage.scene, here.lights)[0]
-    found = tracer.layer(here.camera.view_matrix, here.camera.projection_matrix, SIZE, triangles, here.lamps, air)
+    found = tracer.layer(here.camera.view_matrix, here.camera.projection_matrix, SIZE, triangles, here.punctual, air)
     return found.radiance, found.path_length
 
 
@@ -177,7 +177,7 @@ def test_each_medium_has_its_own_truth():
 
 def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     monkeypatch.setattr(scenes, "FINEST", 2048)
-    air = view().settled(chosen(EXACT)[0])
+    air = view().resolved(chosen(EXACT)[0])
     (light, transmittance, way), about = view().truth(air, "walk")
     assert np.allclose(transmittance, np.exp(-way[..., None] * air.sigma_t), rtol=1e-5)
     assert "2048 texels, as --against walk asks" in about
@@ -193,7 +193,7 @@ def test_mitsuba_is_asked_where_it_is_there(monkeypatch):
     asked = []
 
     def layer(view, projection, size, triangles, lamps, air, casters=None, *, spp=256):
-        asked.append((size, triangles.shape, casters.shape, [lamp.kind for lamp in lamps]))
+        asked.append((size, triangles.shape, casters.shape, [lamp.word for lamp in lamps]))
         found = tracer.layer(view, projection, size, triangles, lamps, air, casters)
         light = 1.02 * found.radiance
         return found._replace(radiance=light), np.full_like(light, 0.0013 * light[rule.clear(found.path_length)].mean())

@@ -11,9 +11,9 @@ import pytest
 import thumbs
 
 from airlight.cli import main
-from airlight.cli.light import place, read_light
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image, read_settings, spaces, write_image
+from airlight.jobs.light_text import place, read_light
 from airlight.options import Parameters
 from airlight.reference import fallback
 from airlight.reference import radial as ref

@@ -64,7 +64,7 @@ def test_a_limit_on_files_is_told_before_a_codec_meets_it(tmp_path, monkeypatch,
 
 DEATHS = """
 import os, signal, sys
-from airlight.supervisor import prepare_process, supervised
+from airlight.process.supervisor import prepare_process, supervised
 def work():
     from airlight.files import replacing
     with replacing({target!r}, True) as file:
@@ -123,7 +123,7 @@ def test_the_death_of_the_worker_is_one_line(tmp_path, death, code, says):
 
 LOST = """
 import signal, sys, time
-from airlight.supervisor import prepare_process, supervised
+from airlight.process.supervisor import prepare_process, supervised
 class Held:
     def __del__(self):
         signal.raise_signal(signal.SIGINT)

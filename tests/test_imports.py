@@ -17,9 +17,9 @@ LAYERS = (
     "pygfx",
     "api debug",
     "scatter reference",
-    "shadows medium lights lamps daylight occlusion composite look detect reference.look reference.colour",
-    "options parameters presets gpu files notebook_image shown",
-    "errors arrays colour luminance planes noise camera projection process supervisor temporaries scatter.methods",
+    "shadows medium lights occlusion composite look detect reference.look reference.colour",
+    "options gpu files notebook_image",
+    "errors messages arrays colour luminance planes noise projection process scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
 HOLDS_MATHS = {*LAYERS[7].split(), "scatter", "reference", "gpu"}
@@ -30,9 +30,6 @@ FROZEN_DIRECTIONS = {
     "reference.triangles pygfx.prepass",
     "reference.triangles scenes.gltf.meshes",
     "scatter.render api",
-    "viewer.app cli.light",
-    "viewer.saving cli.image",
-    "viewer.state cli.light",
 }
 FROZEN_CIRCLES = {
     "api scatter.render",

@@ -156,7 +156,7 @@ def test_scan(passes: Passes) -> None:
     off = np.abs(found[..., 0] - share)
     assert share.max() > 0.2
     assert np.quantile(off, 0.999) < (5e-3 if passes.grid.nearest > 10 else 1e-3)
-    assert off.max() < 1.05 * passes.grid.step / twin.STEPS / twin.FIRST_WAY
+    assert off.max() < 1.05 * passes.grid.step / twin.STEPS / twin.FIRST_LENGTH
     np.testing.assert_allclose(found[..., 1], dark, atol=2e-3)
 
 

@@ -9,14 +9,17 @@ from written import depth_texture
 
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
-from airlight.lamps import Lamp
-from airlight.medium import Settled, settle
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.point import PointLight
+from airlight.lights.punctual import PunctualLight
+from airlight.lights.spot import SpotLight
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March as Marching
 from airlight.options import Medium
 from airlight.reference import medium as twin
-from airlight.reference.tracer import gathered
+from airlight.reference.tracer import in_scattered
 from airlight.scatter.march.march import March
-from airlight.shadows import Shadow, View
+from airlight.shadows import Shadow, ShadowView
 
 SIZE = 24, 16
 RGB = (0.1, 0.2, 0.05)
@@ -46,17 +49,17 @@ def depths(values: Any) -> Any:
     return depth_texture(open_device(), values)
 
 
-def air(radius: float = 10.0, **values: Any) -> Settled:
+def air(radius: float = 10.0, **values: Any) -> ResolvedMedium:
     """max_distance 20 times a tenth of the radius, exact, unless told otherwise."""
     values = {"sigma_t": RGB, "max_distance": 2 * radius, **values}
     medium = {k: v for k, v in values.items() if k in Medium.__struct_fields__}
     marching = {k: v for k, v in values.items() if k in Marching.__struct_fields__}
-    return settle(Medium(**medium), Marching(**marching), "final", radius)
+    return resolve(Medium(**medium), Marching(**marching), "final", radius)
 
 
 def layer(
     lamps: Any,
-    air: Settled,
+    air: ResolvedMedium,
     view: Any = None,
     depth: Any = 1.0,
     jitter: str = "midpoint",
@@ -89,16 +92,16 @@ def rays(seen: np.ndarray | None = None, size: tuple[int, int] = SIZE) -> tuple[
     return np.zeros_like(at), (at + ahead) / np.linalg.norm(at + ahead, axis=-1, keepdims=True)
 
 
-def sun_view(side: int = 48, width: float = 20.0) -> View:
+def sun_view(side: int = 48, width: float = 20.0) -> ShadowView:
     x = np.cross([0, 1, 0], SUN)
     x /= np.linalg.norm(x)
     texel, matrix = width / side, np.zeros((4, 4))
     matrix[0, :3], matrix[1, :3], matrix[2, :3] = x / texel, -np.cross(SUN, x) / texel, SUN / 30
     matrix[:, 3] = side / 2, side / 2 + 7, 0.5, 1
-    return View(matrix, texel=texel, depth_scale=30.0)
+    return ShadowView(matrix, texel=texel, depth_scale=30.0)
 
 
-def lamp_view(ahead: Any, half: float, side: int = 48, margin: int = 0, near: float = 0.05) -> View:
+def lamp_view(ahead: Any, half: float, side: int = 48, margin: int = 0, near: float = 0.05) -> ShadowView:
     ahead = np.asarray(ahead, float)
     right = np.cross(ahead, [0, 0, 1] if abs(ahead[1]) > 0.5 else [0, 1, 0])
     right /= np.linalg.norm(right)
@@ -108,14 +111,14 @@ def lamp_view(ahead: Any, half: float, side: int = 48, margin: int = 0, near: fl
     matrix[3, :3] = ahead
     matrix[:, 3] = -matrix[:, :3] @ PLACE
     matrix[2, 3] = near
-    return View(matrix, texel=1 / scale, depth_scale=near)
+    return ShadowView(matrix, texel=1 / scale, depth_scale=near)
 
 
-def faces(side: int = 48) -> list[View]:
+def faces(side: int = 48) -> list[ShadowView]:
     return [lamp_view(sign * axis, 1.0, side, margin=1) for axis in np.eye(3) for sign in (1, -1)]
 
 
-def lit(views: list[View], heights: np.ndarray, points: np.ndarray, pcf: bool = False) -> np.ndarray:
+def lit(views: list[ShadowView], heights: np.ndarray, points: np.ndarray, pcf: bool = False) -> np.ndarray:
     """(...) 0..1 of points (..., 3) that are seen by the light; by the view with the greatest w, beyond a map everything is."""
     found = np.ones(points.shape[:-1])
     best = np.full(points.shape[:-1], -np.inf)
@@ -143,9 +146,9 @@ def lit(views: list[View], heights: np.ndarray, points: np.ndarray, pcf: bool = 
 
 
 def brute(
-    lamp: Lamp,
-    air: Settled,
-    views: list[View],
+    lamp: PunctualLight,
+    air: ResolvedMedium,
+    views: list[ShadowView],
     heights: Any,
     steps: int = 5000,
     pcf: bool = False,
@@ -160,14 +163,14 @@ def brute(
         t = (np.arange(steps) + 0.5) / steps * way[:, None]
         points = start[:, None] + line[:, None] * t[..., None]
         share = lit(views, heights, points, pcf) if views else np.ones(points.shape[:-1])
-        row[:] = (twin.scattered(lamp, air, line[:, None], points, t) * share[..., None]).sum(axis=1) * way[:, None] / steps
+        row[:] = (twin.in_scattered(lamp, air, line[:, None], points, t) * share[..., None]).sum(axis=1) * way[:, None] / steps
     return out
 
 
 CASES = {
-    "sun": (Lamp("sun", (3, 2, 1), direction=tuple(SUN)), lambda side=48: [sun_view(side)]),
-    "spot": (Lamp("spot", (5, 4, 3), **SPOT), lambda side=48: [lamp_view(SPOT["direction"], math.tan(0.5), side)]),
-    "point": (Lamp("point", (5, 4, 3), tuple(PLACE), range=9.0), faces),
+    "sun": (DirectionalLight((3, 2, 1), direction=tuple(SUN)), lambda side=48: [sun_view(side)]),
+    "spot": (SpotLight((5, 4, 3), **SPOT), lambda side=48: [lamp_view(SPOT["direction"], math.tan(0.5), side)]),
+    "point": (PointLight((5, 4, 3), tuple(PLACE), range=9.0), faces),
 }
 
 
@@ -227,9 +230,9 @@ def test_tiles_part_what_lies_a_digit_before_and_behind_them(held: float) -> Non
     matrix[:, 3] = 147, 149, held, 1
     heights = np.zeros((1, 150, 150))
     heights[..., 144:] = held  # the last tile of a row has six texels
-    shadow = Shadow(depths(heights), 150, [View(matrix, texel=0.2, depth_scale=30.0)])
-    found = layer([(Lamp("sun", (3, 2, 1)), shadow)], medium, seen=flat(30 * held * 2e-3))[..., :3]
-    full = medium.sigma_s * np.array([3, 2, 1]) / (4 * np.pi) * twin.until(20.0, medium.sigma_t)
+    shadow = Shadow(depths(heights), 150, [ShadowView(matrix, texel=0.2, depth_scale=30.0)])
+    found = layer([(DirectionalLight((3, 2, 1)), shadow)], medium, seen=flat(30 * held * 2e-3))[..., :3]
+    full = medium.sigma_s * np.array([3, 2, 1]) / (4 * np.pi) * twin.transmittance_integral(20.0, medium.sigma_t)
     assert np.allclose(found, np.where(np.arange(SIZE[1])[:, None, None] < SIZE[1] // 2, full, 0), rtol=1e-4, atol=1e-6)
 
 
@@ -249,7 +252,7 @@ def test_a_camera_without_perspective(kind: str) -> None:
     assert np.sqrt(np.mean((found[..., :3] - truth) ** 2)) < 3e-3 * truth.mean()
     steps = layer(pairs, air(steps=1500, **values), depth=depth, seen=seen)[..., :3]
     assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
-    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(twin.taken_at(n // 2, n) for n in SIZE[::-1]))]
+    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(twin.sampled_pixel(n // 2, n) for n in SIZE[::-1]))]
     half = layer(pairs, medium, depth=depth, seen=seen, share=0.5)[..., :3]
     expected = twin.upsampled(small, reach, medium.sigma_t)
     assert np.sqrt(np.mean((half - expected) ** 2)) < 3e-3 * truth.mean()
@@ -262,7 +265,7 @@ def test_a_spot_lights_half_of_all_places(less: float, seen: np.ndarray, steps: 
     """Straight down: rays at right angles to it, in the middle of the picture, lie in its light, or out of it where they begin above."""
     medium, size = air(steps=steps), (24, 17)
     for height in (0.6, -0.6):
-        lamp = Lamp("spot", (5, 4, 3), (1.0, height, -6.0), (0.0, -1.0, 0.0), inner=1.0, outer=math.pi / 2 - less)
+        lamp = SpotLight((5, 4, 3), (1.0, height, -6.0), (0.0, -1.0, 0.0), inner=1.0, outer=math.pi / 2 - less)
         found = layer([(lamp, None)], medium, seen=seen, size=size)[..., :3]
         truth = brute(lamp, medium, [], [], 2500, seen=seen, size=size)
         assert (truth[8].min() > 0) == (height > 0)
@@ -303,10 +306,11 @@ def test_empty_air_and_albedo_zero_give_no_light(steps: Any) -> None:
 def test_a_narrow_peak_has_every_digit(phase: str, g: float) -> None:
     """Within a degree of the light, and of its opposite."""
     towards = np.array([0.004, -0.003, -1.0]) * math.copysign(1, g)
-    lamp, medium = Lamp("sun", (3, 2, 1), direction=tuple(towards / np.linalg.norm(towards))), air(phase=phase, anisotropy=g)
+    lamp, medium = DirectionalLight((3, 2, 1), direction=tuple(towards / np.linalg.norm(towards))), air(phase=phase, anisotropy=g)
     found = layer([(lamp, None)], medium, seen=projection(1.0))[..., :3]
-    there = twin.phase(rays(projection(1.0))[1] @ np.array(lamp.direction), *medium.lobes(lamp))
-    expected = medium.sigma_s * lamp.intensity * there[..., None] * twin.until(20.0, medium.sigma_t)
+    kind, *lobes = medium.lobes(lamp.anisotropy)
+    there = twin.phase(rays(projection(1.0))[1] @ np.array(lamp.direction), lobes, kind)
+    expected = medium.sigma_s * lamp.intensity * there[..., None] * twin.transmittance_integral(20.0, medium.sigma_t)
     assert np.abs(found / expected - 1).max() < 1e-4
 
 
@@ -316,12 +320,14 @@ def test_a_narrow_peak_has_every_digit(phase: str, g: float) -> None:
 def test_a_lamp_that_one_looks_into_has_its_narrow_peak(kind: Any, g: float, fov: float) -> None:
     """Rays pass close to it, and behind it the cosine is the other way round."""
     towards = np.array([0.1, -0.05, 1.0]) / np.linalg.norm([0.1, -0.05, 1.0])
-    lamp = Lamp(kind, (5, 4, 3), (0.07, 0.05, -6.0), tuple(towards) if kind == "spot" else (0.0, 1.0, 0.0), inner=0.3, outer=0.5)
+    position = (0.07, 0.05, -6.0)
+    spot = SpotLight((5, 4, 3), position, tuple(towards), inner=0.3, outer=0.5)
+    lamp = spot if kind == "spot" else PointLight((5, 4, 3), position)
     medium = air(phase="henyey-greenstein", anisotropy=g)
     found = layer([(lamp, None)], medium, seen=projection(fov))[..., :3].reshape(-1, 3)
     line = rays(projection(fov))[1].reshape(-1, 3)
     ways = np.full(len(line), medium.max_distance)
-    truth = gathered(np.zeros_like(line), line, np.arange(len(line)), 0 * ways, ways, lamp, medium)
+    truth = in_scattered(np.zeros_like(line), line, np.arange(len(line)), 0 * ways, ways, lamp, medium)
     bright = truth.max(axis=1) > 0.01 * truth.max()
     assert bright.sum() > 4
     assert np.abs(found / truth - 1)[bright].max() < 5e-3
@@ -370,8 +376,8 @@ def test_a_turned_camera_sees_the_turned_world() -> None:
     turn[[0, 0, 2, 2], [0, 2, 0, 2]] = math.cos(0.4), math.sin(0.4), -math.sin(0.4), math.cos(0.4)
     turn[:3, 3] = 3, -1, 2
     heights = heights_for("point", 6)
-    views = [View(v.matrix @ np.linalg.inv(turn), texel=v.texel, depth_scale=v.depth_scale) for v in made()]
-    moved = Lamp("point", lamp.intensity, tuple((turn @ np.append(PLACE, 1))[:3]), range=lamp.range)
+    views = [ShadowView(v.matrix @ np.linalg.inv(turn), texel=v.texel, depth_scale=v.depth_scale) for v in made()]
+    moved = PointLight(lamp.intensity, tuple((turn @ np.append(PLACE, 1))[:3]), range=lamp.range)
     plain = layer([(lamp, Shadow(depths(heights), 48, made()))], air())
     found = layer([(moved, Shadow(depths(heights), 48, views))], air(), view=np.linalg.inv(turn))
     assert np.abs(found - plain)[..., :3].max() < 2e-3 * plain[..., :3].max()
@@ -406,7 +412,7 @@ def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pi
         for texture, size in ((march.layer, pixels), (march._layers[0], march.size))
     )
     assert small.shape[:2] == (max(1, round(share * pixels[1])), max(1, round(share * pixels[0]))) and np.ptp(small[..., 0]) > 0.01
-    rows, columns = (twin.taken_at(n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
+    rows, columns = (twin.sampled_pixel(n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
     assert np.array_equal(found[np.ix_(rows, columns)][..., 3], small[..., 3])
     expected = twin.upsampled(small, found[..., 3].astype(float), medium.sigma_t)
     np.testing.assert_allclose(found[..., :3], expected, rtol=1e-3, atol=1e-5)
@@ -451,10 +457,11 @@ def test_soft_edges_keep_the_light_and_smooth_them() -> None:
     assert np.abs(np.diff(found[5.0], axis=1)).mean() < 0.9 * np.abs(np.diff(plain, axis=1)).mean()
 
 
-def cascades(ends: tuple[float, ...]) -> list[View]:
+def cascades(ends: tuple[float, ...]) -> list[ShadowView]:
     """Of the same place at different sizes: the first holds up to the first of `ends`, metres along the camera's axis."""
     spans = list(zip((0.0, *ends), (*ends, np.inf), strict=True))
-    return [View(v.matrix, span, v.texel, v.depth_scale) for span, v in zip(spans, [sun_view(width=60.0) for _ in spans], strict=True)]
+    one = sun_view(width=60.0)
+    return [ShadowView(one.matrix, span, one.texel, one.depth_scale) for span in spans]
 
 
 def test_cascades_of_one_map_are_that_map_and_blend() -> None:

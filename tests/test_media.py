@@ -12,7 +12,7 @@ from hypothesis import strategies as some
 from airlight.cli import image, main, render, view
 from airlight.cli.options import gather
 from airlight.errors import AirlightError
-from airlight.medium import BLACK, EMPTY, doubt, settle
+from airlight.medium.resolve import EMPTY_DEPTH, OPAQUE_DEPTH, doubt, resolve
 from airlight.options import ALL, OF_PICTURES, OF_SCENES, March, Medium, SceneOptions, build, declared, presets
 from airlight.options.declare import as_text
 from airlight.scatter.methods import of_medium, of_screen
@@ -239,25 +239,25 @@ def test_bad_texts_of_variants(text: str, says: str) -> None:
 def test_a_medium_that_is_too_thin_or_too_dense_is_told(distance: float, color: Any, depth: float) -> None:
     way = max(distance, 20.0)
     sigma_t = tuple(depth / way * c for c in color)
-    said = doubt(settle(Medium(sigma_t=sigma_t, max_distance=1e6), March(), "normal", 10.0), distance, 10.0)
+    said = doubt(resolve(Medium(sigma_t=sigma_t, max_distance=1e6), March(), "normal", 10.0), distance, 10.0)
     least, most = depth * min(color), depth * max(color)
-    if least > BLACK * (1 + 1e-9):
+    if least > OPAQUE_DEPTH * (1 + 1e-9):
         assert said is not None and "hides" in said
-    elif most < EMPTY * (1 - 1e-9):
+    elif most < EMPTY_DEPTH * (1 - 1e-9):
         assert said is not None and "thin" in said
-    elif most > EMPTY * (1 + 1e-9) and least < BLACK * (1 - 1e-9):
+    elif most > EMPTY_DEPTH * (1 + 1e-9) and least < OPAQUE_DEPTH * (1 - 1e-9):
         assert said is None
     if said is not None:
         assert "\n" not in said
         suits = [float(v) for v in said.rpartition("about ")[2].split()[0].split(",")]
         good = Medium(sigma_t=suits if len(suits) == 3 else suits[0], max_distance=1e6)
-        assert doubt(settle(good, March(), "normal", 10.0), distance, 10.0) is None
+        assert doubt(resolve(good, March(), "normal", 10.0), distance, 10.0) is None
         np.testing.assert_allclose(np.divide(good.sigma_t, good.sigma_t[0]), np.divide(color, color[0]), rtol=0.1)
 
 
 def test_where_there_is_no_doubt() -> None:
     def said(distance: float = 20.0, **keywords: Any) -> str | None:
-        return doubt(settle(Medium(**keywords), March(), "normal", 10.0), distance, 10.0)
+        return doubt(resolve(Medium(**keywords), March(), "normal", 10.0), distance, 10.0)
 
     assert said() is None  # unset
     assert said(sigma_t=0) is None  # it is meant to be empty

@@ -86,7 +86,7 @@ class Known:
         device.write(light, layer.astype(np.float32), size[0] * 16)
         device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
         self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        still = {"aim": lambda *_, **__: None, "record": lambda *_: None}
+        still = {"aim": lambda *_, **__: None, "record": lambda *_: None, "resolve": lambda medium: medium}
         self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
 
 
@@ -144,7 +144,7 @@ def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str
     known.scene = gfx.Scene()
     known.scene.add(plate, light)
     seen = known.frame(known.shafts(SceneLight(light), medium=Medium(extinction=False), composite=Composite(mix=0)))
-    (shining,) = effect.lamps([SceneLight(light)])
+    (shining,) = effect.punctual_lights([SceneLight(light)])
     centre = seen.color[SIZE[1] // 2, SIZE[0] // 2, :3]
     irradiance = shining.intensity[0] if lamp == "sun" else shining.intensity[0] / 4**2
     # the standard material also mirrors a little of a rough dielectric's 4 %
@@ -220,10 +220,11 @@ def test_what_is_unset_follows_the_casters_which_are_gathered_once(stage: Stage,
     monkeypatch.setattr(Casters, "gather", lambda casters: calls.append(1) or gather(casters))
     stage.frame(shafts)
     assert len(calls) == 1
-    assert shafts.air.max_distance == pytest.approx(4 * np.sqrt(1 + 0.25 + 0.25)) and np.allclose(shafts.air.sigma_t, 0.25 / np.sqrt(1.5))
+    assert shafts.resolved_medium.max_distance == pytest.approx(4 * np.sqrt(1 + 0.25 + 0.25))
+    assert np.allclose(shafts.resolved_medium.sigma_t, 0.25 / np.sqrt(1.5))
     shafts.radius = 7.0
     stage.frame(shafts)
-    assert len(calls) == 2 and shafts.air.max_distance == 28
+    assert len(calls) == 2 and shafts.resolved_medium.max_distance == 28
 
 
 def test_methods_are_switched_live(stage: Stage) -> None:
@@ -238,7 +239,7 @@ def test_methods_are_switched_live(stage: Stage) -> None:
         for shafts.parameters in methods:
             found = stage.frame(shafts).out
             assert np.array_equal(first.setdefault(shafts.parameters.method, found), found)
-            assert (shafts.source is None) == (shafts.air is not None) == (shafts.parameters.method in of_medium())
+            assert (shafts.source is None) == (shafts.resolved_medium is not None) == (shafts.parameters.method in of_medium())
         gc.collect()
         held.append({name: counts.get_dict()[name]["count"] for name in ("Texture", "Buffer", "BindGroup")})
     assert all(held[3][name] <= held[1][name] for name in held[1])

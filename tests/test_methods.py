@@ -19,6 +19,7 @@ from airlight.reference.jitter import offsets
 from airlight.reference.scenes import foliage
 from airlight.scatter.epipolar import epipolar
 from airlight.scatter.epipolar.moments import mixture
+from airlight.scatter.methods import METHODS
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
 SIZE = (1920, 1080)
@@ -352,3 +353,8 @@ def test_floats_stay_finite(dtype: type) -> None:
     with pytest.warns(AirlightWarning, match="mended"):
         out = airlight.add_light_shafts(image, (0.45, 0.3), exposure=50.0)
     assert out.dtype == dtype and np.isfinite(out).all()
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_code_that_the_table_of_methods_names_is_there(name):
+    assert callable(METHODS[name].plan) and callable(METHODS[name].reference)

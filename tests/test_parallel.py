@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import airlight
-from airlight.cli.light import place, read_light
 from airlight.errors import AirlightError
+from airlight.jobs.light_text import place, read_light
 from airlight.lights import Light
 from airlight.reference import radial as reference
 from airlight.reference.scenes import foliage

@@ -270,7 +270,7 @@ def test_discs_are_drawn_where_nothing_is(stage: Stage, light: str) -> None:
     u, v = np.meshgrid((np.arange(w) + 0.5 - x) / width, (np.arange(h) + 0.5 - y) / height)
     a = pixel_rays(camera.projection_matrix)
     ray = np.stack([a[0] * u + a[2], a[1] * v + a[3], -np.ones_like(u)], axis=-1)
-    axis = np.array(project(sun.place(), camera.view_matrix, camera.projection_matrix).direction)
+    axis = np.array(project(sun.homogeneous(), camera.view_matrix, camera.projection_matrix).direction)
     off = (ray / np.linalg.norm(ray, axis=-1, keepdims=True)) @ axis - np.cos(np.radians(4))
     expected = np.clip(off / (np.sin(np.radians(4)) * abs(a[1]) / height) + 0.5, 0, 1)
     assert expected.max() == 1 and 0.005 < expected.mean() < 0.1

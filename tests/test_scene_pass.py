@@ -243,7 +243,7 @@ def test_a_turning_camera_takes_nothing_new_and_follows(stage: Stage, monkeypatc
         turned(i)
         lights = []
         for light in shafts.lights:
-            at = project(light.place(), stage.camera.view_matrix, stage.camera.projection_matrix)
+            at = project(light.homogeneous(), stage.camera.view_matrix, stage.camera.projection_matrix)
             lights.append(Light(at.position, light.color, light.strength * at.fade))
         size = shafts.layer.size[:2]
         plans, layer = plan(shafts.device, size, lights, shafts.parameters, shafts.source)
@@ -472,4 +472,4 @@ def test_a_light_is_said_once(stage: Stage) -> None:
     sun = gfx.DirectionalLight()
     sun.local.position = (1, 2, 3)
     sun.target.local.position = (0, 1, 0)
-    assert SceneLight(target=sun).place().tolist() == [1, 1, 3, 0]
+    assert SceneLight(target=sun).homogeneous().tolist() == [1, 1, 3, 0]

@@ -9,17 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from airlight.lamps import Lamp
-from airlight.medium import Settled, settle
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.kinds import KINDS
+from airlight.lights.point import PointLight
+from airlight.lights.spot import WIDEST_HALF_ANGLE, SpotLight
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium
 from airlight.projection import Matrix, eye_rays
-from airlight.shadows import View, fit
+from airlight.shadows import ShadowView, fit
 
 SIZE = 64
 
 
-def air(max_distance: float = 100.0, size: int = SIZE, **march: Any) -> Settled:
-    return settle(Medium(max_distance=max_distance), March(shadow_size=size, **march), "final", 1.0)
+def air(max_distance: float = 100.0, size: int = SIZE, **march: Any) -> ResolvedMedium:
+    return resolve(Medium(max_distance=max_distance), March(shadow_size=size, **march), "final", 1.0)
 
 
 def turned(rng: np.random.Generator) -> Matrix:
@@ -62,15 +65,15 @@ def along(view: Matrix, projection: Matrix, ends: tuple[float, float], rng: np.r
     return np.column_stack([side, -ahead]) @ into[:3, :3].T + into[:3, 3], ahead
 
 
-def texels(view: View, places: Matrix) -> Matrix:
+def texels(view: ShadowView, places: Matrix) -> Matrix:
     """(N, 4): x, y in texels, depth, w."""
     at = places @ view.matrix[:, :3].T + view.matrix[:, 3]
     return np.column_stack([at[:, :3] / at[:, 3:], at[:, 3]])
 
 
-def sun(rng: np.random.Generator) -> Lamp:
+def sun(rng: np.random.Generator) -> DirectionalLight:
     x, y, z = rng.normal(size=3)
-    return Lamp("sun", (1, 1, 1), direction=tuple(np.array([x, y, z]) / math.sqrt(x * x + y * y + z * z)))
+    return DirectionalLight((1, 1, 1), direction=tuple(np.array([x, y, z]) / math.sqrt(x * x + y * y + z * z)))
 
 
 seeds = st.integers(0, 2**32 - 1)
@@ -117,8 +120,8 @@ def test_cascades_hold_all_that_is_seen_where_anything_casts(
     rng = np.random.default_rng(seed)
     view, projection, lamp = look(rng.uniform(-20, 20, 3), turned(rng)), lens(flat), sun(rng)
     hulls, settled = boxes(rng, 5, reach), air(cascades=count, cascade_split=split, cascade_blend=blend)
-    views = fit.sun(lamp, view, projection, hulls, settled)
-    assert 1 <= len(views) <= count and fit.layers(lamp, settled) == count
+    views = lamp.shadow_views(view, projection, hulls, settled)
+    assert 1 <= len(views) <= count and lamp.shadow_layers(settled) == count
     assert views[0].span[0] == 0 and views[-1].span[1] == np.inf
     assert all(one.span[1] == after.span[0] for one, after in pairwise(views))
     plane = fit.basis(lamp.direction)[:2]
@@ -141,7 +144,7 @@ def test_cascades_hold_all_that_is_seen_where_anything_casts(
 def test_a_suns_depth_is_in_metres() -> None:
     rng = np.random.default_rng(1)
     lamp, hulls = sun(rng), boxes(rng, 4, 3)
-    (one,) = fit.sun(lamp, look((0, 0, 9), np.eye(3)), lens(), hulls, air())
+    (one,) = lamp.shadow_views(look((0, 0, 9), np.eye(3)), lens(), hulls, air())
     places = rng.normal(size=(50, 3))
     at = texels(one, places)
     np.testing.assert_allclose(np.diff(at[:, 2]) * one.depth_scale, np.diff(places @ lamp.direction), atol=1e-9)
@@ -159,7 +162,7 @@ def test_texels_stand_still_while_a_camera_moves_and_turns(flat: bool) -> None:
     for frame in range(40):
         turn = 0.013 * frame
         rotation = np.array([[math.cos(turn), 0, math.sin(turn)], [0, 1, 0], [-math.sin(turn), 0, math.cos(turn)]])
-        views = fit.sun(lamp, look((0.11 * frame, 0.03 * frame, 0.07 * frame), rotation), lens(flat), hulls, settled)
+        views = lamp.shadow_views(look((0.11 * frame, 0.03 * frame, 0.07 * frame), rotation), lens(flat), hulls, settled)
         assert len(views) == 3
         now = [(one.texel, texels(one, places)[:, :2]) for one in views]
         for k, ((size, at), (was, at_before)) in enumerate(zip(now, before)):
@@ -175,14 +178,14 @@ def test_one_map_of_all_casters_stays_where_it_is() -> None:
     rng = np.random.default_rng(5)
     hulls, lamp = boxes(rng, 9, 2), sun(rng)
     settled = air(40.0, cascades=3)
-    made = [fit.sun(lamp, look(rng.uniform(-2, 2, 3) + (0, 0, 30), turned(rng)), lens(), hulls, settled) for _ in range(20)]
+    made = [lamp.shadow_views(look(rng.uniform(-2, 2, 3) + (0, 0, 30), turned(rng)), lens(), hulls, settled) for _ in range(20)]
     last = np.stack([views[-1].matrix for views in made])
     np.testing.assert_array_equal(last, np.broadcast_to(last[0], last.shape))
     at = texels(made[0][-1], hulls.reshape(-1, 3))
     assert ((at[:, :2] >= 1) & (at[:, :2] <= SIZE - 1)).all()
     assert np.ptp(at[:, :2], axis=0).max() > (SIZE - 3) / fit.RUNG - 1
     hulls[0] += 1e-3  # what moves within does not stir the rest
-    np.testing.assert_array_equal(fit.sun(lamp, look((0, 0, 30), np.eye(3)), lens(), hulls, settled)[-1].matrix[:2], last[0][:2])
+    np.testing.assert_array_equal(lamp.shadow_views(look((0, 0, 30), np.eye(3)), lens(), hulls, settled)[-1].matrix[:2], last[0][:2])
 
 
 @given(seeds, st.floats(0.01, math.pi / 2))
@@ -190,9 +193,9 @@ def test_a_spots_cone_lies_in_its_map(seed: int, outer: float) -> None:
     rng = np.random.default_rng(seed)
     right, up, ahead = turned(rng)
     place = rng.normal(size=3)
-    lamp = Lamp("spot", (1, 1, 1), tuple(place), tuple(ahead), outer=outer)
-    (one,) = fit.views(lamp, np.eye(4), lens(), boxes(rng, 3, 9), air())
-    around, edge = np.linspace(0, 2 * np.pi, 720), min(outer, fit.WIDEST)
+    lamp = SpotLight((1, 1, 1), tuple(place), tuple(ahead), outer=outer)
+    (one,) = lamp.shadow_views(np.eye(4), lens(), boxes(rng, 3, 9), air())
+    around, edge = np.linspace(0, 2 * np.pi, 720), min(outer, WIDEST_HALF_ANGLE)
     rim = math.cos(edge) * ahead + math.sin(edge) * (np.cos(around)[:, None] * right + np.sin(around)[:, None] * up)
     at = texels(one, place + 3 * rim)
     assert at[:, :2].min() == pytest.approx(fit.MARGIN, abs=1e-3) and at[:, :2].max() == pytest.approx(SIZE - fit.MARGIN, abs=1e-3)
@@ -207,7 +210,7 @@ def test_a_spots_cone_lies_in_its_map(seed: int, outer: float) -> None:
 def test_a_points_views_tile_all_directions(seed: int) -> None:
     rng = np.random.default_rng(seed)
     place = rng.normal(size=3)
-    views = fit.views(Lamp("point", (1, 1, 1), tuple(place)), np.eye(4), lens(), boxes(rng, 3, 9), air())
+    views = PointLight((1, 1, 1), tuple(place)).shadow_views(np.eye(4), lens(), boxes(rng, 3, 9), air())
     ways = rng.normal(size=(500, 3))
     at = np.stack([texels(one, place + ways) for one in views])
     face = at[..., 3].argmax(axis=0)
@@ -220,24 +223,24 @@ def test_a_points_views_tile_all_directions(seed: int) -> None:
 
 def test_a_lamps_map_begins_where_it_may() -> None:
     far = np.zeros((1, 8, 3)) + boxes(np.random.default_rng(0), 1, 0) + (0, 0, 500)
-    lamp = Lamp("point", (1, 1, 1))
-    assert fit.near_plane(lamp, far, 1) == pytest.approx(0.5, rel=0.01)
+    assert fit.near_plane(np.zeros(3), 0, far, 1) == pytest.approx(0.5, rel=0.01)
     near = np.concatenate([far, boxes(np.random.default_rng(0), 1, 0, 0.11) + (0.3, 0.3, 0.3)])
-    one = fit.point(lamp, near, SIZE)[0]
+    one = PointLight((1, 1, 1)).shadow_views(np.eye(4), lens(), near, air())[0]
     at = texels(one, near[1])
     assert (at[:, 2] < 1).all() and one.depth_scale < 0.3
     around = np.concatenate([near, boxes(np.random.default_rng(0), 1, 0) * 1e4])  # the lamp is in a room
-    assert fit.near_plane(lamp, around, 0.5) == fit.near_plane(lamp, near, 0.5)
-    assert fit.near_plane(Lamp("point", (1, 1, 1), near=0.7), near, 1) == 0.7
-    assert fit.near_plane(lamp, far[:0], 1) > 0
+    assert fit.near_plane(np.zeros(3), 0, around, 0.5) == fit.near_plane(np.zeros(3), 0, near, 0.5)
+    assert fit.near_plane(np.zeros(3), 0.7, near, 1) == 0.7
+    assert fit.near_plane(np.zeros(3), 0, far[:0], 1) > 0
 
 
-@given(seeds, st.sampled_from(["sun", "spot", "point"]))
+@given(seeds, st.sampled_from(sorted(KINDS)))
 def test_no_hull_that_is_seen_is_left_out(seed: int, kind: Any) -> None:
     rng = np.random.default_rng(seed)
     hulls = boxes(rng, 40, 10, 6)
-    lamp = Lamp(kind, (1, 1, 1), direction=tuple(turned(rng)[0]), outer=0.4)
-    views = fit.views(lamp, look((0, 0, 0), turned(rng)), lens(), hulls, air(12.0, cascades=2))
+    towards = {"direction": tuple(turned(rng)[0])}
+    lamp = KINDS[kind]((1, 1, 1), **{"directional": towards, "spot": towards | {"outer": 0.4}}.get(kind, {}))
+    views = lamp.shadow_views(look((0, 0, 0), turned(rng)), lens(), hulls, air(12.0, cascades=2))
     shares = rng.dirichlet(np.ones(8), (40, 30))
     some = False
     for one in views:
@@ -247,11 +250,11 @@ def test_no_hull_that_is_seen_is_left_out(seed: int, kind: Any) -> None:
         reached = fit.reached(one.matrix, SIZE, hulls)
         assert reached[seen].all()
         some |= not reached.all()
-    assert some or kind == "sun"
+    assert some or lamp.directional
 
 
-@pytest.mark.parametrize("kind", ["sun", "spot", "point"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_without_casters_there_is_still_a_map(kind: Any) -> None:
-    views = fit.views(Lamp(kind, (1, 1, 1)), look((3, 2, 1), np.eye(3)), lens(), np.zeros((0, 8, 3)), air(cascades=4))
+    views = KINDS[kind]((1, 1, 1)).shadow_views(look((3, 2, 1), np.eye(3)), lens(), np.zeros((0, 8, 3)), air(cascades=4))
     assert all(np.isfinite(np.linalg.inv(one.matrix)).all() for one in views) and views[-1].span[1] == np.inf
     assert fit.ball(np.zeros((0, 8, 3)))[1] == 0

@@ -8,8 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from airlight.lamps import Lamp
-from airlight.medium import Settled, settle
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.point import PointLight
+from airlight.lights.punctual import PunctualLight
+from airlight.lights.spot import SpotLight
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium
 from airlight.reference import tracer
 
@@ -27,8 +30,8 @@ def look(eye: np.ndarray = EYE, near: float = 0.01, far: float = 1000.0, flat: b
     return view, np.array([[9 / 16 / s, 0, 0, 0], [0, 1 / s, 0, 0], [0, 0, k, k * near], [0, 0, -1.0, 0]])
 
 
-def air(quality: str = "final", **medium: Any) -> Settled:
-    return settle(Medium(**{"sigma_t": (0.1, 0.2, 0.4), "max_distance": 20.0, **medium}), March(), quality, 5.0)
+def air(quality: str = "final", **medium: Any) -> ResolvedMedium:
+    return resolve(Medium(**{"sigma_t": (0.1, 0.2, 0.4), "max_distance": 20.0, **medium}), March(), quality, 5.0)
 
 
 def square(z: float, half: float = 100.0, x: float = 0.0, y: float = 0.0) -> np.ndarray:
@@ -36,9 +39,9 @@ def square(z: float, half: float = 100.0, x: float = 0.0, y: float = 0.0) -> np.
     return np.array([[a, b, c], [a, c, d]])
 
 
-def blocked(points: np.ndarray, lamp: Lamp, triangles: np.ndarray) -> np.ndarray:
+def blocked(points: np.ndarray, lamp: PunctualLight, triangles: np.ndarray) -> np.ndarray:
     """(n,) bool: whether a ray from each point to the lamp meets a triangle; Cramer's rule."""
-    if lamp.is_sun:
+    if lamp.directional:
         ways = np.broadcast_to(np.asarray(lamp.direction) * 1e4, points.shape)
     else:
         ways = np.asarray(lamp.position) - points
@@ -58,9 +61,9 @@ def scattered(seed: int, count: int = 12) -> np.ndarray:
 
 
 LAMPS = {
-    "sun": Lamp("sun", (2.0, 3.0, 4.0), direction=(0.48, 0.6, 0.64)),
-    "spot": Lamp("spot", (20.0, 30.0, 40.0), (0.4, 4.0, 1.0), (0.0, -0.8, -0.6), inner=0.3, outer=0.7),
-    "point": Lamp("point", (20.0, 30.0, 40.0), (0.3, 0.4, 0.5), range=5.0),
+    "sun": DirectionalLight((2.0, 3.0, 4.0), direction=(0.48, 0.6, 0.64)),
+    "spot": SpotLight((20.0, 30.0, 40.0), (0.4, 4.0, 1.0), (0.0, -0.8, -0.6), inner=0.3, outer=0.7),
+    "point": PointLight((20.0, 30.0, 40.0), (0.3, 0.4, 0.5), range=5.0),
 }
 
 
@@ -96,25 +99,25 @@ def test_a_picture_is_what_small_steps_sum_up_to(kind: str, flat: bool) -> None:
         steps = 3000
         t = (np.arange(steps) + 0.5) / steps * reach[y, x]
         points = origin + t[:, None] * ray
-        d = np.ones(steps) if lamp.is_sun else np.linalg.norm(points - lamp.position, axis=1)
-        to = np.broadcast_to(lamp.direction, points.shape) if lamp.is_sun else (np.asarray(lamp.position) - points) / d[:, None]
-        power = np.full(steps, 1.0) if lamp.is_sun else np.exp(0 * d) / d**2
+        d = np.ones(steps) if lamp.directional else np.linalg.norm(points - lamp.position, axis=1)
+        to = np.broadcast_to(lamp.direction, points.shape) if lamp.directional else (np.asarray(lamp.position) - points) / d[:, None]
+        power = np.full(steps, 1.0) if lamp.directional else np.exp(0 * d) / d**2
         if kind == "spot":
             scale, offset = lamp.cone()
             power *= np.clip(-to @ np.asarray(lamp.direction) * scale + offset, 0, 1) ** 2
-        if lamp.range:
+        if kind == "point":
             power *= np.maximum(1 - (d / lamp.range) ** 4, 0)
         power *= 1 - fast_blocked(points, lamp, triangles)
         power *= tracer.phase(to @ ray, medium, lamp)
-        path = t if lamp.is_sun else t + d
+        path = t if lamp.directional else t + d
         want = medium.sigma_s * lamp.intensity * (np.exp(-path[:, None] * medium.sigma_t) * power[:, None]).mean(axis=0) * reach[y, x]
         assert np.allclose(light[y, x], want, rtol=4e-3, atol=1e-6)
 
 
-def fast_blocked(points: np.ndarray, lamp: Lamp, triangles: np.ndarray) -> np.ndarray:
+def fast_blocked(points: np.ndarray, lamp: PunctualLight, triangles: np.ndarray) -> np.ndarray:
     """As `blocked`, by the signs of volumes."""
     a, b, c = triangles[:, None, 0], triangles[:, None, 1], triangles[:, None, 2]
-    goal = points + np.asarray(lamp.direction) * 1e3 if lamp.is_sun else np.broadcast_to(lamp.position, points.shape)
+    goal = points + np.asarray(lamp.direction) * 1e3 if lamp.directional else np.broadcast_to(lamp.position, points.shape)
 
     def volume(p: np.ndarray, q: np.ndarray, r: np.ndarray, s: np.ndarray) -> np.ndarray:
         return np.einsum("...j,...j->...", np.cross(q - p, r - p), s - p)
@@ -139,7 +142,7 @@ def test_a_slab_of_sunlight() -> None:
     """A roof over part of the way: lit from t0 on, closed form; and the ambient term."""
     view, projection = look()
     roof = np.array([[[-50, 3, 60], [50, 3, 60], [50, 3, 2.0]], [[-50, 3, 60], [50, 3, 2.0], [-50, 3, 2.0]]])
-    medium, sun = air(ambient=(0.1, 0.2, 0.3), phase="rayleigh"), Lamp("sun", (1.0, 2.0, 3.0), direction=(0.0, 1.0, 0.0))
+    medium, sun = air(ambient=(0.1, 0.2, 0.3), phase="rayleigh"), DirectionalLight((1.0, 2.0, 3.0), direction=(0.0, 1.0, 0.0))
     light, transmittance, reach = tracer.layer(view, projection, SIZE, square(-3.0), [sun], medium, roof)
     np.testing.assert_allclose(transmittance, np.exp(-reach[..., None] * medium.sigma_t), rtol=1e-12)
     _, ray, slope = tracer.camera_rays(np.linalg.inv(view), projection, np.array([0.53125]), np.array([0.5]))
@@ -153,9 +156,9 @@ def test_a_slab_of_sunlight() -> None:
 @pytest.mark.parametrize("g", [0.0, 0.95, -0.8])
 def test_a_lamp_in_a_medium_without_shadows_is_integrated_to_1e_8(g: float) -> None:
     """Against Gauss's rule with 40,000 nodes in equal pieces; the ray passes the lamp at 2 cm."""
-    lamp, medium = Lamp("point", (1.0, 1.0, 1.0), (0.0, 0.02, 0.0)), air(anisotropy=g)
+    lamp, medium = PointLight((1.0, 1.0, 1.0), (0.0, 0.02, 0.0)), air(anisotropy=g)
     origin, ray = np.array([[0.0, 0.0, 3.0]]), np.array([[0.0, 0.0, -1.0]])
-    found = tracer.gathered(origin, ray, *tracer.lit(origin, ray, np.array([7.0]), np.zeros((0, 4, 4))), lamp, medium)
+    found = tracer.in_scattered(origin, ray, *tracer.lit(origin, ray, np.array([7.0]), np.zeros((0, 4, 4))), lamp, medium)
     nodes, weights = np.polynomial.legendre.leggauss(10)
     t = (np.arange(4000)[:, None] + (nodes + 1) / 2).ravel() * 7 / 4000
     d = np.hypot(t - 3, 0.02)

@@ -10,12 +10,12 @@ import pytest
 from documented import DOCS, drawn
 
 from airlight.cli import cli
-from airlight.medium import settle
+from airlight.medium.resolve import resolve
 from airlight.options import March, Medium, build
 from airlight.scenes import VALIDATION, open_scene
 
 pytest.importorskip("pygfx")
-from airlight.pygfx.lamps import lamps
+from airlight.pygfx.punctual import punctual_lights
 
 sys.path.insert(0, str(DOCS.parent / "scripts"))
 import validation_pages
@@ -41,8 +41,8 @@ def test_a_scenes_page_has_its_numbers(name: str) -> None:
     """As they are in the scene's files: a page is to be made anew when these change."""
     stage, text = open_scene(name), DOCS.joinpath("validation", f"{name}.md").read_text(encoding="utf-8")
     built = build(stage.settings)
-    air = settle(built[Medium], built[March], "final", stage.radius)
-    numbers = [validation_pages.medium(air), *(validation_pages.light(lamp) for lamp in lamps(stage.lights))]
+    air = resolve(built[Medium], built[March], "final", stage.radius)
+    numbers = [validation_pages.medium(air), *(validation_pages.light(lamp) for lamp in punctual_lights(stage.lights))]
     assert len(numbers) > 1 and all(f" | {line} |\n" in text for line in numbers)
     assert DOCS.joinpath("pictures", f"validation-{name}.jpg").exists() and "| exact walk |" in text
     assert f"(validation/{name}.md)" in DOCS.joinpath("validation.md").read_text(encoding="utf-8")

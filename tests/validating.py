@@ -6,10 +6,10 @@ from functools import cache
 import numpy as np
 
 from airlight.compare import rule
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.options import March, Medium, Parameters, build
-from airlight.pygfx.lamps import lamps
+from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference.triangles import world_triangles
 from airlight.scenes import open_scene
@@ -30,8 +30,8 @@ class Drawn:
     projection: np.ndarray
     seen: np.ndarray
     casting: np.ndarray
-    lamps: list[Lamp]
-    air: Settled
+    lamps: list[PunctualLight]
+    air: ResolvedMedium
 
     def traced(self) -> tuple[np.ndarray, np.ndarray]:
         """(H, W, 3) the true light, and (H, W) metres of the rays."""
@@ -59,7 +59,8 @@ def draw(name: str, width: int, height: int, **values: object) -> Drawn:
     layer = studio.frame(layer=True).layer[..., :3].astype(float)
     seen, casting = world_triangles(stage.scene, stage.lights)
     camera = studio.camera
-    return Drawn(layer, camera.view_matrix.copy(), camera.projection_matrix.copy(), seen, casting, lamps(stage.lights), studio.shafts.air)
+    medium, matrices = studio.shafts.resolved_medium, (camera.view_matrix.copy(), camera.projection_matrix.copy())
+    return Drawn(layer, *matrices, seen, casting, punctual_lights(stage.lights), medium)
 
 
 def without_worst(off: np.ndarray, among: np.ndarray) -> np.ndarray:
@@ -87,7 +88,7 @@ def by_mitsuba(name: str) -> tuple[np.ndarray, np.ndarray]:
     drawn, width, height = exact(name)[0], *(k // GRID for k in SIZE)
     light = np.zeros((2, height, width, 3))
     for sun in (True, False):
-        some = [lamp for lamp in drawn.lamps if lamp.is_sun == sun]
+        some = [lamp for lamp in drawn.lamps if lamp.directional == sun]
         rays = SPP[sun] * MORE.get(name, 1)
         found, noise = mitsuba.layer(drawn.view, drawn.projection, (width, height), drawn.seen, some, drawn.air, drawn.casting, spp=rays)
         light += found.radiance, noise

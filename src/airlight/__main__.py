@@ -2,7 +2,7 @@
 
 import sys
 
-from airlight.supervisor import prepare_process, supervised
+from airlight.process.supervisor import prepare_process, supervised
 
 
 def main() -> int:

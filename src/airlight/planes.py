@@ -31,18 +31,18 @@ def by_rows(work: Callable[[int, int], None], height: int) -> None:
 
 
 def shrunk_size(width: int, height: int, side: int) -> tuple[int, int]:
-    """(width, height) of a copy whose longer side is at most `side` px."""
+    """Compute the size (width, height) of a copy whose longer side is at most `side` px."""
     scale = min(1.0, side / max(width, height))
     return max(1, round(width * scale)), max(1, round(height * scale))
 
 
 def shrink(plane: Array, side: int) -> Array:
-    """The means over areas, of a copy whose longer side is at most `side` px."""
+    """Average areas into a copy whose longer side is at most `side` px."""
     return shrink_to(plane, *shrunk_size(plane.shape[1], plane.shape[0], side))
 
 
 def shrink_to(plane: Array, columns: int, rows: int) -> Array:
-    """The means over areas, of a copy of so many pixels, no more than there are; borders of areas count by their share."""
+    """Average areas into a copy of so many pixels, no more than there are; borders of areas count by their share."""
     height, width = plane.shape[:2]
     if (rows, columns) == (height, width):
         return plane.astype(np.float32, copy=False)
@@ -57,7 +57,7 @@ def block_means(plane: Array, side: int) -> Array:
 
 
 def _means(plane: Array, count: int, axis: int) -> Array:
-    """The means of `count` equal stretches along an axis, each from its own pixels alone: one that is no number spoils no other's."""
+    """Average `count` equal segments along an axis, each from its own pixels alone: one that is no number spoils no other's."""
     size = plane.shape[axis]
     if count == size:
         return plane
@@ -75,7 +75,7 @@ def _means(plane: Array, count: int, axis: int) -> Array:
 
 
 def box(plane: Array, radius: int) -> Array:
-    """The mean over a square of 2 radius + 1 px, the border repeated."""
+    """Average over a square of 2 radius + 1 px, the border repeated."""
     for axis in (0, 1):
         size = plane.shape[axis]
         wide = np.take(plane, np.clip(np.arange(-radius - 1, size + radius), 0, size - 1), axis=axis)
@@ -86,14 +86,15 @@ def box(plane: Array, radius: int) -> Array:
 
 
 def box_radii(sigma: float) -> tuple[int, int, int]:
-    """The radii of three boxes whose widths' variances add up to that of a Gaussian as nearly as whole pixels can."""
+    """Choose the radii of three boxes whose widths' variances add up to that of a Gaussian as nearly as whole pixels can."""
     low = int((np.sqrt(4 * sigma**2 + 1) - 1) / 2)
     grown = round((12 * sigma**2 - 3 * ((2 * low + 1) ** 2 - 1)) / ((2 * low + 3) ** 2 - (2 * low + 1) ** 2))
     return (low + (grown > 0), low + (grown > 1), low + (grown > 2))
 
 
 def blur(plane: Array, sigma: float) -> Array:
-    """Gaussian blur over sigma px, the border repeated; beyond 3 px by three boxes: within 10 % of its peak on a line, 19 % of a point."""
+    """Blur by a Gaussian of sigma px, the border repeated; beyond 3 px by three boxes: within 10 % of its peak on a line, 19 % of a
+    point."""
     if sigma < 0.2:
         return plane
     if sigma > 3:
@@ -111,7 +112,7 @@ def blur(plane: Array, sigma: float) -> Array:
 
 
 def label(mask: Array) -> tuple[npt.NDArray[np.int32], int]:
-    """(H, W) int32, 0 where the mask is False, else the number, from 1, of the part that a pixel belongs to; and how many there are.
+    """Number the connected parts of a mask: (H, W) int32, 0 where it is False, else from 1; and how many there are.
 
     Pixels hang together over edges and corners. Runs of rows are joined by the least number among neighbours, to the end.
     """

@@ -124,8 +124,8 @@ def test_a_file_without_camera_and_lights_gets_them(tmp_path: Path) -> None:
     assert np.abs(ndc[:, :2]).max() == pytest.approx(0.8, abs=0.05)
     assert (ndc[:, 2] > 0).all() and (ndc[:, 2] < 1).all()
     (sun,) = stage.lights
-    assert isinstance(sun.target, gfx.DirectionalLight) and np.linalg.norm(sun.place()[:3]) == pytest.approx(1.5 * stage.radius)
-    at = la.vec_transform(camera.world.position + sun.place()[:3] * 1000, camera.camera_matrix)
+    assert isinstance(sun.target, gfx.DirectionalLight) and np.linalg.norm(sun.homogeneous()[:3]) == pytest.approx(1.5 * stage.radius)
+    at = la.vec_transform(camera.world.position + sun.homogeneous()[:3] * 1000, camera.camera_matrix)
     assert np.abs(at[:2]).max() < 1, "the sun is in the picture"
     assert stage.scene.environment is not None
     assert [light for light in stage.scene.iter() if isinstance(light, gfx.DirectionalLight)] == [sun.target]

@@ -8,9 +8,9 @@ import pygfx as gfx
 import pytest
 from render_stage import SIZE, refused, render, stage
 
-from airlight.cli.render import PLACE, SUN, read_scene_light
 from airlight.errors import MachineError
 from airlight.files import read_settings
+from airlight.jobs.light_text import PLACE, SUN, read_scene_light
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions, presets
 from airlight.pygfx import SceneLight
 from airlight.scenes import offline

@@ -50,7 +50,7 @@ def test_the_command_says_what_is_shown(wanted: dict[str, Any], places: list[tup
     assert words[:2] == ["airlight", "image"]
     with image_command.image.make_context("image", words[2:]) as ctx:
         values = gather(ctx, None)
-        lights = image_command.asked_lights(ctx)
+        lights = image_command.image_request(ctx).lights
     said = {d.name: st.value(state, d.name) for d in st.shown(state) if st.value(state, d.name) != d.default}
     assert values == {name: v for name, v in said.items() if (name, v) != ("look", "smart")}  # which is the default
     assert ctx.params["sources"] == ("a picture.png",)

@@ -24,14 +24,14 @@ KERNELS = len(COPIES) + 1  # and one that draws
 
 
 class Passes:
-    """A source and a layer of one size on one device, and what is timed on them."""
+    """Holds a source and a layer of one size on one device, and what is timed on them."""
 
     def __init__(self, device: Device, source: Any, layer: Any) -> None:
         self.device, self.source, self.layer = device, source, layer
         self.size: tuple[int, int] = layer.size[:2]
 
     def copy(self) -> Any:
-        """The fastest of the copy kernels."""
+        """Choose the fastest of the copy kernels."""
         records = [self._compute_copy(*kernel) for kernel in COPIES] + [self._drawn_copy()]
         times = _times(self.device, records, 5)
         return min(zip(records, times, strict=True), key=lambda found: min(found[1]))[0]
@@ -72,7 +72,7 @@ class Passes:
 
 
 class Bench(Passes):
-    """Passes on a synthetic image, and their errors."""
+    """Times passes on a synthetic image, and measures their errors."""
 
     def __init__(self, device: Device, width: int, height: int) -> None:
         picture = np.ones((height, width, 4), np.float16)
@@ -95,7 +95,7 @@ class Bench(Passes):
         return half[self.y, self.x, :3].astype(np.float64)
 
     def error(self, found: np.ndarray, truth: np.ndarray, light: tuple[float, float]) -> float:
-        """rmse over the mean, outside a disc of 2 % of the width around the light; found and truth at the points."""
+        """Compute rmse over the mean, outside a disc of 2 % of the width around the light; found and truth at the points."""
         width, height = self.size
         away = np.hypot((self.points[:, 0] - light[0]) * width, (self.points[:, 1] - light[1]) * height) > 0.02 * width
         share = np.where(away, self.share, 0)
@@ -104,7 +104,7 @@ class Bench(Passes):
 
 
 def _times(device: Device, records: list[Any], runs: int, slow: int = 0) -> list[list[float]]:
-    """Interleaved, so that a drifting machine slows all alike; the last `slow` of them in every third run only."""
+    """Time functions interleaved, so that a drifting machine slows all alike; the last `slow` of them in every third run only."""
     for record in records:
         run_ms(device, record)
     times: list[list[float]] = [[] for _ in records]
@@ -133,7 +133,7 @@ def _parameters(method: Any, density: float, lam: float, quality: Any = "normal"
 def record_of(
     case: str, method: str, size: tuple[int, int], times: list[float], samples: int = 1, density: float = 0.0, lam: float = 0.0, **more: Any
 ) -> dict[str, Any]:
-    """One record of the JSON file; more: quality, scale, error."""
+    """Make one record of the JSON file; more: quality, scale, error."""
     return {
         "case": case,
         "method": method,
@@ -150,7 +150,7 @@ def record_of(
 
 
 def methods(device: Device, say: Any, size: tuple[int, int] = (1920, 1080), runs: int = 9) -> list[dict[str, Any]]:
-    """Copy, radial n = 150, n = 100 at half resolution, epipolar at each quality: for each light, density and lambda."""
+    """Time copy, radial n = 150, n = 100 at half resolution, epipolar at each quality: for each light, density and lambda."""
     bench = Bench(device, *size)
     copy = bench.copy()
     records: list[dict[str, Any]] = []
@@ -180,7 +180,7 @@ def methods(device: Device, say: Any, size: tuple[int, int] = (1920, 1080), runs
 
 
 def rivals(device: Device, say: Any, runs: int = 7) -> list[dict[str, Any]]:
-    """OpenCV's polar warp beside the epipolar method, at density 1, light inside; nothing where OpenCV is not installed."""
+    """Time OpenCV's polar warp beside the epipolar method, at density 1, light inside; nothing where OpenCV is not installed."""
     try:
         cv2 = importlib.import_module("cv2")
     except ImportError:
@@ -221,7 +221,7 @@ def rivals(device: Device, say: Any, runs: int = 7) -> list[dict[str, Any]]:
 
 
 def extras(device: Device, say: Any, runs: int = 7) -> list[dict[str, Any]]:
-    """Four lights, 4K, lambda 0 against 10, and whole calls through the API."""
+    """Time four lights, 4K, lambda 0 against 10, and whole calls through the API."""
     from airlight.api import add_light_shafts, light_shafts
 
     records: list[dict[str, Any]] = []

@@ -44,7 +44,7 @@ for i in range(1, count + 1):
 
 
 def frames(device_name: str | None) -> dict[str, float]:
-    """Wall ms for a hundred 1080p half EXRs (zips): through the command line, layer and all; read and written alone; and read alone
+    """Time in wall ms a hundred 1080p half EXRs (zips): through the command line, layer and all; read and written alone; and read alone
     with such frames written as the command line wrote, which hold twice the channels."""
     with tempfile.TemporaryDirectory() as folder:
         picture = foliage(*FRAME)
@@ -69,7 +69,7 @@ def frames(device_name: str | None) -> dict[str, float]:
 
 
 def measure(device_name: str | None, runs: int = 5) -> dict[str, list[float]]:
-    """Wall ms of each run of `airlight image` and of reading and writing alone, in turn."""
+    """Time in wall ms each run of `airlight image` and of reading and writing alone, in turn."""
     with tempfile.TemporaryDirectory() as folder:
         photo, out = Path(folder, "photo.jpg"), Path(folder, "out.jpg")
         write_image(photo, np.minimum(foliage(*SIZE), 1.0))

@@ -8,7 +8,7 @@ from airlight.scatter.epipolar.moments import mixture
 
 
 class PolarWarp:
-    """S by OpenCV: the image warped to (radius, angle), running moments along the radius, warped back.
+    """Computes S by OpenCV: the image warped to (radius, angle), running moments along the radius, warped back.
 
     Maps and factors are made once, like a plan; the moments are those of the epipolar method. step: of the radius, px.
     """
@@ -31,7 +31,7 @@ class PolarWarp:
         self.factors = np.stack([c * (outer / far) ** -(p + 1) for p, c in zip(mix.p, mix.c, strict=True)]).astype(np.float32)
 
     def __call__(self, image: np.ndarray) -> np.ndarray:
-        """image (H, W, 3) float32 -> S, likewise."""
+        """Sum an image (H, W, 3) float32 to S, likewise."""
         cv2 = self.cv2
         polar = cv2.remap(image, *self.there, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         rows = polar.reshape(len(polar), -1)

@@ -19,7 +19,7 @@ FAR = 0.05  # degrees that the camera turns from frame to frame, so that the lig
 
 
 class _Frame:
-    """One frame of a stage, carried out again with its lights aimed anew."""
+    """Times one frame of a stage, carried out again with its lights aimed anew."""
 
     def __init__(self, name: str, time: float) -> None:
         from airlight.scenes import open_scene
@@ -32,7 +32,7 @@ class _Frame:
         self.device: Device = self.shafts.device
 
     def record(self, encoder: Any) -> None:
-        """The pass with its light aimed anew, as in a frame whose camera has turned."""
+        """Record the pass with its light aimed anew, as in a frame whose camera has turned."""
         turn = np.radians(FAR)
         about = np.eye(4)
         about[[0, 0, 2, 2], [0, 2, 0, 2]] = np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)
@@ -41,7 +41,7 @@ class _Frame:
         self.replay.record(encoder)
 
     def per_pass(self, runs: int) -> dict[str, float]:
-        """Median ms of each pass by its label; {} where the device has no timestamps."""
+        """Find median ms of each pass by its label; {} where the device has no timestamps."""
         times: dict[str, list[float]] = {}
         for _ in range(runs):
             for label, ms in self.replay.spent(self.record)[1].items():
@@ -50,8 +50,8 @@ class _Frame:
 
 
 def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
-    """Mask, shafts and merge of the stencil way, of the contrast way, and of the pre-pass with the occluders drawn again; and a sum of 60
-    taps at half resolution in the place of ours. Nothing where pygfx is not installed."""
+    """Time mask, shafts and merge of the stencil way, of the contrast way, and of the pre-pass with the occluders drawn again; and a sum of
+    60 taps at half resolution in the place of ours. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
         say("scenes: pygfx is not installed (pip install 'airlight[scenes]'), so they are left out")
         return []

@@ -31,7 +31,7 @@ APART = ("shadows", "merge", SET_UP)  # what is not summing the light
 
 
 def _sun(stage: "Stage", angle: float) -> "SceneLight":
-    """So many degrees from the way the stage's first camera looks."""
+    """Turn a sun so many degrees from where the stage's first camera looks."""
     from airlight.pygfx import SceneLight
 
     right, up, back = np.asarray(next(iter(stage.cameras.values())).world.matrix, float)[:3, :3].T
@@ -41,7 +41,7 @@ def _sun(stage: "Stage", angle: float) -> "SceneLight":
 
 
 class _Case:
-    """A scene's frame by one way of summing its light, carried out again."""
+    """Times a scene's frame by one method, carried out again."""
 
     def __init__(self, scene: str, angle: float | None, way: str) -> None:
         from airlight.scenes import open_scene
@@ -68,7 +68,7 @@ class _Case:
 
     @property
     def summing(self) -> list[float]:
-        """ms of each run, of summing the light alone."""
+        """Time each run, in ms, of summing the light alone."""
         return [float(sum(run)) for run in zip(*(ms for label, ms in self.times.items() if label not in APART))]
 
     @property
@@ -77,8 +77,8 @@ class _Case:
 
 
 def world(_: Device, say: Any, runs: int = 3) -> list[dict[str, Any]]:
-    """For each of CASES and WAYS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean against
-    the exact walk, of the whole picture; how many times as fast as 2,000 steps. Nothing where pygfx is not installed."""
+    """Measure for each of CASES and WAYS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean
+    against the exact walk, of the whole picture; how many times as fast as 2,000 steps. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
         say("medium: pygfx is not installed (pip install 'airlight[scenes]'), so it is left out")
         return []

@@ -10,10 +10,10 @@ from typing import Any
 import click
 import rich_click
 
-from airlight import supervisor
 from airlight.cli import bench, compare, image, info, render, view
 from airlight.errors import AirlightError
-from airlight.supervisor import say
+from airlight.messages import say
+from airlight.process import supervisor
 
 
 class _Stopped(Exception):

@@ -1,6 +1,7 @@
 """`airlight compare`: methods or settings side by side, on a picture or in a scene."""
 
 import copy
+import dataclasses
 import difflib
 import os
 from collections.abc import Callable, Sequence
@@ -10,10 +11,12 @@ import click
 import rich_click
 
 from airlight.cli import image, render
-from airlight.cli.finding import resolve_lights
-from airlight.cli.light import LightType, place, read_light
-from airlight.cli.options import gather, given
+from airlight.cli.light import LightType
+from airlight.cli.options import given
 from airlight.errors import AirlightError
+from airlight.jobs.finding import resolve_lights
+from airlight.jobs.frames import LARGEST, needing_scenes
+from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
 from airlight.scenes import NAMES, VALIDATION, is_scene
 
@@ -47,7 +50,7 @@ class _Light(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         scene = ctx is not None and is_scene(ctx.params.get("source") or "")
-        return (render.SceneLightType(render.PLACE) if scene else LightType()).convert(value, param, ctx)
+        return (render.SceneLightType(PLACE) if scene else LightType()).convert(value, param, ctx)
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
@@ -175,19 +178,19 @@ def _named(source: str, size: tuple[int, int], what: str) -> str:
 
 def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
     o = ctx.params
-    base = image.asked(ctx, sums=True)
+    o["written"] = o["written"] or (read_light("auto"),)
+    request = image.image_request(ctx).with_occlusion(is_sum=True)
+    base = request.values
     refuse_look(base, "a comparison of methods")
     build(base)
     variants = _chosen(texts, base)
 
-    from airlight import files
     from airlight.compare import measure
 
     _check_output(ctx, [source, o["mask"], o["depth"], o["preset"]])
-    picture = files.read_image(source, o["on_damage"], o["input_layer"], o["colorspace"])
-    emits, far = image.read_planes(o["mask"], o["depth"], o, picture)
-    o["written"] = o["written"] or (read_light("auto"),)
-    found = resolve_lights(image.asked_lights(ctx), picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
+    picture = request.reading.picture(source)
+    emits, far = request.reading.mask(request.mask), request.reading.depth(request.depth, picture)
+    found = resolve_lights(request.lights, picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
     lights = [place(light, picture) for light in found]
 
     def measured(say: Any) -> "Comparison":
@@ -199,16 +202,15 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
 
 def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]) -> "tuple[Comparison, str]":
     o = ctx.params
-    gathered = gather(ctx, o["preset"], o["medium"])
-    refuse_look(gathered, "a scene")
-    values = {name: value for name, value in gathered.items() if name not in NOT_IN_SCENES}
+    request = dataclasses.replace(render.frames_request(ctx, source), light=o["written"])
+    values = request.scene_values()
     build(values)
-    render.check_camera(ctx)
-    size = render.picture_size(ctx)
-    if size[0] * size[1] > render.LARGEST:
+    request.check_camera()
+    size = request.size
+    if size[0] * size[1] > LARGEST:
         raise AirlightError(f"{size[0]}x{size[1]} is too large; make it smaller")
     _check_output(ctx, [source, o["preset"], o["medium"], o["environment"]])
-    with render.needing_scenes():
+    with needing_scenes():
         from airlight.compare import scenes
         from airlight.gpu.device import shared_device
         from airlight.reference import mitsuba
@@ -220,7 +222,7 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     base = stage.settings | values
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)
-    view = scenes.View(stage, render.asked_shot(ctx, (*size, 1), False, o["written"]), o["time"], o["turn"] / 360, o["exclude"])
+    view = scenes.View(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
     variants = _chosen(texts, base, True, view.lacks)
     result = _measured(variants, lambda say: scenes.compare(view, variants, against=o["against"], runs=o["runs"], say=say))
     return result, _named(source, result.size, "light in the air compared")

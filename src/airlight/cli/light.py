@@ -1,51 +1,11 @@
-"""Reads lights from the command line: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one.
+"""Option types of lights of the image plane."""
 
-`auto:2` is the second of the places where a picture's light may be, `auto:3+` the first three of them together.
-"""
-
-import re
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from airlight.errors import AirlightError
-from airlight.lights import KINDS, Light, parse_position
-
-if TYPE_CHECKING:
-    from airlight.files import Picture
-    from airlight.files.images import Window
-
-
-_AUTO = re.compile(r"auto(?::([1-9]\d?)(\+)?)?")
-
-
-@dataclass(frozen=True)
-class LightText:
-    """A light as written; where it is depends on the picture's size. angle: degrees, of a parallel light, which has no position."""
-
-    position: str
-    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    strength: float = 1.0
-    angle: float | None = None
-    kind: str | None = None  # see Light
-
-    def light(self, x: float, y: float) -> Light:
-        return Light((x, y), self.color, self.strength, kind=self.kind)
-
-    @property
-    def searched(self) -> tuple[int, bool] | None:
-        """(rank, whether all of the better ones are meant too) of a light that is to be found; rank 0: the best, if it is good enough."""
-        found = _AUTO.fullmatch(self.position)
-        return (int(found[1] or 0), bool(found[2])) if found else None
-
-    @property
-    def text(self) -> str:
-        """As `read_light` reads it."""
-        color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
-        place = self.position if self.angle is None else repr(self.angle)
-        kind = "" if self.kind is None else f";kind={self.kind}"
-        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind
+from airlight.jobs.light_text import LightText, read_light
 
 
 class LightType(click.ParamType):
@@ -64,79 +24,3 @@ class LightType(click.ParamType):
 class AngleType(LightType):
     name = "DEG"
     parallel = True
-
-
-def read_light(text: str, parallel: bool = False) -> LightText:
-    """A light as written; parallel: an angle stands for the position."""
-    position, known = split_light(text, "DEG" if parallel else "X,Y")
-    if parallel:
-        try:
-            known["angle"] = float(position)
-        except ValueError:
-            raise AirlightError(f"cannot read the angle {position!r}: write degrees, as in 90 for light from above") from None
-        Light.parallel(**known)
-        return LightText("", **known)
-    written = LightText(position, **known)
-    if position.startswith("auto") and written.searched is None:
-        raise AirlightError(f"cannot read {position!r}: write auto, auto:2 for the next place, or auto:3+ for the best three together")
-    written.light(*(0.0, 0.0) if written.searched else parse_position(position, 1, 1))  # refuses bad values before any file is read
-    return written
-
-
-def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
-    """The place as it is written, and {color, strength} where they are given. form: of the place, to tell."""
-    position, *rest = (part.strip() for part in text.split(";"))
-    known: dict[str, Any] = {}
-    for part in rest:
-        name, _, value = (word.strip() for word in part.partition("="))
-        try:
-            if name == "color":
-                known[name] = tuple(float(v) for v in value.split(","))
-            elif name == "strength":
-                known[name] = float(value)
-            elif name == "kind" and form == "X,Y":
-                known[name] = _kind(value, text)
-            else:
-                raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
-        except ValueError:
-            raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
-    return position, known
-
-
-def _kind(value: str, text: str) -> str:
-    if value not in KINDS:
-        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(KINDS)}")
-    return value
-
-
-def _windows(picture: "Picture") -> "tuple[Window, Window]":
-    """Display and data window; the user counts in the first, of which the pixels may be a part."""
-    shown, data = picture.display_window, picture.data_window
-    if min(shown[2:]) <= 0:
-        shown = (0, 0, picture.width, picture.height)
-    return shown, data if min(data[2:]) > 0 else shown
-
-
-def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
-    """The light as numbers that need no picture: a part of the display window's size, from its top left."""
-    if written.angle is not None:
-        return written
-    shown, _ = _windows(picture)
-    x, y = parse_position(written.position, shown[2], shown[3])
-    return replace(written, position=f"{x!r},{1 - y if origin == 'bottom' else y!r}")
-
-
-def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, ...]:
-    """A position of the picture's own pixels as the user counts: (x, y) normalised, and in pixels of the display window."""
-    shown, data = _windows(picture)
-    pixels = [data[i] + position[i] * data[2 + i] - shown[i] for i in (0, 1)]
-    return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
-
-
-def place(written: LightText, picture: "Picture", origin: str = "top") -> Light:
-    """The light in the picture's own pixels."""
-    if written.angle is not None:
-        return Light.parallel(written.angle, written.color, written.strength)
-    shown, data = _windows(picture)
-    x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
-    return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])

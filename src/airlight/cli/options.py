@@ -108,14 +108,3 @@ def gather(ctx: click.Context, preset: str | None, medium: str | None = None) ->
     if "medium" not in METHODS[found["method"]].options:
         raise AirlightError(f"--medium means nothing with method {found['method']}: leave it out, or give --method march too")
     return found
-
-
-def check_given(ctx: click.Context, method: str, by: str = "") -> None:
-    """Raise AirlightError for an option of the command line that means nothing with the method. by: what asks for it, if not --method."""
-    for p in declared(scenes=True):
-        if p.methods and method not in p.methods and p.name in ctx.params and given(ctx, p.name):
-            wrong = f"{p.flag} means nothing with method {method}"
-            if by.startswith("--medium"):
-                raise AirlightError(f"{wrong}, which {by} asks for: leave one of the two out")
-            asked = f", which {by} asks for" if by else ""
-            raise AirlightError(f"{wrong}{asked}: leave it out, or use --method {' or '.join(p.methods)}")

@@ -82,7 +82,7 @@ def view(
 
 def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
     """The lights of --light in the picture's own pixels."""
-    from airlight.cli.light import place
+    from airlight.jobs.light_text import place
     from airlight.scenes import is_scene
     from airlight.viewer.state import LightControl
 
@@ -91,8 +91,8 @@ def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
         return []
     if is_scene(source):
         raise AirlightError("--light is for pictures: a scene has lights of its own, which the panel moves")
-    from airlight.cli.finding import resolve_lights
     from airlight.files import read_image
+    from airlight.jobs.finding import resolve_lights
 
     picture = read_image(source)
     coarse = picture.rec709(picture.linear(coarse=True)) if any(light.searched for light in given) else None

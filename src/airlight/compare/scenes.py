@@ -17,9 +17,9 @@ from airlight.composite.adapt import adapt, measured
 from airlight.errors import AirlightError
 from airlight.gpu.timing import run_ms
 from airlight.luminance import REC709_F32
-from airlight.medium import Settled, settle
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters, SceneOptions
-from airlight.pygfx.lamps import lamps
+from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
@@ -28,7 +28,6 @@ from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
-from airlight.shadows import fit as maps
 
 Array = npt.NDArray[Any]
 MOST = 1e9  # triangles x lamps x pixels up to which the tracer is asked, some minutes
@@ -46,7 +45,7 @@ class View:
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
-        self.lamps = lamps(self.lights)
+        self.punctual = punctual_lights(self.lights)
         self.in_view = first.studio.shafts.lit
         picture = first.studio.read(first.given["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
@@ -57,20 +56,20 @@ class View:
     def lacks(self, v: Variant) -> str | None:
         """Why a variant does not go with the view; else None."""
         method = v.parameters.method
-        if METHODS[method].lights == ONE_SUN and [lamp.kind for lamp in self.lamps] != ["sun"]:
-            return f"it takes one light, a sun (here: {', '.join(lamp.kind for lamp in self.lamps) or 'none'})"
+        if METHODS[method].lights == ONE_SUN and [light.directional for light in self.punctual] != [True]:
+            return f"it takes one light, a sun (here: {', '.join(light.word for light in self.punctual) or 'none'})"
         if not METHODS[method].lights_medium and not self.in_view:
             return "no light is before the eye, and it draws no other"
         return None
 
-    def settled(self, v: Variant) -> Settled:
-        return settle(v.medium, v.march, v.parameters.quality, self.stage.radius)
+    def resolved(self, v: Variant) -> ResolvedMedium:
+        return resolve(v.medium, v.march, v.parameters.quality, self.stage.radius)
 
     def replay(self, v: Variant) -> Replay:
         """With the variant's settings. One for all whose textures are alike, so that none is made anew from one to the next."""
         method, share = v.parameters.method, v.in_scene.share(v.parameters)
         in_medium = METHODS[method].lights_medium
-        kind = (method, self.settled(v).shadow_size, v.march.cascades) if in_medium else ("view", v.in_scene.occluders)
+        kind = (method, self.resolved(v).shadow_size, v.march.cascades) if in_medium else ("view", v.in_scene.occluders)
         if (kind, share) not in self._replays:
             self._replays[kind, share] = Replay(self._studio(v.parameters))
         found = self._replays[kind, share]
@@ -102,38 +101,38 @@ class View:
 
     # ------------------------------------------------------------ truths
 
-    def truth(self, air: Settled, against: str | None) -> tuple[Layer, str]:
+    def truth(self, medium: ResolvedMedium, against: str | None) -> tuple[Layer, str]:
         """The true layer, and by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
         if against == "walk":
-            return self._walked(air, "as --against walk asks")
+            return self._walked(medium, "as --against walk asks")
         try:
             seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
         except AirlightError as error:
             if against is not None:
                 raise AirlightError(f"--against {against}: {error}; or use --against walk") from None
-            return self._walked(air, f"since the ray tracer knows triangles only ({str(error).partition(';')[0]})")
+            return self._walked(medium, f"since the ray tracer knows triangles only ({str(error).partition(';')[0]})")
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
-        what = seen, self.lamps, air, casting
+        what = seen, self.punctual, medium, casting
         if against == "mitsuba":
             layer, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
             where = rule.clear(layer.path_length)
             alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
-        if against is None and count * len(self.lamps) * size[0] * size[1] > MOST:
-            return self._walked(air, f"since {count:,} triangles are too many for the ray tracer at this size")
+        if against is None and count * len(self.punctual) * size[0] * size[1] > MOST:
+            return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
         return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
 
-    def _walked(self, air: Settled, why: str) -> tuple[Layer, str]:
-        cascades = CASCADES if any(lamp.is_sun for lamp in self.lamps) else 1
+    def _walked(self, medium: ResolvedMedium, why: str) -> tuple[Layer, str]:
+        cascades = CASCADES if any(light.directional for light in self.punctual) else 1
         march = March(steps="exact", cascades=cascades)
-        layers = sum(maps.layers(lamp, dataclasses.replace(air, march=march)) for lamp in self.lamps)
+        layers = sum(light.shadow_layers(dataclasses.replace(medium, march=march)) for light in self.punctual)
         side = min(FINEST, self.device.max_side)
         while side > 1024 and 4 * side * side * layers > MEMORY:
             side //= 2
         march = msgspec.structs.replace(march, shadow_size=side)
-        studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=air.medium, march=march)
+        studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=medium.settings, march=march)
         frame = studio.frame(*self.moment, layer=True)
         assert frame.layer is not None and frame.layer_transmittance is not None
         about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
@@ -162,7 +161,7 @@ def compare(
     for v in variants:
         if v.medium in found:
             continue
-        layer, about = view.truth(view.settled(v), against)
+        layer, about = view.truth(view.resolved(v), against)
         true, where = layer.radiance, rule.clear(layer.path_length)
         if not where.any():
             raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")

@@ -14,19 +14,19 @@ MIDDLE = 0.18  # what the average becomes in a picture whose tones lie evenly ab
 
 @dataclass(frozen=True)
 class Ramp:
-    """Reinhard's curve: Y becomes y (1 + y / white^2) / (1 + y), y = scale Y."""
+    """Maps luminance by Reinhard's curve: Y becomes y (1 + y / white^2) / (1 + y), y = scale Y."""
 
     scale: float
     white: float
 
     def gain(self, luminance: FloatArray) -> FloatArray:
-        """What Y is multiplied by."""
+        """Compute the factor of luminances Y."""
         y = np.float32(self.scale) * np.maximum(luminance, 0)
         return np.asarray(np.float32(self.scale) * (1 + y * np.float32(self.white**-2)) / (1 + y), np.float32)
 
 
 def measured(luminances: FloatArray) -> Ramp:
-    """The ramp for a picture of these luminances, linear. Scaling them changes nothing but the ramp's scale, inversely.
+    """Find the ramp for a picture of these luminances, linear. Scaling them changes nothing but the ramp's scale, inversely.
 
     The least and the greatest are the 0.1th and 99.9th percentile of those above zero, the average is that of their logarithms. The
     average is put at 0.18 4^((2 avg - min - max) / (max - min)), of logarithms, dark pictures darker and bright ones brighter
@@ -44,7 +44,7 @@ def measured(luminances: FloatArray) -> Ramp:
 
 
 def adapt(image: FloatArray, ramp: Ramp, strength: float, luminance: FloatArray = REC709_F32) -> None:
-    """In place, (H, W, 3) linear: colours times gain^strength, so that hues stay. strength 0: none of it; 1: all.
+    """Adapt (H, W, 3) linear in place: colours times gain^strength, so that hues stay. strength 0: none of it; 1: all.
 
     luminance: (3,) weights of the image's RGB.
     """

@@ -20,7 +20,7 @@ COVER = 0.035  # mean luminance of a layer from which the automatic mix takes le
 
 @dataclass(frozen=True)
 class Rule:
-    """A Composite with its `auto` resolved for an output. mix, peak and ramp None: by layer and picture, see `measured_on`."""
+    """Holds a Composite with its `auto` resolved for an output. mix, peak and ramp None: by layer and picture, see `measured_on`."""
 
     blend: str
     mix: float | None
@@ -31,14 +31,14 @@ class Rule:
 
 
 def resolve(options: Composite, float_output: bool) -> Rule:
-    """What is unset, for float outputs: add, all of the layer, no veil taken away; for 8 and 16 bit: screen, `measured`, VEIL."""
+    """Resolve what is unset: for float outputs add, all of the layer, no haze taken away; for 8 and 16 bit screen, `measured`, VEIL."""
     blend = options.blend if options.blend != "auto" else ("add" if float_output or options.adapt else "screen")
     veil = options.veil if options.veil is not None else (0.0 if float_output else VEIL)
     return Rule(blend, options.mix if options.mix is not None or not float_output else 1.0, veil, options.adapt)
 
 
 def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float) -> FloatArray:
-    """layer t / (t + veil^4) with t = (luminance / peak)^4: the faint even haze far from the light goes, the shafts stay."""
+    """Take the faint even haze from a layer: times t / (t + veil^4), t = (luminance / peak)^4. The shafts stay."""
     if veil == 0 or peak == 0:
         return layer
     t = np.square(np.square(np.minimum(luminance / np.float32(max(peak, 1e-30)), np.float32(1e4))))
@@ -46,12 +46,12 @@ def lift_veil(layer: FloatArray, luminance: FloatArray, peak: float, veil: float
 
 
 def sample_step(width: int, height: int) -> int:
-    """Every how many-th row and column of a layer is `measured`, so that some 100,000 pixels are."""
+    """Choose a step between rows and columns of a layer such that some 100,000 pixels are `measured`."""
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
 def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
-    """The rule for a layer of these luminances, with nothing left open: peak, their 99.9th percentile (0 where no veil is taken away);
+    """Measure what a rule leaves open by a layer's luminances: peak, their 99.9th percentile (0 where no haze is taken away);
     mix, as much as keeps their mean within cover, at most 1."""
     peak, mix = rule.peak, rule.mix
     if peak is None:
@@ -63,7 +63,8 @@ def measured(rule: Rule, luminances: FloatArray, cover: float = COVER) -> Rule:
 
 
 def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709_F32) -> Rule:
-    """`measured` for a layer and its picture, both (H, W, 3), with the ramp that adapts them; luminance: (3,) weights of their RGB."""
+    """Measure a layer and its picture, both (H, W, 3), as `measured`, with the ramp that adapts them; luminance: (3,) weights of their
+    RGB."""
     step = sample_step(*layer.shape[1::-1])
     few, lit = image[::step, ::step], layer[::step, ::step]
     cover = COVER  # of a picture at its own level, which adapt finds
@@ -76,7 +77,7 @@ def measured_on(image: FloatArray, layer: FloatArray, rule: Rule, luminance: Flo
 
 
 def _put(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray) -> FloatArray:
-    """The layer as a measured rule adds it to the picture."""
+    """Compute what a measured rule adds to the picture."""
     if rule.veil:
         layer = lift_veil(layer, layer @ luminance, rule.peak or 0.0, rule.veil)
     if rule.mix != 1:
@@ -85,7 +86,7 @@ def _put(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray
 
 
 def blend(image: FloatArray, layer: FloatArray, rule: Rule, luminance: FloatArray = REC709_F32) -> tuple[FloatArray, FloatArray]:
-    """The picture and the layer as it was added, both (H, W, 3) float32. The identity where the layer is zero.
+    """Put the layer on the picture: (picture, layer as it was added), both (H, W, 3) float32. The identity where the layer is zero.
 
     add: a + b. screen: a + max(w - a, 0) b / (1 + b), which never passes w, just below white, and never darkens.
     luminance: (3,) weights of the luminance of their RGB. With adapt the picture is then adapted, all of it; the layer stays as added.

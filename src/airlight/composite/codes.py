@@ -12,11 +12,11 @@ from airlight.gpu.timing import compute
 from airlight.noise import dither
 
 COMPOSITE = "composite/composite.wgsl"
-RULE = struct_dtype(COMPOSITE, "Rule")
+SETTINGS = struct_dtype(COMPOSITE, "Settings")
 
 
 class CodesComposite:
-    """The passes that put a layer (rgba16float) on a picture's codes (rgba8unorm): `measure`, then `record`, then read `result`."""
+    """Puts a layer (rgba16float) on a picture's codes (rgba8unorm): `measure`, then `record`, then read `result`."""
 
     def __init__(self, device: Device, codes: Any, layer: Any, rule: Rule) -> None:
         width, height, _ = codes.size
@@ -27,15 +27,15 @@ class CodesComposite:
         noise = device.texture(256, 256, "rgba32float", target=False)
         device.write(noise, tile, 256 * 16)
         self.result = device.texture(width, height, "rgba8unorm")
-        self.uniform = device.buffer(size=RULE.itemsize, uniform=True)
-        self.pipeline = device.pipeline(COMPOSITE, "composite", SCREEN=rule.blend == "screen", VEIL=rule.veil > 0)
+        self.uniform = device.buffer(size=SETTINGS.itemsize, uniform=True)
+        self.pipeline = device.pipeline(COMPOSITE, "composite", SCREEN=rule.blend == "screen", SUBTRACT_HAZE=rule.veil > 0)
         self.bind = device.bind(COMPOSITE, self.uniform, codes, layer, noise, self.result)
 
     def measure(self, rule: Rule) -> Rule:
-        """Measure the layer as it is now, and settle what the rule leaves open: `blend.measured`."""
+        """Measure the layer as it is now, and resolve what the rule leaves open: `blend.measured`."""
         rule = measured(rule, self.of_layer.read())
-        values = np.zeros((), RULE)
-        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
+        values = np.zeros((), SETTINGS)
+        values["peak"], values["haze_floor"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         return rule
 

@@ -12,7 +12,7 @@ LUMINANCES = "composite/luminances.wgsl"
 
 
 class Luminances:
-    """Those of every n-th pixel of a texture."""
+    """Reads the luminances of every n-th pixel of a texture."""
 
     def __init__(self, device: Device, texture: Any) -> None:
         width, height, _ = texture.size

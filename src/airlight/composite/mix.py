@@ -12,36 +12,36 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 
 MIX = "composite/mix.wgsl"
-RULE = struct_dtype(MIX, "Rule")
+SETTINGS = struct_dtype(MIX, "Settings")
 
 
 class LinearComposite:
-    """The pass that puts a layer (rgba16float) on a picture (rgba32float, linear, or rgba8unorm, sRGB codes) into `result`, rgba16float,
+    """Puts a layer (rgba16float) on a picture (rgba32float, linear, or rgba8unorm, sRGB codes) into `result`, rgba16float,
     linear, not yet adapted. picture_scale: `adapt.measured` of the picture alone, for the mix where it is unset and the rule adapts."""
 
     def __init__(self, device: Device, picture: Any, layer: Any, rule: Rule, picture_scale: float) -> None:
         width, height, _ = picture.size
         self.device, self.size, self.picture_scale = device, (width, height), picture_scale
         self.result = device.texture(width, height, "rgba16float")
-        self.uniform = device.buffer(size=RULE.itemsize, uniform=True)
-        constants = {"SCREEN": rule.blend == "screen", "VEIL": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
+        self.uniform = device.buffer(size=SETTINGS.itemsize, uniform=True)
+        constants = {"SCREEN": rule.blend == "screen", "SUBTRACT_HAZE": rule.veil > 0, "CODES": picture.format == "rgba8unorm"}
         self.pipeline = device.pipeline(MIX, "put", **constants)
         self.bind = device.bind(MIX, self.uniform, picture, layer, self.result)
         self.of_layer, self.of_result = Luminances(device, layer), Luminances(device, self.result)
 
     def measure(self, rule: Rule, scale: float = 1.0) -> Rule:
-        """Settle what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
+        """Resolve what the rule leaves open by the layer as it is now: `blend.measured_on`. scale: the factor in the layer."""
         if rule.mix is None or (rule.veil and rule.peak is None):
             cover = COVER * (adapt.MIDDLE / self.picture_scale if rule.adapt else 1.0)
             rule = measured(rule, (self.of_layer.read() / scale).astype(np.float32), cover)
-        values = np.zeros((), RULE)
-        values["peak"], values["veil"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
+        values = np.zeros((), SETTINGS)
+        values["peak"], values["haze_floor"], values["mix"] = rule.peak or 1.0, rule.veil**4 if rule.peak else 0.0, rule.mix
         values["scale"] = scale
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
         return rule
 
     def ramp(self) -> adapt.Ramp:
-        """What adapts the result as it is now."""
+        """Find the ramp that adapts the result as it is now."""
         return adapt.measured(self.of_result.read())
 
     def record(self, encoder: Any, timer: Any = None) -> None:

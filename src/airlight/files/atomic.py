@@ -10,8 +10,8 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
-from airlight import temporaries
 from airlight.errors import AirlightError, MachineError
+from airlight.process import temporaries
 
 # Extension: OpenImageIO's format name and the bits that it can hold.
 OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {

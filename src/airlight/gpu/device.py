@@ -21,7 +21,7 @@ WANTED_FEATURES = ("timestamp-query", "float32-filterable")
 
 
 def cure() -> str:
-    """How to get an adapter on this system, in a few words."""
+    """Say how to get an adapter on this system, in a few words."""
     return CURE.get(sys.platform, CURE["linux"])
 
 
@@ -39,7 +39,7 @@ def _wgpu() -> Any:
 
 
 def adapters() -> list[Any]:
-    """Every adapter of a native back end. OpenGL is left out: it is what wgpu falls back to where no driver is."""
+    """List the adapters of native back ends. OpenGL is left out: it is what wgpu falls back to where no driver is."""
     try:
         found = _wgpu().gpu.enumerate_adapters_sync()
     except Exception:  # the library raises different types where no driver can be loaded
@@ -48,7 +48,7 @@ def adapters() -> list[Any]:
 
 
 class Recording:
-    """A command encoder whose commands may also be carried out on the way, see `pause`."""
+    """Records commands, which may also be carried out before all are there, see `pause`."""
 
     def __init__(self, device: "Device") -> None:
         self.device = device
@@ -67,7 +67,7 @@ class Recording:
 
 
 class Device:
-    """A device, its queue, and the pipelines compiled so far (each once)."""
+    """Holds a device, its queue, and the pipelines compiled so far (each once)."""
 
     def __init__(self, device: Any) -> None:
         self.wgpu = _wgpu()
@@ -84,14 +84,14 @@ class Device:
 
     @classmethod
     def of(cls, device: Any) -> "Device":
-        """A Device as it is, or made of a wgpu.GPUDevice that the caller holds. Raises AirlightError for anything else."""
+        """Return a Device as it is, or wrap a wgpu.GPUDevice that the caller holds. Raises AirlightError for anything else."""
         if not isinstance(device, (cls, _wgpu().GPUDevice)):
             raise AirlightError(f"device {device!r}: give the name of an adapter, an airlight.Renderer or a wgpu.GPUDevice")
         return device if isinstance(device, cls) else cls(device)
 
     @classmethod
     def on(cls, adapter: Any) -> "Device":
-        """A new device of an adapter, with as large textures and buffers as it gives. Raises MachineError."""
+        """Open a new device of an adapter, with as large textures and buffers as it gives. Raises MachineError."""
         wanted = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
         try:
             return cls(
@@ -116,7 +116,7 @@ class Device:
         return self._modules[path]
 
     def pipeline(self, path: str, entry: str, **constants: float) -> Any:
-        """The compute pipeline of an entry point of a .wgsl file of the package, with its override constants."""
+        """Compile the compute pipeline of an entry point of a .wgsl file of the package, with its override constants."""
         key = (path, entry, tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
@@ -129,7 +129,7 @@ class Device:
     def raster(
         self, path: str, corners: str, pixels: str, format: str = "rgba16float", *, blend: Any = None, depth: Any = None, **constants: float
     ) -> Any:
-        """The render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
+        """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
 
         blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
         """
@@ -151,7 +151,8 @@ class Device:
             return self._pipelines[key]
 
     def texture(self, width: int, height: int, format: str, *, target: bool = True, roomy: bool = False) -> Any:
-        """A 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on; `roomy`: it may be larger."""
+        """Create a 2-D texture to sample, load and copy; `target`: also to be written by shaders, or drawn on; `roomy`: it may be
+        larger."""
         usage = self.wgpu.TextureUsage
         flags = usage.TEXTURE_BINDING | usage.COPY_DST | usage.COPY_SRC
         if target:
@@ -159,7 +160,7 @@ class Device:
         return self.device.create_texture(size=(width, height, 1), format=format, usage=flags)
 
     def buffer(self, data: Any = None, size: int = 0, uniform: bool = False) -> Any:
-        """A storage buffer, which may be a uniform's too, filled with bytes-like data if given."""
+        """Create a storage buffer, which may be a uniform's too, filled with bytes-like data if given."""
         usage = self.wgpu.BufferUsage
         flags = usage.COPY_DST | usage.STORAGE | (usage.UNIFORM if uniform else usage.COPY_SRC)
         if data is not None:
@@ -203,7 +204,7 @@ class Device:
 
 
 def choose(name: str | None = None) -> Any:
-    """The adapter whose name holds `name` (any case), else the fastest: discrete, integrated, then software."""
+    """Choose the adapter whose name holds `name` (any case), else the fastest: discrete, integrated, then software."""
     found = adapters()
     if not found:
         raise MachineError(f"no graphics adapter found: {cure()}")
@@ -218,12 +219,12 @@ def choose(name: str | None = None) -> Any:
 
 @lru_cache(maxsize=8)
 def open_device(name: str | None = None) -> Device:
-    """The device to compute on; the same one for the same name. Raises MachineError with the cure where there is none."""
+    """Open the device to compute on; the same one for the same name. Raises MachineError with the cure where there is none."""
     return Device.on(choose(name))
 
 
 def shared_device(name: str | None = None) -> Device:
-    """wgpu's default device, which pygfx uses too: on the adapter whose name holds `name`, with the times of passes where it can.
+    """Open wgpu's default device, which pygfx uses too: on the adapter whose name holds `name`, with the times of passes where it can.
     Raises MachineError where there is no adapter, AirlightError where the device is made already, on another one."""
     wgpu = _wgpu()
     with contextlib.suppress(ImportError):

@@ -23,7 +23,7 @@ class Timer:
         self._result = device.device.create_buffer(size=16 * capacity + 16, usage=flags) if self.queries else None
 
     def writes(self, label: str, encoder: Any) -> Any:
-        """The timestamps of the pass that is begun next. encoder: on which."""
+        """Reserve the timestamps of the pass that is begun next. encoder: on which."""
         if self.queries is None or len(self.labels) >= self.capacity:
             return None
         if self._mark:
@@ -48,7 +48,7 @@ class Timer:
         encoder.resolve_query_set(self.queries, 0, 2 * (len(self.labels) + bool(self._mark)), self._result, 0)
 
     def milliseconds(self) -> list[tuple[str, float]]:
-        """(label, ms) of each pass since the last call, in order."""
+        """Read (label, ms) of each pass since the last call, in order."""
         if self.queries is None or not self.labels:
             return []
         labels, self.labels = self.labels, []
@@ -58,7 +58,7 @@ class Timer:
 
 
 def timing(timer: Timer | None, label: str, encoder: Any) -> dict[str, Any]:
-    """Arguments of the encoder's begin_compute_pass or begin_render_pass that time the pass, if there is a timer."""
+    """Make the arguments of the encoder's begin_compute_pass or begin_render_pass that time the pass, if there is a timer."""
     return {"timestamp_writes": timer.writes(label, encoder)} if timer else {}
 
 
@@ -93,7 +93,7 @@ def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, ...], lab
 
 
 def run_ms(device: Device, record: Callable[[Any], None]) -> float:
-    """Wall time in ms of recording, submitting and finishing one command buffer."""
+    """Measure the wall time in ms of recording, submitting and finishing one command buffer."""
     fence = device.buffer(size=16)
     start = time.perf_counter()
     encoder = device.encoder()

@@ -25,8 +25,8 @@ HALF_MAX = 65504.0  # what the passes' textures hold at most
 
 @dataclass
 class Applied:
-    """codes: (H, W, 3) uint8, where codes were given and a GPU is there; else added (H, W, 3) float32 and taken (H, W) float32: the picture
-    becomes picture (1 - taken) + added. Neither where nothing changes."""
+    """Holds a picture's look. codes: (H, W, 3) uint8, where codes were given and a GPU is there; else added (H, W, 3) float32 and taken (H,
+    W) float32: the picture becomes picture (1 - taken) + added. Neither where nothing changes."""
 
     settled: Settled
     codes: npt.NDArray[np.uint8] | None = None
@@ -108,12 +108,12 @@ def apply(
 
 
 def twin_pixels(pixels: Array) -> Array:
-    """(H, W, 3) float32 linear of pixels as `apply` takes them."""
+    """Convert pixels as `apply` takes them to (H, W, 3) float32 linear."""
     return to_linear(pixels[..., :3])[0] if pixels.dtype == np.uint8 else pixels[..., :3]
 
 
 class _Reference:
-    """The passes in NumPy, over a copy of the picture with white at 1."""
+    """Runs the passes in NumPy, over a copy of the picture with white at 1."""
 
     def __init__(self, copy: Array) -> None:
         self.y = luminance(copy)

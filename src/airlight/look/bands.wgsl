@@ -1,8 +1,8 @@
 // From what emits to the bands of a light's rays: a sum along each line, then means over lines, the wide ones in groups of lines.
-// Twins: scan, smooth, low, bands in reference/look.py.
+// Twin: reference/look.py:scan. Twin: reference/look.py:smooth. Twin: reference/look.py:low. Twin: reference/look.py:bands.
 //! include "look/rays.wgsl"
 const GROUPS = LINES / COARSE;
-const FIRST_WAY = 0.01;
+const FIRST_LENGTH = 0.01; // diagonals of weighted path before the picture, on which emission is as at its border
 const FINE = 1.0;
 
 @group(0) @binding(0) var<uniform> rays: Rays;
@@ -15,50 +15,57 @@ const FINE = 1.0;
 @group(0) @binding(7) var<storage, read_write> means: array<vec2f>; // narrow, wide
 @group(0) @binding(8) var bands: texture_storage_2d<rgba16float, write>;
 
+/// Finds the unit direction of a line. Twin: reference/rays.py:direction_of.
 fn direction_of(line: u32) -> vec2f {
     let angle = rays.start + (f32(line) + 0.5) * (rays.span / f32(LINES));
     return vec2f(cos(angle), sin(angle));
 }
 
+/// Tells whether a point lies in the picture. Twin: reference/rays.py:is_within.
 fn is_within(p: vec2f) -> bool {
     return all(p >= vec2f(0.0)) && all(p <= rays.box);
 }
 
+/// Sums what emits along a line: C, and how dark each kept place is, by which it counts in means.
 @compute @workgroup_size(32)
 fn scan(@builtin(global_invocation_id) id: vec3u) {
     let toward = direction_of(id.x);
-    let begins = entry(toward, rays);
+    let begins = entry_distance(toward, rays);
     let step = rays.step / f32(STEPS);
-    var sum = FIRST_WAY * textureSampleLevel(matte, bilinear, (rays.light + toward * begins) / rays.box, 0.0).r;
+    var sum = FIRST_LENGTH * textureSampleLevel(matte, bilinear, (rays.light + toward * begins) / rays.box, 0.0).r;
     for (var i = 0u; i < RADII; i++) {
+        // Add the emission of the picture up to the next kept distance
         for (var k = 0u; k < STEPS; k++) {
             let p = rays.light + toward * (rays.nearest + (f32(i * STEPS + k) + 0.5) * step);
             if (is_within(p)) { sum += step * textureSampleLevel(matte, bilinear, p / rays.box, 0.0).r; }
         }
         let distance = rays.nearest + f32(i + 1u) * rays.step;
-        let way = NEAR * atan(max(distance - begins, 0.0) / NEAR);
+        // Divide by the weights of the whole path
+        let path_length = NEAR * atan(max(distance - begins, 0.0) / NEAR);
         let emits = textureSampleLevel(matte, bilinear, (rays.light + toward * distance) / rays.box, 0.0).g;
-        raw[i * LINES + id.x] = vec2f(sum / (way + FIRST_WAY), 1.02 - emits);
+        raw[i * LINES + id.x] = vec2f(sum / (path_length + FIRST_LENGTH), 1.02 - emits);
     }
 }
 
-/// Gaussian weights one after the other, from the middle outwards: each is the one before times a factor that itself shrinks evenly.
+// Gaussian weights one after the other, from the middle outwards: each is the one before times a factor that itself shrinks evenly.
 struct Falloff {
     weight: f32,
     factor: f32,
     shrinks: f32,
 }
 
+/// Begins the weights of a Gaussian, at its middle. Twin: reference/rays.py:falloff.
 fn falloff(sigma: f32) -> Falloff {
     let q = exp(-0.5 / max(sigma * sigma, 1e-6));
     return Falloff(1.0, q, q * q);
 }
 
-/// Weighs a neighbour: all the way round, or nothing beyond the first and the last.
-fn counts(at: i32, count: u32) -> f32 {
+/// Weighs a neighbour: all the way round 1, else nothing beyond the first and the last. Twin: reference/rays.py:neighbour_weight.
+fn neighbour_weight(at: i32, count: u32) -> f32 {
     return select(0.0, 1.0, INSIDE || (at >= 0 && at < i32(count)));
 }
 
+/// Averages C over neighbouring lines, never so few that a ray is a scratch.
 @compute @workgroup_size(64)
 fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
     let row = id.y * LINES;
@@ -70,14 +77,15 @@ fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
     var f = falloff(sigma);
     for (var i = 1; i <= i32(ceil(3.0 * sigma)); i++) {
         f = Falloff(f.weight * f.factor, f.factor * f.shrinks, f.shrinks);
-        let before = f.weight * counts(line - i, LINES);
-        let after = f.weight * counts(line + i, LINES);
+        let before = f.weight * neighbour_weight(line - i, LINES);
+        let after = f.weight * neighbour_weight(line + i, LINES);
         sum += before * vec2f(raw[row + (u32(line - i) & (LINES - 1u))].x, 1.0);
         sum += after * vec2f(raw[row + (u32(line + i) & (LINES - 1u))].x, 1.0);
     }
     smoothed[row + id.x] = vec2f(sum.x / sum.y, own.y);
 }
 
+/// Sums COARSE lines for the wide means, weighted by how dark their places are.
 @compute @workgroup_size(64)
 fn group_lines(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec2f(0.0);
@@ -88,17 +96,19 @@ fn group_lines(@builtin(global_invocation_id) id: vec3u) {
     grouped[id.y * GROUPS + id.x] = sum;
 }
 
+/// Averages groups of lines about one, by a Gaussian.
 fn mean_over_groups(group: i32, row: u32, sigma: f32) -> f32 {
     var sum = grouped[row + u32(group)];
     var f = falloff(sigma);
     for (var i = 1; i <= i32(ceil(3.0 * sigma)); i++) {
         f = Falloff(f.weight * f.factor, f.factor * f.shrinks, f.shrinks);
-        sum += f.weight * counts(group - i, GROUPS) * grouped[row + (u32(group - i) & (GROUPS - 1u))];
-        sum += f.weight * counts(group + i, GROUPS) * grouped[row + (u32(group + i) & (GROUPS - 1u))];
+        sum += f.weight * neighbour_weight(group - i, GROUPS) * grouped[row + (u32(group - i) & (GROUPS - 1u))];
+        sum += f.weight * neighbour_weight(group + i, GROUPS) * grouped[row + (u32(group + i) & (GROUPS - 1u))];
     }
     return sum.x / max(sum.y, 1e-9);
 }
 
+/// Finds the narrow and the wide mean of a group.
 @compute @workgroup_size(64)
 fn mean_lines(@builtin(global_invocation_id) id: vec3u) {
     let row = id.y * GROUPS;
@@ -118,6 +128,7 @@ fn between_groups(line: u32, row: u32) -> vec2f {
     return mix(means[row * GROUPS + low], means[row * GROUPS + high], at - f32(first));
 }
 
+/// Takes the means from C, and writes the bands with a line more on either side.
 @compute @workgroup_size(64)
 fn stand_out(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= LINES + 2u) { return; }

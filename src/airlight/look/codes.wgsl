@@ -1,41 +1,35 @@
-// The look put on an 8-bit sRGB picture: dithered where something changes. Twins: put in reference/look.py, encode_codes in files/colour.py.
+// The look put on an 8-bit sRGB picture: dithered where something changes. Twin: reference/look.py:put. Twin: colour.py:encode_codes.
 // The root of linear light is nearly straight in the code: a polynomial gives it to 1.5 %, and two steps of Newton's method from a
 // pixel's own code find the code of another light. So a pixel that does not change keeps its code, whatever the polynomial's error.
+//! include "wgsl/fullscreen.wgsl"
 //! include "look/put.wgsl"
 const STILL = 1e-3;           // of a code: a change that is none
-
-struct Onto {
-    @builtin(position) place: vec4f,
-}
 
 @group(0) @binding(3) var picture: texture_2d<f32>; // codes
 @group(0) @binding(4) var noise: texture_2d<f32>; // a tile of 256 x 256
 
-/// Finds the root of the linear light of a code, t = (code + 0.055) / 1.055.
-fn root_of(t: vec3f) -> vec3f {
+/// Approximates the square root of the linear light of a code, t = (code + 0.055) / 1.055. Twin: reference/rays.py:linear_root.
+fn linear_root(t: vec3f) -> vec3f {
     return -0.00357 + t * (0.58482 + t * (0.9226 + t * (-0.80355 + 0.2997 * t)));
 }
 
-fn slope_of_root(t: vec3f) -> vec3f {
+/// Differentiates `linear_root`. Twin: reference/rays.py:linear_root_slope.
+fn linear_root_slope(t: vec3f) -> vec3f {
     return 0.58482 + t * (1.8452 + t * (-2.41065 + 1.1988 * t));
 }
 
-@vertex
-fn cover(@builtin(vertex_index) i: u32) -> Onto {
-    return Onto(vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0));
-}
-
+/// Changes a pixel's code.
 @fragment
-fn put(onto: Onto) -> @location(0) vec4f {
-    let p = vec2u(onto.place.xy);
+fn put(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let p = vec2u(position.xy);
     let before = textureLoad(picture, p, 0);
     let t = (before.rgb + 0.055) / 1.055;
-    let root = max(root_of(t), vec3f(0.0));
+    let root = max(linear_root(t), vec3f(0.0));
     let color = root * root;
-    let change = changed(color, onto.place.xy / vec2f(textureDimensions(picture)));
+    let change = changed(color, position.xy / vec2f(textureDimensions(picture)));
     let wanted = sqrt(max(color * (1.0 - change.a) + change.rgb, vec3f(0.0)));
-    let near_it = clamp(t + (wanted - root) / slope_of_root(t), vec3f(0.0521), vec3f(1.0));
-    let found = near_it + (wanted - root_of(near_it)) / slope_of_root(near_it);
+    let first_guess = clamp(t + (wanted - root) / linear_root_slope(t), vec3f(0.0521), vec3f(1.0));
+    let found = first_guess + (wanted - linear_root(first_guess)) / linear_root_slope(first_guess);
     let rise = select(255.0 * 1.055 * (found - t), vec3f(0.0), wanted == root);
     let code = 255.0 * before.rgb;
     let grain = (255.0 * textureLoad(noise, p & vec2u(255u), 0).rgb + 0.5) / 256.0;

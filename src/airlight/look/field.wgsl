@@ -1,6 +1,7 @@
 // Sums what all lights together add to and take from the pixels of the small copy. Each light adds to the sums of those before it; the last
-// makes of them the light that comes in, RGB, and the share of a pixel that is taken. Twin: change in reference/look.py.
-//! include "gpu/half.wgsl"
+// makes of them the light that comes in, RGB, and the share of a pixel that is taken.
+//! include "wgsl/half.wgsl"
+//! include "wgsl/luminance.wgsl"
 //! include "look/rays.wgsl"
 override ADD: bool = false;   // to what earlier lights gave
 override LAST: bool = true;
@@ -11,7 +12,6 @@ const SURFACE = vec3f(0.6, 0.15, 0.40);
 const SKY = vec3f(0.42, 0.80, 0.5);
 const BRIGHT = vec3f(0.45, 0.80, 0.85);
 const SHADE_MOST = 0.30;
-const REC709 = vec3f(0.2126, 0.7152, 0.0722);
 
 struct Look {
     strength: f32,            // solved
@@ -29,8 +29,9 @@ struct Look {
 @group(0) @binding(7) var field: texture_storage_2d<rgba16float, write>;
 
 /// Finds the light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
+/// base: smoothed lightness. Twin: reference/look.py:change.
 fn change(base: f32, sums: vec4f) -> vec4f {
-    let light = dot(sums.rgb, REC709);
+    let light = luminance(sums.rgb);
     let shown = look.strength * smooth_step(base, look.dark.x, look.dark.y) * (1.0 - SKY.z * smooth_step(base, SKY.x, SKY.y));
     let rise = MOST * (1.0 - exp(-shown * light / MOST));
     let hidden = EXTINCTION * look.shade * rise / MOST;
@@ -45,18 +46,19 @@ fn change(base: f32, sums: vec4f) -> vec4f {
     return vec4f(in_air / max(light, 1e-9) * sums.rgb, 1.0 - root * root * root * (1.0 - hidden) - gain);
 }
 
+/// Adds one light to the field, and finishes it after the last.
 @compute @workgroup_size(64)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(field);
     if (any(id.xy >= size)) { return; }
-    let place = (vec2f(id.xy) + 0.5) / vec2f(size);
-    let at = band_place(polar(place * rays.box, rays), rays);
+    let uv = (vec2f(id.xy) + 0.5) / vec2f(size);
+    let at = band_uv(polar(uv * rays.box, rays), rays);
     let own = textureLoad(matte, id.xy, 0);
     let amount = textureSampleLevel(amounts, bilinear, at, 0.0).r * (1.0 - EMITTER * own.g);
-    var sums = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * dot(rays.color, REC709));
+    var sums = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * luminance(rays.color));
     if (ADD) { sums += textureLoad(before, id.xy, 0); }
     if (LAST) {
-        let smoothing = textureSampleLevel(guide, bilinear, place, 0.0);
+        let smoothing = textureSampleLevel(guide, bilinear, uv, 0.0);
         sums = change(smoothing.r * own.b + smoothing.g, sums) * (1.0 - smoothing.b);
     }
     textureStore(field, id.xy, vec4f(nearest_half(sums.rgb), nearest_half(sums.aaa).x));

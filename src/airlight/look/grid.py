@@ -17,7 +17,7 @@ WIDE = math.radians(120)  # an angle of view from which blurs over angles keep t
 
 @dataclass(frozen=True)
 class RayGrid:
-    """The grid of one light. size: (width, height) of the picture in any unit; position: of the light, normalised."""
+    """Lays the lines of one light over a picture. size: (width, height) of the picture in any unit; position: of the light, normalised."""
 
     size: tuple[int, int]
     position: tuple[float, float]
@@ -53,20 +53,20 @@ class RayGrid:
 
     @property
     def scale(self) -> float:
-        """The factor of all blurs over angles."""
+        """Scale all blurs over angles by the view's width."""
         return min(1.0, self.span / WIDE)
 
     @property
     def step(self) -> float:
-        """The distance between two kept samples, diagonals."""
+        """Measure the distance between two kept samples, diagonals."""
         return (self.farthest - self.nearest) / RADII
 
     def lines(self, degrees: float) -> float:
-        """An angle of a blur, at full scale, in lines."""
+        """Convert an angle of a blur, at full scale, to lines."""
         return math.radians(degrees) * self.scale * LINES / self.span
 
     def entry(self, dx: Array, dy: Array) -> Array:
-        """The distance at which rays of these unit directions enter the picture, diagonals; 0 where the light lies in it."""
+        """Find the distance at which rays of these unit directions enter the picture, diagonals; 0 where the light lies in it."""
         if self.inside:
             return np.zeros(np.broadcast(dx, dy).shape)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -77,7 +77,7 @@ class RayGrid:
         return np.asarray(np.maximum(0, np.maximum(*ways)))
 
     def polar(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Distance from the light, diagonals, and number of the line, fractional, of points in diagonals."""
+        """Find distance from the light, diagonals, and number of the line, fractional, of points in diagonals."""
         dx, dy = x - self.light[0], y - self.light[1]
         turn = (np.arctan2(dy, dx) - self.start) % (2 * math.pi)
         if not self.inside:  # what lies a little before the first line is not a whole turn after it
@@ -86,7 +86,7 @@ class RayGrid:
 
 
 def points(width: int, height: int) -> tuple[Array, Array]:
-    """(x, y), (H, W) each: the centres of pixels, in diagonals."""
+    """Find the centres of pixels, in diagonals: (x, y), (H, W) each."""
     diagonal = math.hypot(width, height)
     x, y = np.meshgrid((np.arange(width) + 0.5) / diagonal, (np.arange(height) + 0.5) / diagonal)
     return x, y

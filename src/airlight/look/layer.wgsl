@@ -1,6 +1,6 @@
-// The look as a layer of a linear picture: what is added, white at 1, and the share of the picture that is taken. Twin: put in
-// reference/look.py.
-//! include "gpu/half.wgsl"
+// The look as a layer of a linear picture: what is added, white at 1, and the share of the picture that is taken.
+// Twin: reference/look.py:put.
+//! include "wgsl/half.wgsl"
 //! include "look/put.wgsl"
 
 struct Scaled {
@@ -11,6 +11,7 @@ struct Scaled {
 @group(0) @binding(4) var<uniform> scaled: Scaled;
 @group(0) @binding(5) var layer: texture_storage_2d<rgba16float, write>;
 
+/// Writes what a pixel is given, and the share of it that is taken.
 @compute @workgroup_size(64)
 fn put(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(picture);

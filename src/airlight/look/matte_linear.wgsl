@@ -1,4 +1,4 @@
-// A picture of linear light, whose exact means over areas are taken. Twin: shrink in planes.py. TAPS: pixels that an area touches.
+// A picture of linear light, whose exact means over areas are taken. Twin: planes.py:shrink. TAPS: pixels that an area touches.
 struct Scaled {
     scale: f32,               // 1 / white
 }
@@ -6,6 +6,7 @@ struct Scaled {
 @group(0) @binding(4) var picture: texture_2d<f32>;
 @group(0) @binding(5) var<uniform> scaled: Scaled;
 
+/// Averages the area under a pixel of the copy; pixels on its border count by their share.
 fn mean_color(p: vec2u, size: vec2u) -> vec3f {
     let full = textureDimensions(picture);
     let ratio = vec2f(full) / vec2f(size);

@@ -53,12 +53,12 @@ OPPONENTS = np.array(
 
 
 def oklab(color: Array) -> Array:
-    """(..., 3) linear Rec. 709 in OKLab (Ottosson 2020)."""
+    """Convert (..., 3) linear Rec. 709 to OKLab (Ottosson 2020)."""
     return np.cbrt(np.maximum(color, 0) @ CONES.T) @ OPPONENTS.T
 
 
 def white_of(color: Array) -> float:
-    """White of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
+    """Find white of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
     bright = float(np.percentile(np.nan_to_num(color[::3, ::3].max(axis=-1), posinf=6e4), 99))
     return max(bright / SHOWN[1], 1.0) if bright > 1 else min(bright / SHOWN[0], 1.0) if bright > 0 else 1.0
 
@@ -68,13 +68,13 @@ def _usable(color: Array) -> Array:
 
 
 def few(plane: Array) -> Array:
-    """The pixels of a plane of the small copy that are glanced at."""
+    """Take the pixels of a plane of the small copy that are glanced at."""
     return plane[::GLANCED, ::GLANCED]
 
 
 @dataclass
 class Small:
-    """A small copy of a picture, (h, w, 3) with white at 1, and what is made of it once, whatever the light.
+    """Holds a small copy of a picture, (h, w, 3) with white at 1, and what is made of it once, whatever the light.
 
     near: (h, w), 1 near. single: the picture's own pixels, not means of them, at the `few`; those of the copy if unset.
     """
@@ -104,12 +104,12 @@ class Small:
 
     @property
     def hidden(self) -> Array:
-        """(h, w): how near things are, 0 where nothing says so."""
+        """Return the nearness of things, (h, w), 0 where nothing says so."""
         return np.zeros_like(self.y) if self.near is None else self.near
 
 
 def small_copy(color: Array, white: float = 1.0, near: Array | None = None, size: tuple[int, int] | None = None) -> Small:
-    """The copy of a picture (H, W, 3), Rec. 709, and of its nearness (H, W). size: (width, height) of the picture, if color has fewer
+    """Copy a picture (H, W, 3), Rec. 709, and of its nearness (H, W). size: (width, height) of the picture, if color has fewer
     pixels."""
     width, height = size or (color.shape[1], color.shape[0])
     to = shrunk_size(width, height, SIDE)
@@ -121,7 +121,7 @@ def small_copy(color: Array, white: float = 1.0, near: Array | None = None, size
 
 
 def tones(small: Small, grid: RayGrid) -> Tones:
-    """The tones about the light, by distance from it or from where the picture is nearest to it."""
+    """Measure the tones about the light, by distance from it or from where the picture is nearest to it."""
     x, y = points(*small.size)
     distance = np.hypot(x - grid.light[0], y - grid.light[1]) - grid.nearest
     close, around = (small.y[distance < max(reach, distance.min() + 1e-9)] for reach in AROUND)
@@ -130,7 +130,7 @@ def tones(small: Small, grid: RayGrid) -> Tones:
 
 
 def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
-    """(h, w), 1 for bright parts through which the light comes: those that hold it, touch the border on its side, or lie above it.
+    """Mark bright parts, (h, w), through which the light comes: those that hold it, touch the border on its side, or lie above it.
 
     Reflections, flower heads and snow below the light are none.
     """
@@ -164,7 +164,7 @@ def wants_haze(lights: Sequence[Light]) -> bool:
 
 
 def haze_nearness(small: Small) -> Array:
-    """(h, w): a weak guess at what is near: what no haze lies before, by the dark channel (He, Sun and Tang 2009)."""
+    """Guess what is near, (h, w), weakly: what no haze lies before, by the dark channel (He, Sun and Tang 2009)."""
     radius = max(1, round(0.01 * max(small.size)))
     dark = small.color.min(axis=-1)
     for axis in (0, 1):
@@ -205,7 +205,8 @@ def own_warmth(ring: Array, kind: str) -> float:
 
 
 def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: float | None) -> tuple[float, float, float]:
-    """The colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by `warmth`."""
+    """Choose the colour of what the light adds, luminance 1: that of the ring about it, drawn to a warm white as it is pale, or by
+    `warmth`."""
     ring = ring_color(small, tone, grid)
     if warmth is None:
         warmth = own_warmth(ring, kind)
@@ -223,7 +224,7 @@ def light_color(small: Small, tone: Tones, grid: RayGrid, kind: str, warmth: flo
 
 @dataclass
 class Seen:
-    """One light before the small copy: what it emits through, and its bands at the `few` pixels, (h, w, 3), with their distances."""
+    """Holds one light before the small copy: what it emits through, and its bands at the `few` pixels, (h, w, 3), with their distances."""
 
     grid: RayGrid
     tones: Tones
@@ -271,7 +272,7 @@ class Found:
 
     @property
     def holds(self) -> float:
-        """0..1: how much of the asked contrast the picture holds."""
+        """Rate, 0..1, how much of the asked contrast the picture holds."""
         steps = (self.fine, *FINE_ENOUGH), (self.visible, *SEEN_ENOUGH), (self.span, *LIGHT_ENOUGH)
         return math.prod(float(twin.smoothstep(np.array(value), low, high)) for value, low, high in steps)
 
@@ -292,7 +293,7 @@ def found(small: Small, seen: Seen) -> Found:
 
 
 def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Array, Array]:
-    """((h, w, 3) added, (h, w) missing light) of all lights together, as `change` takes them, of the `few` pixels."""
+    """Sum all lights as `change` takes them, of the `few` pixels: ((h, w, 3) added, (h, w) missing light)."""
     added, missing = np.zeros((*few(small.y).shape, 3)), np.zeros_like(few(small.y))
     for seen, settings in lights:
         assert seen.bands is not None and seen.distance is not None
@@ -306,8 +307,8 @@ def sums(small: Small, lights: Sequence[tuple[Seen, RaySettings]]) -> tuple[Arra
 
 
 class Contrast:
-    """The visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture, of the `few`
-    pixels. added, missing: `sums`."""
+    """Measures the visible contrast of a look of some strength: the 95th percentile of 100 times the OKLab distance to the picture, of the
+    `few` pixels. added, missing: `sums`."""
 
     def __init__(self, small: Small, added: Array, missing: Array, shade: float, dark: tuple[float, float] = twin.DARK) -> None:
         assert small.single is not None
@@ -321,7 +322,7 @@ class Contrast:
         return float(np.percentile(100 * np.sqrt(np.square(after - self.before).sum(axis=-1)), 95))
 
     def solve(self, wanted: float) -> tuple[float, float]:
-        """(strength, the contrast that it gives): the least that gives what is wanted, or the strongest where none does."""
+        """Solve (strength, the contrast that it gives): the least that gives what is wanted, or the strongest where none does."""
         if wanted <= 0:
             return 0.0, 0.0
         low, high, reached = 0.0, STRONGEST, self.at(STRONGEST)

@@ -30,7 +30,7 @@ def check_range(near_range: Any) -> tuple[float, float]:
 
 
 def normalised(depth: Array) -> Array:
-    """A depth map (H, W), larger is farther, as 0..1: between its 1st and 99th percentile, in logarithms where it holds metres.
+    """Scale a depth map (H, W), larger is farther, to 0..1: between its 1st and 99th percentile, in logarithms where it holds metres.
 
     Maps within 0..1 are relative. Larger values are taken as metres; the infinite is farthest. 1 everywhere where it is flat.
     """
@@ -50,12 +50,12 @@ def normalised(depth: Array) -> Array:
 
 
 def nearness(depth: Array, near_range: tuple[float, float] = RANGE) -> Array:
-    """(H, W) float32: 1 for what hides shafts, by a depth map in which larger is farther."""
+    """Find what hides shafts, (H, W) float32, 1, by a depth map in which larger is farther."""
     return (1 - smoothstep(normalised(depth), *near_range)).astype(np.float32)
 
 
 def subject_nearness(subject: Array, wrap: float) -> Array:
-    """(H, W) float32: the mask of a subject, less where light wraps round its edge. wrap: 0..1, how much."""
+    """Lessen the mask of a subject, (H, W) float32, where light wraps round its edge. wrap: 0..1, how much."""
     if wrap <= 0:
         return np.asarray(subject, np.float32)
     small = shrink(subject, SIDE)

@@ -25,7 +25,7 @@ MATTE_CODES, MATTE_LINEAR, BANDS, GLANCE, AMOUNTS, SUMS, CODES, LAYER = (
 
 
 class _LightRays:
-    """One light's matte, lines and bands."""
+    """Holds one light's matte, lines and bands."""
 
     def __init__(self, plan: "LookPlan", number: int) -> None:
         device, sampler = plan.device, plan.device.sampler()
@@ -61,12 +61,12 @@ class _LightRays:
             entries[entry] = -(-count // 64), RADII
         self.steps = [(device.pipeline(BANDS, entry, INSIDE=inside), counts) for entry, counts in entries.items()]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1], INSIDE=inside)
-        self.settle = device.pipeline(AMOUNTS, "settle", INSIDE=inside)
+        self.amount = device.pipeline(AMOUNTS, "ray_amount", INSIDE=inside)
         self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
 
 
 class LookPlan(TimedSubmits):
-    """All passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
+    """Plans all passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
 
     picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear), the caller's own if given; small_size: of the copy that is
     measured. Call `upload`, for each light `see`, then `settle` and `read`.
@@ -111,8 +111,8 @@ class LookPlan(TimedSubmits):
         compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), label, timer)
 
     def upload(self, picture: Array, guide: Array, near: Array | None, white: float = 1.0) -> None:
-        """picture: (H, W, 4), as the texture holds it; guide: (h, w, 2) of the small copy; near: (H, W) where it was planned for, else
-        (h, w) or None."""
+        """Upload a picture. picture: (H, W, 4), as the texture holds it; guide: (h, w, 2) of the small copy; near: (H, W) where it was
+        planned for, else (h, w) or None."""
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
         self.device.queue.write_buffer(self.scale, 0, np.array([1 / white, 0, 0, 0], np.float32).tobytes())
         self.hide(guide, near)
@@ -130,7 +130,7 @@ class LookPlan(TimedSubmits):
     def see(
         self, number: int, grid: RayGrid, tones: Tones, parts: Array, fineness: float, pattern: Array | None = None, profile: Any = None
     ) -> tuple[Array, Array]:
-        """The bands of light `number` at every GLANCED-th pixel of the small copy, (h, w, 3), and their distances from it, (h, w)."""
+        """Find the bands of light `number` at every GLANCED-th pixel of the small copy, (h, w, 3), and their distances from it, (h, w)."""
         while len(self.lights) <= number:
             self.lights.append(_LightRays(self, len(self.lights)))
         rays = self.lights[number]
@@ -177,7 +177,7 @@ class LookPlan(TimedSubmits):
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from bands to `result`."""
         for number, rays in enumerate(self.lights[: self.count], 1):
-            self._run("amounts", encoder, rays.settle, rays.amounts_bind, (LINES + 2, RADII), timer)
+            self._run("amounts", encoder, rays.amount, rays.amounts_bind, (LINES + 2, RADII), timer)
             self._run("field", encoder, rays.gathers[number == self.count], rays.field_bind, self.field_size, timer)
         if self.count not in self.puts:
             common = [self.lights[self.count - 1].field, self.near, self.device.sampler(), self.picture]

@@ -1,7 +1,14 @@
-// One light's rays: the share of emitters on the way from the light along lines of equal angle, what of it stands out against the means
-// over neighbouring lines, and what of that a pixel is given. Twins: the functions of the same names in reference/look.py.
+// The smart look's rays, unpublished (docs/look.md): instead of the sum of GPU Gems 3, Eq. 4, its contrast between neighbouring rays.
+//
+//     C(r, a) = int_0^r g(q) E(q, a) dq / int_0^r g(q) dq,    g(q) = 1 / (1 + (q / NEAR)^2)
+//
+// is the share of emitters E from the light to a distance r along an angle a, the near ones weighing more. matte_*.wgsl finds E g on a
+// small copy of the picture. bands.wgsl sums it along LINES lines of equal angle, smooths C over lines, and takes away its narrow and
+// its wide mean over angles, so that what stands out is left. amounts.wgsl makes of that a signed amount of light, and field.wgsl of the
+// amounts of all lights what a pixel is given and loses, which codes.wgsl and layer.wgsl put on the picture.
+//! include "wgsl/smooth_step.wgsl"
 override INSIDE: bool = true; // the light lies in the picture: its lines go all the way round
-const LINES = 1024u;          // twins of these: look/grid.py, reference/look.py
+const LINES = 1024u;          // these are those of look/grid.py and reference/look.py
 const RADII = 128u;
 const STEPS = 4u;
 const COARSE = 4u;            // lines that the wide means take together
@@ -33,24 +40,20 @@ struct Rays {                 // distances in picture diagonals
     color: vec3f,             // times the light's weight
 }
 
-fn smooth_step(x: f32, low: f32, high: f32) -> f32 {
-    let t = clamp((x - low) / (high - low), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-/// Finds the emission of a pixel of luminance y, 0..1.
+/// Finds the emission of a pixel of luminance y, 0..1. Twin: reference/look.py:emission.
 fn emission(y: f32, rays: Rays) -> f32 {
     return smooth_step(log(max(y, 1e-5) / rays.surroundings) / rays.tone_span, EMITS.x, EMITS.y);
 }
 
-/// Weighs an emitter by its distance.
+/// Weighs an emitter by its distance from the light, or from where its ray enters the picture, diagonals.
+/// Twin: reference/look.py:nearness_weight.
 fn nearness_weight(distance: f32) -> f32 {
     let q = distance / NEAR;
     return 1.0 / (1.0 + q * q);
 }
 
-/// Finds the distance at which a ray of this unit direction enters the picture.
-fn entry(direction: vec2f, rays: Rays) -> f32 {
+/// Finds the distance at which a ray of this unit direction enters the picture, diagonals. Twin: reference/rays.py:entry_distance.
+fn entry_distance(direction: vec2f, rays: Rays) -> f32 {
     if (INSIDE) { return 0.0; }
     var at = 0.0;
     if (direction.x != 0.0) { at = max(at, min(-rays.light.x / direction.x, (rays.box.x - rays.light.x) / direction.x)); }
@@ -58,7 +61,7 @@ fn entry(direction: vec2f, rays: Rays) -> f32 {
     return at;
 }
 
-/// Finds a point's distance from the light and the number of its line.
+/// Finds a point's distance from the light, diagonals, and the number of its line. Twin: reference/rays.py:polar.
 fn polar(p: vec2f, rays: Rays) -> vec2f {
     let d = p - rays.light;
     var turn = atan2(d.y, d.x) - rays.start;
@@ -67,8 +70,9 @@ fn polar(p: vec2f, rays: Rays) -> vec2f {
     return vec2f(length(d), turn * (f32(LINES) / rays.span) - 0.5);
 }
 
-/// Finds the place of a point's bands in their texture, which repeats its last line before the first and its first after the last.
-fn band_place(at: vec2f, rays: Rays) -> vec2f {
+/// Finds texture coordinates of a point's bands; the texture repeats its last line before the first and its first after the last.
+/// at: `polar`. Twin: reference/rays.py:band_uv.
+fn band_uv(at: vec2f, rays: Rays) -> vec2f {
     let row = clamp((at.x - rays.nearest) / rays.step - 1.0, 0.0, f32(RADII - 1u));
     return vec2f((at.y + 1.5) / f32(LINES + 2u), (row + 0.5) / f32(RADII));
 }

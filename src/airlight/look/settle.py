@@ -45,7 +45,7 @@ class Settled:
 
     @property
     def dark(self) -> tuple[float, float]:
-        """See `reference.look.darkness`."""
+        """Return `reference.look.darkness` of the first light."""
         return twin.darkness(self.lights[0].settings.tones) if self.lights else twin.DARK
 
     @property
@@ -140,7 +140,7 @@ def settle(
 
 
 def _tint(light: Light) -> tuple[float, float, float] | None:
-    """The colour that the user gave a light, luminance 1; None where none is given."""
+    """Scale the colour that the user gave a light to luminance 1; None where none is given."""
     if light.color == (1.0, 1.0, 1.0) or max(light.color) <= 0:
         return None
     hue = np.array(light.color) / max(light.color)

@@ -1,4 +1,4 @@
-"""What emits: whether the picture has what that needs, and its threshold where none is given."""
+"""Occlusion of a picture: checks of what it needs, and the threshold where none is given."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -27,7 +27,7 @@ def check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
 
 
 def settled(p: Parameters, image: Any, lights: Sequence[Light], bounded: bool = True) -> Parameters:
-    """The parameters with threshold and smoothness for a picture whose light is darker than white.
+    """Choose threshold and smoothness for a picture whose light is darker than white, where none are given.
 
     image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th
     percentile around each light; the default knee is in units of it. Parameters that say their threshold stay as they are.

@@ -1,5 +1,6 @@
-// What a pixel emits: its colour, and m in [0, 1] from luminance, alpha or depth (13.5), times a mask.
-//! include "gpu/srgb.wgsl"
+// The light that a pixel emits: its colour, and m in [0, 1] from luminance, alpha or depth (GPU Gems 3, 13.5), times a mask.
+//! include "wgsl/srgb.wgsl"
+//! include "wgsl/smooth_step.wgsl"
 override MODE: u32 = 0u;      // 0 none, 1 luminance, 2 alpha, 3 depth, 4 contrast
 override CODES: bool = false; // the picture holds sRGB codes
 
@@ -16,27 +17,28 @@ struct Knee {
 @group(0) @binding(1) var picture: texture_2d<f32>; // RGB, alpha
 @group(0) @binding(2) var aside: texture_2d<f32>;   // r: mask, g: depth
 
-fn rise(x: f32) -> f32 {
+/// Rises from 0 to 1 over the knee; a step where it has no width. Twin: reference/radial.py:soft_threshold.
+fn soft_threshold(x: f32) -> f32 {
     if (knee.high <= knee.low) {
         return select(0.0, 1.0, x >= knee.low);
     }
-    let t = clamp((x - knee.low) / (knee.high - knee.low), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
+    return smooth_step(x, knee.low, knee.high);
 }
 
-fn luminance(c: vec3f) -> f32 {
+/// Weighs the picture's RGB to luminance. Twin: reference/radial.py:picture_luminance.
+fn picture_luminance(c: vec3f) -> f32 {
     return dot(c, knee.luminance);
 }
 
-/// RGB and m of a pixel of the picture.
-fn seen(p: vec2i) -> vec4f {
+/// Reads a pixel of the picture: its linear RGB, and m.
+fn emitter_at(p: vec2i) -> vec4f {
     let pixel = textureLoad(picture, p, 0);
     var color = clamp(pixel.rgb, vec3f(0.0), vec3f(65504.0));
     if (CODES) { color = srgb_decode(color); }
     var m = 1.0;
-    if (MODE == 1u || MODE == 4u) { m = rise(luminance(color)); }
+    if (MODE == 1u || MODE == 4u) { m = soft_threshold(picture_luminance(color)); }
     if (MODE == 2u) { m = 1.0 - clamp(pixel.a, 0.0, 1.0); color = vec3f(1.0); }
-    if (MODE == 3u) { m = rise(textureLoad(aside, p, 0).g); }
+    if (MODE == 3u) { m = soft_threshold(textureLoad(aside, p, 0).g); }
     if (knee.masked == 1u) { m *= textureLoad(aside, p, 0).r; }
     return vec4f(color, m);
 }

@@ -1,13 +1,15 @@
 // The source of the sum, S = I m. With contrast, what does not emit is there too, its texture drawn towards its mean (13.5.3).
-//! include "gpu/half.wgsl"
+// Twin: reference/radial.py:source.
+//! include "wgsl/half.wgsl"
 //! include "occlusion/mask.wgsl"
 override FRACTION: bool = false; // write m itself, for D(phi)
 override STENCIL: bool = false; // m is 0 or 1 (13.5.2)
-const KEPT = 0.25;            // of the occluders' contrast; twin: KEPT in reference/radial.py
+const KEPT = 0.25;            // of the occluders' contrast; KEPT in reference/radial.py
 
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read> mean: vec4f; // RGB of the occluders, for contrast
 
+/// Writes a column of eight texels of the source.
 @compute @workgroup_size(64)
 fn emit(@builtin(global_invocation_id) id: vec3u) {
     let size = textureDimensions(picture);
@@ -16,7 +18,7 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
         let p = vec2i(q) - knee.apron;
         var color = vec3f(0.0);
         if (all(p >= vec2i(0)) && all(p < vec2i(size))) {
-            var pixel = seen(p);
+            var pixel = emitter_at(p);
             if (STENCIL) { pixel.a = select(0.0, 1.0, pixel.a >= 0.5); }
             color = pixel.rgb * pixel.a;
             if (MODE == 4u) { color += (1.0 - pixel.a) * mix(mean.rgb, pixel.rgb, KEPT); }

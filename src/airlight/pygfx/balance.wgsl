@@ -1,5 +1,6 @@
 // Light adaptation (13.8): average, least and greatest luminance of the picture with its shafts, followed over time, and the ramp for
-// them. Twins: balance in reference/scene.py, measured in composite/adapt.py. One workgroup; nothing is read back.
+// them. Twin: reference/scene.py:balance. Twin: composite/adapt.py:measured. One workgroup; nothing is read back.
+//! include "wgsl/luminance.wgsl"
 //! include "pygfx/merged.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;             // invocations, and bins of the histogram
@@ -12,7 +13,7 @@ const MIDDLE = 0.18;            // adapt.py
 
 var<workgroup> histogram: array<atomic<u32>, LANES>;
 
-/// The stops below which a share of `total` counts lies.
+/// Finds the stops below which a share of `total` counts lies.
 fn percentile(share: f32, total: f32) -> f32 {
     var below = 0.0;
     var found = 0.0;
@@ -28,12 +29,14 @@ fn percentile(share: f32, total: f32) -> f32 {
     return LOWEST + found / BINS;
 }
 
+/// Moves a value of the balance towards what is measured now.
 fn follow(slot: u32, now: f32) -> f32 {
     balance[slot] = mix(balance[slot], now, view.follow);
     return balance[slot];
 }
 
-fn settle() {
+/// Makes of the histogram the scale and the white of the ramp.
+fn update_balance() {
     var total = 0.0;
     for (var i = 0u; i < LANES; i++) {
         total += f32(atomicLoad(&histogram[i]));
@@ -60,18 +63,19 @@ fn settle() {
     balance[1] = max(balance[0] * exp2(greatest), 1.0);
 }
 
+/// Counts luminances of every STEP-th pixel along both axes, and updates the balance.
 @compute @workgroup_size(LANES)
 fn measure(@builtin(local_invocation_index) lane: u32) {
     let count = (vec2u(view.pixels) + STEP - 1u) / STEP;
     atomicStore(&histogram[lane], 0u); // software Vulkan leaves the first bytes of workgroup memory unzeroed
     workgroupBarrier();
     for (var i = lane; i < count.x * count.y; i += LANES) {
-        let y = dot(merged(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb, vec3f(0.2126, 0.7152, 0.0722));
+        let y = luminance(merged(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb);
         if (y > 0.0 && y < 3e38) {
             let bin = clamp((log2(y) - LOWEST) * BINS, 0.0, f32(LANES - 1u));
             atomicAdd(&histogram[u32(bin)], 1u);
         }
     }
     workgroupBarrier();
-    if (lane == 0u) { settle(); }
+    if (lane == 0u) { update_balance(); }
 }

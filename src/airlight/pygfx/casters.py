@@ -1,5 +1,5 @@
-"""Shadow maps of our own: a scene's depths as its lights see them, drawn by pygfx's own pipelines, so that poses, instances, bones, morph
-targets and the holes of alpha tests are followed. Where the maps lie: `airlight.shadows.fit`. Nothing of the scene is touched.
+"""Draws shadow maps of our own: a scene's depths as its lights see them, by pygfx's own pipelines, so that poses, instances, bones, morph
+targets and the holes of alpha tests are followed. Where the maps lie: `airlight.lights`. Nothing of the scene is touched.
 """
 
 import weakref
@@ -12,21 +12,21 @@ import pygfx as gfx
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, timing
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.bounds import Bounds
-from airlight.pygfx.lamps import KINDS
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.prepass import shown, silhouette, solid, strength
+from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
 
 
 class Role(private.Blender):
-    """How casters of one kind are drawn."""
+    """Says how casters of one kind are drawn."""
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
         return []
@@ -41,7 +41,7 @@ HALF = Role("casters by halves", "pygfx/cast_half.wgsl")
 
 
 def role(mesh: Any, material: Any) -> Role | None:
-    """How a mesh casts; None where one sees through it, or where it writes no depth, as skies do.
+    """Chooses how a mesh casts; None where one sees through it, or where it writes no depth, as skies do.
 
     What pygfx blends though it may well be solid ("auto" with a map that has an alpha) casts where that is at least a half.
     """
@@ -55,7 +55,7 @@ def role(mesh: Any, material: Any) -> Role | None:
 
 
 class Casters:
-    """Draws the shadow maps of lamps over a scene's casters.
+    """Draws the shadow maps of lights over a scene's casters.
 
     These are its visible meshes that are solid but for what an alpha test cuts, whatever their cast_shadow says; not pygfx's helpers, nor
     what is in `exclude` or below it, nor the bodies of lights: emitters that are targets of `lights`, and what glows around a gfx light
@@ -70,9 +70,15 @@ class Casters:
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
     def draw(
-        self, view: Any, projection: Any, lamps: Sequence[Lamp], air: Settled, timer: Timer | None = None, gathered: Gathered | None = None
+        self,
+        view: Any,
+        projection: Any,
+        lights: Sequence[PunctualLight],
+        medium: ResolvedMedium,
+        timer: Timer | None = None,
+        gathered: Gathered | None = None,
     ) -> list[Shadow]:
-        """Draw and submit a shadow map for each lamp, for a camera with matrices view (world to view space) and projection (to clip
+        """Draws and submits a shadow map for each light, for a camera with matrices view (world to view space) and projection (to clip
         space). gathered: what `gather` gave for this frame. The textures stay while their size and number do. Raises AirlightError where
         the device makes none so large."""
         found, hulls = gathered or self.gather()
@@ -84,11 +90,11 @@ class Casters:
                 made[role] = private.Pipelines(silhouette, private.TwoSided)
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
-        size = air.shadow_size
-        self._fit(size, [fit.layers(lamp, air) for lamp in lamps])
+        size = medium.shadow_size
+        self._fit(size, [light.shadow_layers(medium) for light in lights])
         shadows = []
-        for lamp, (texture, layers) in zip(lamps, self._maps):
-            views = fit.views(lamp, view, projection, hulls, air)
+        for light, (texture, layers) in zip(lights, self._maps):
+            views = light.shadow_views(view, projection, hulls, medium)
             for one, layer in zip(views, layers):
                 inside = np.flatnonzero(fit.reached(one.matrix, size, hulls))
                 self._draw_layer(fit.clip(one.matrix, size), size, layer, [drawn[i] for i in inside], timer)
@@ -96,7 +102,7 @@ class Casters:
         return shadows
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
-        """Have a texture of `size` for each lamp, with so many layers."""
+        """Allocates a texture of `size` for each light, with so many layers."""
         if size > self.device.max_side:
             raise AirlightError(f"shadow_size {size}: this device makes no texture larger than {self.device.max_side}; set that or less")
         del self._maps[len(counts) :]
@@ -129,10 +135,10 @@ class Casters:
         self.device.queue.submit([encoder.finish()])
 
     def gather(self) -> Gathered:
-        """The casters as they are now."""
+        """Gathers the casters as they are now."""
         found, lights = [], []
         for thing in shown(self.scene, self.exclude):
-            if isinstance(thing, KINDS):
+            if isinstance(thing, tuple(GFX_KINDS)):
                 lights.append(thing)
             elif isinstance(thing, gfx.Mesh) and thing.material is not None and _bounded(thing.geometry):
                 own = role(thing, thing.material)
@@ -148,7 +154,7 @@ class Casters:
         return [found[i] for i in kept], hulls[kept]
 
     def _glowing(self, found: list[tuple[Any, Role]], hulls: Matrix, lights: list[Any]) -> set[int]:
-        """Ids of the meshes that glow and have a light in them which is below, or right above."""
+        """Finds the ids of the meshes that glow and have a light in them which is below, or right above."""
         at = {id(thing): i for i, (thing, _) in enumerate(found)}
         bodies: set[int] = set()
         for light in lights:
@@ -160,8 +166,8 @@ class Casters:
             for thing in near:
                 i = at.get(id(thing))
                 if i is not None and strength(thing.material) != 0:
-                    place = light.world.position
-                    if (hulls[i].min(axis=0) <= place).all() and (place <= hulls[i].max(axis=0)).all():
+                    position = light.world.position
+                    if (hulls[i].min(axis=0) <= position).all() and (position <= hulls[i].max(axis=0)).all():
                         bodies.add(id(thing))
         return bodies
 

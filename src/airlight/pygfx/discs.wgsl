@@ -1,4 +1,6 @@
-// The discs of lights without a body, drawn into the source at the far plane. Twin: in tests/test_prepass.py.
+// The discs of lights without a body, drawn into the source at the far plane.
+//! include "wgsl/fullscreen.wgsl"
+
 struct Disc {
     direction: vec3f,           // unit, view space
     cosine: f32,                // of its half angle
@@ -14,15 +16,16 @@ struct Discs {
 
 @group(0) @binding(0) var<uniform> discs: Discs;
 
+/// Covers the target at the far plane.
 @vertex
-fn far(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-    return vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 1.0, 1.0);
+fn cover_far(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
+    return fullscreen_corner(i, 1.0);
 }
 
-/// Radiance 1 in the discs, over a rim of a texel.
+/// Draws radiance 1 in the discs, over a rim of a texel.
 @fragment
-fn disc(@builtin(position) place: vec4f) -> @location(0) vec4f {
-    let ray = normalize(vec3f(discs.rays.xy * place.xy / discs.size + discs.rays.zw, -1.0));
+fn disc(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let ray = normalize(vec3f(discs.rays.xy * position.xy / discs.size + discs.rays.zw, -1.0));
     var cover = 0.0;
     for (var i = 0u; i < discs.count; i++) {
         let disc = discs.disc[i];

@@ -16,14 +16,14 @@ from airlight.errors import AirlightError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
-from airlight.medium import Settled, settle
+from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import Projected, depth_terms, pixel_rays, project
 from airlight.pygfx.casters import Casters
-from airlight.pygfx.lamps import lamps
 from airlight.pygfx.lights import BODY, SceneLight
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.private import use_hdr
+from airlight.pygfx.punctual import punctual_lights
 from airlight.scatter.methods import METHODS, check_ray
 from airlight.scatter.render import Moving
 from airlight.shadows import fit
@@ -109,8 +109,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
     which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
-    linear, rgba16float; of a medium, `air`, there is no source, and the layer is rgba32float: in-scattered radiance, and the length of the
-    ray through the medium in metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
+    linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
+    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -147,7 +147,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._binds: dict[Any, Any] = {}
         self._textures: _Textures | None = None
         self._world: _World | None = None
-        self._air: Settled | None = None
+        self._resolved: ResolvedMedium | None = None
         self._prepass: Prepass | None = None
         self._laid_out: Any = None
         self._timer: Timer | None = None
@@ -189,9 +189,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._world.march.transmittance if self._world else None
 
     @property
-    def air(self) -> Settled | None:
+    def resolved_medium(self) -> ResolvedMedium | None:
         """The medium of the last frame, with nothing unset; None where none is lit."""
-        return self._air if self._world else None
+        return self._resolved if self._world else None
 
     def profile(self) -> list[tuple[str, float]]:
         """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
@@ -245,13 +245,13 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
         gathered = casters.gather()
         radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
-        air = self._air = world.march.resolve(settle(self.medium, self.march, p.quality, radius or 1.0))
+        resolved = self._resolved = world.march.resolve(resolve(self.medium, self.march, p.quality, radius or 1.0))
         view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
-        shining = lamps(self.lights)
-        shadows = casters.draw(view, projection, shining, air, timer, gathered)
+        shining = punctual_lights(self.lights)
+        shadows = casters.draw(view, projection, shining, resolved, timer, gathered)
         pairs = list(zip(shining, shadows, strict=True))
         share = {"share": self.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}  # which has the picture's resolution
-        world.march.aim(view, projection, pairs, air, jitter=p.offset, **share)
+        world.march.aim(view, projection, pairs, resolved, jitter=p.offset, **share)
         self._write(WHOLE)
         device, step = self.device, self._step(size)
         merging = {"WORLD": True, "EXTINCTION": self.medium.extinction and self.transmittance is not None}
@@ -284,7 +284,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         cones = 0
         for light in self.lights:
             light.check()
-            found = project(light.place(), matrix, projection)
+            found = project(light.homogeneous(), matrix, projection)
             rgb = light.seen((0, 0)).rgb
             if found.fade * max(rgb) > 0:
                 at = view["aim"][len(lit)]

@@ -68,8 +68,8 @@ class SceneLight:
         r, g, b = (own * look for own, look in zip(self.color, self.look, strict=True))
         return Light(position, (r, g, b), self.strength * fade)
 
-    def place(self) -> npt.NDArray[np.float64]:
-        """(4,) homogeneous world coordinates; w = 0: the direction towards it."""
+    def homogeneous(self) -> npt.NDArray[np.float64]:
+        """Computes (4,) homogeneous world coordinates; w = 0: the direction towards it."""
         target = self.target
         if target is None:
             return np.append(self.position, 1.0) if self.position is not None else np.append(np.asarray(self.direction, float), 0.0)

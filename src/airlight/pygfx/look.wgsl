@@ -1,4 +1,5 @@
-// What contrast needs to know of a picture before its source is made. Twin: look in reference/scene.py. One workgroup, in a fixed order.
+// What contrast needs to know of a picture before its source is made. Twin: reference/scene.py:look. One workgroup, in a fixed order.
+//! include "wgsl/luminance.wgsl"
 //! include "pygfx/view.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;
@@ -9,10 +10,12 @@ const LANES = 256u;
 var<workgroup> colors: array<vec4f, LANES>; // RGB (1 - m), 1 - m
 var<workgroup> logs: array<vec4f, LANES>;   // log distance (1 - m), log luminance of all, of what emits; its count
 
+/// Takes the logarithm of a luminance, held within 1e-5 and 1e5. Twin: reference/colour.py:log_luminance.
 fn log_luminance(c: vec3f) -> f32 {
-    return log(clamp(dot(c, vec3f(0.2126, 0.7152, 0.0722)), 1e-5, 1e5));
+    return log(clamp(luminance(c), 1e-5, 1e5));
 }
 
+/// Measures every STEP-th pixel along both axes, and writes the means.
 @compute @workgroup_size(LANES)
 fn look(@builtin(local_invocation_index) lane: u32) {
     let size = vec2u(view.pixels);

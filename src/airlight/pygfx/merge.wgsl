@@ -1,4 +1,6 @@
 // The picture of a scene with its shafts on it: light adaptation (13.8), then a tone curve. Twins: filmic, ramp in reference/scene.py.
+//! include "wgsl/fullscreen.wgsl"
+//! include "wgsl/luminance.wgsl"
 //! include "pygfx/merged.wgsl"
 override ADAPT: bool = false;
 override FILMIC: bool = false;
@@ -19,7 +21,7 @@ fn filmic(color: vec3f) -> vec3f {
 
 /// Reinhard's curve as a factor of a colour: composite/adapt.py.
 fn ramp(color: vec3f) -> f32 {
-    let y = balance[0] * max(dot(color, vec3f(0.2126, 0.7152, 0.0722)), 0.0);
+    let y = balance[0] * max(luminance(color), 0.0);
     return pow(balance[0] * (1.0 + y / (balance[1] * balance[1])) / (1.0 + y), view.adapt);
 }
 
@@ -44,11 +46,6 @@ fn shown(p: vec2i, pixel: vec4f) -> vec4f {
     if (!LIT) { return vec4f(0.0, 0.0, 0.0, 1.0); } // the source is that of an earlier frame
     let emitted = textureSampleLevel(source, linear, view.region.xy + view.region.zw * uv, 0.0).rgb;
     return vec4f(select(emitted, vec3f(f32(any(emitted > vec3f(0.0)))), SHOW == 1u), 1.0);
-}
-
-@vertex
-fn cover(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-    return vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }
 
 @fragment

@@ -205,7 +205,7 @@ class Prepass:
             usage = wgpu.TextureUsage.RENDER_ATTACHMENT
             self._depth = self.device.device.create_texture(size=(*whole, 1), format=DEPTH, usage=usage)
             self._views = self.texture.create_view(), self._depth.create_view()
-        found = [project(light.place(), camera.view_matrix, camera.projection_matrix) for light in self.lights]
+        found = [project(light.homogeneous(), camera.view_matrix, camera.projection_matrix) for light in self.lights]
         x, y = (margin(view[i], room[i], [at.position[i] for at in found if at.fade > 0]) for i in (0, 1))
         self.view = x, y, float(view[0]), float(view[1])
 
@@ -317,7 +317,7 @@ class Prepass:
         texel = abs(data["rays"][1]) / self.texture.size[1]
         matrix = np.asarray(camera.view_matrix, np.float64)
         for light in sized:
-            at = (matrix @ light.place())[:3]
+            at = (matrix @ light.homogeneous())[:3]
             distance = np.linalg.norm(at)
             if distance > 0:
                 disc, half = data["disc"][data["count"]], math.radians(light.size)
@@ -332,7 +332,7 @@ class Prepass:
         brighter = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
         pipeline = self.device.raster(
             "pygfx/discs.wgsl",
-            "far",
+            "cover_far",
             "disc",
             FORMAT,
             blend={"color": brighter, "alpha": KEPT},

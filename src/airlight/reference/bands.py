@@ -12,6 +12,11 @@ from airlight.scatter.epipolar.moments import mixture
 from airlight.scatter.methods import check_ray
 
 
+def state_index(odd: Any, side: Any, lane: Any, k: Any, lanes: int, powers: int) -> Any:
+    """Index the shader's state [half, side, lane, power, RGB], flat, at red. odd: the half that odd rings write."""
+    return np.ravel_multi_index((np.asarray(odd, int), side, lane, k, 0 * np.asarray(k)), (2, 4, lanes, powers, 3))
+
+
 def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, border: str = "clamp") -> Array:
     """Sum from ring to ring: S(x) of `converged`, (H, W, C), density <= 1; for lam = 0, density = 1 S_c = ((c-1) S_{c-1} + I) / c.
 

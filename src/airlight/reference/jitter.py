@@ -1,4 +1,4 @@
-"""Where in its step a pixel's samples lie, float64: twin of scatter/jitter.wgsl."""
+"""Offsets of a pixel's samples in their steps, float64: twins of wgsl/jitter.wgsl."""
 
 from typing import Any
 
@@ -8,11 +8,17 @@ import numpy.typing as npt
 from airlight.noise import blue_noise
 
 
+def interleaved_gradient_noise(p: Any) -> npt.NDArray[np.floating[Any]]:
+    """Compute noise 0..1 of pixels (..., 2), x and y (Jimenez 2014, "Next generation post processing in Call of Duty")."""
+    p = np.asarray(p, float) + 0.5
+    return np.asarray(52.9829189 * ((p[..., 0] * 0.06711056 + p[..., 1] * 0.00583715) % 1) % 1)
+
+
 def offsets(width: int, height: int, jitter: str) -> npt.NDArray[np.floating[Any]]:
-    """(height, width) from 0 to 1. jitter: as Parameters.jitter."""
+    """Choose each pixel's offset, (height, width) from 0 to 1. jitter: as Parameters.jitter."""
     y, x = np.mgrid[:height, :width]
-    if jitter == "gradient":  # Jimenez 2014
-        return np.asarray(52.9829189 * (((x + 0.5) * 0.06711056 + (y + 0.5) * 0.00583715) % 1) % 1)
+    if jitter == "gradient":
+        return interleaved_gradient_noise(np.stack([x, y], axis=-1))
     if jitter == "blue":
         tile = blue_noise()
         return tile[y % len(tile), x % len(tile)].astype(float)

@@ -22,7 +22,7 @@ COARSE = 4  # lines that the wide means take together
 SOFT = 0.012  # diagonals: nearer to the light rays run together
 BEYOND_SOFT = 0.25  # the same within the picture of a light beyond it: rays gather before they are seen, and none starts at a border
 THINNEST = (0.004, 4.0)  # diagonals of a ray's sigma at least, so that none is a scratch near the light; but no more than these degrees
-FIRST_WAY = 0.01  # diagonals of weighted way before the picture, on which emission is taken to be as at its border, or at the light
+FIRST_LENGTH = 0.01  # diagonals of weighted path before the picture, on which emission is taken to be as at its border, or at the light
 REST = 0.3  # of the greatest mean, added to each: far from the light what is faint stays faint
 TINT = 0.5  # of the light's colour that is seen on a surface, the rest is white
 FINE = 1.0  # weight of what stands out against the narrow mean, beside that of the narrow against the wide
@@ -37,7 +37,7 @@ SURFACE = (0.6, 0.15, 0.40)  # share of a shaft that lights the surface behind i
 
 @dataclass(frozen=True)
 class Tones:
-    """Luminances about a light: the geometric mean of its surroundings, and its own."""
+    """Holds luminances about a light: the geometric mean of its surroundings, and its own."""
 
     surroundings: float
     light: float
@@ -126,9 +126,9 @@ def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
     x, y, _ = _along(grid, begins)
     first = bilinear(weighted, x * diagonal - 0.5, y * diagonal - 0.5)
     kept = (grid.nearest + (np.arange(RADII) + 1) * grid.step)[:, None]
-    way = NEAR * np.arctan(np.maximum(kept - begins, 0) / NEAR)
+    path_length = NEAR * np.arctan(np.maximum(kept - begins, 0) / NEAR)
     x, y, _ = _along(grid, kept)
-    return (total + FIRST_WAY * first) / (way + FIRST_WAY), 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5)
+    return (total + FIRST_LENGTH * first) / (path_length + FIRST_LENGTH), 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5)
 
 
 def gaussian(sigma: float) -> Array:

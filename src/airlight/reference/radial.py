@@ -133,7 +133,7 @@ def direct_sum(
 
 
 def at_points(image: Array, points: Array | None, border: str) -> Array:
-    """I(x) at the points, or the image itself."""
+    """Sample I(x) at the points, or give the image itself."""
     return image if points is None else bilinear(image, points[..., 0], points[..., 1], border)
 
 
@@ -174,12 +174,17 @@ def convergence_error(image: Array, light: Sequence[float], *, taps: int | None 
     return float(np.sqrt(np.mean((fine - coarse) ** 2))) / mean if mean else 0.0
 
 
-def smoothstep(low: float, high: float, x: Array) -> Array:
-    """Step smoothly: 0 below low, 1 above high, 3t^2 - 2t^3 between; a step at low (>=) where the two agree."""
+def soft_threshold(low: float, high: float, x: Array) -> Array:
+    """Rise from 0 at low to 1 at high by 3t^2 - 2t^3; a step at low (>=) where the two agree."""
     if high <= low:
         return (x >= low).astype(np.float64)
     t = np.clip((x - low) / (high - low), 0.0, 1.0)
     return t * t * (3.0 - 2.0 * t)
+
+
+def picture_luminance(c: Array, weights: Any = REC709) -> Array:
+    """Weigh a picture's linear RGB (..., 3) to luminance (...), by the weights of its colour space."""
+    return np.asarray(c @ np.asarray(weights))
 
 
 def finite(image: Array) -> Array:
@@ -198,11 +203,11 @@ def mask(image: Array, alpha: Any, depth: Any, parameters: Parameters, luminance
     check(parameters, alpha is not None, depth is not None)
     low, high = parameters.knee
     if parameters.occlusion in ("luminance", "contrast"):
-        return smoothstep(low, high, finite(image) @ np.asarray(luminance))
+        return soft_threshold(low, high, picture_luminance(finite(image), luminance))
     if parameters.occlusion == "alpha":
         return 1.0 - np.clip(finite(alpha), 0.0, 1.0)
     if parameters.occlusion == "depth":
-        return smoothstep(low, high, finite(depth))
+        return soft_threshold(low, high, finite(depth))
     return np.ones(image.shape[:2])
 
 

@@ -18,26 +18,26 @@ BACK = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [
 
 
 def filmic(color: Array) -> Array:
-    """(..., 3) linear to display-linear 0..1: Stephen Hill's fit of the ACES curve (BakingLab, ACES.hlsl), at exposure 1 / 0.6."""
+    """Map (..., 3) linear to display-linear 0..1: Stephen Hill's fit of the ACES curve (BakingLab, ACES.hlsl), at exposure 1 / 0.6."""
     v = np.clip(color, 0, 65504) / 0.6 @ INTO.T
     fitted = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
     return np.asarray(np.clip(fitted @ BACK.T, 0, 1))
 
 
 def axial(depth: Array, terms: Array) -> Array:
-    """Distance along the view's axis. terms: projection.depth_terms."""
+    """Find the distance along the view's axis. terms: projection.depth_terms."""
     a, b, c, d = terms
     return np.asarray((a * depth + b) / (c * depth + d))
 
 
 def view_ray(uv: Array, rays: Array) -> Array:
-    """(..., 3): the view ray of picture positions (..., 2), at -z = 1. rays: projection.pixel_rays."""
+    """Find the view ray (..., 3) of picture positions (..., 2), at -z = 1. rays: projection.pixel_rays."""
     xy = rays[:2] * uv + rays[2:]
     return np.concatenate([xy, -np.ones_like(xy[..., :1])], axis=-1)
 
 
 def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any = None) -> Array:
-    """S of a picture (H, W, 3) and its depth (H, W) at 1 / factor of its size, which factor divides.
+    """Compute S of a picture (H, W, 3) and its depth (H, W) at 1 / factor of its size, which factor divides.
 
     m is 1 where depth is 1. clear: (3,) instead of the picture there. mean: (3,) colour of the occluders, which are then in S too, with
     a quarter of their contrast.
@@ -51,8 +51,16 @@ def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any
     return np.asarray(out.reshape(height // factor, factor, width // factor, factor, 3).mean(axis=(1, 3)))
 
 
+def sample_pixel(texel: Any, k: Any, taps: int, ratio: Any, pixels: Any) -> Array:
+    """Find the pixel (..., 2) at the middle of part k of taps x taps of a texel (..., 2), row by row. ratio: pixels a texel, (2,); pixels:
+    size of the picture."""
+    k = np.asarray(k)
+    middle = (np.stack([k % taps, k // taps], axis=-1) + 0.5) / taps
+    return np.asarray(np.minimum(np.floor((np.asarray(texel) + middle) * ratio), np.asarray(pixels) - 1))
+
+
 def look(color: Array, depth: Array, distance: Array) -> tuple[Array, float, float]:
-    """(mean colour of the occluders, level of the fog, its distance) of a picture: what contrast knows of it.
+    """Measure what contrast knows of a picture: (mean colour of the occluders, level of the fog, its distance).
 
     The level is the geometric mean luminance of what emits, with a fiftieth of the whole picture's, in case nothing does; the distance
     the geometric mean of the occluders'.
@@ -67,7 +75,7 @@ def look(color: Array, depth: Array, distance: Array) -> tuple[Array, float, flo
 
 
 def gathered(added: Array, distance: Array, reach: float) -> Array:
-    """Shafts (..., 3) before something at a distance (...): 1 - exp(-distance / reach) of them have been gathered on the way."""
+    """Scale shafts (..., 3) before something at a distance (...): 1 - exp(-distance / reach) of them are gathered up to it."""
     return np.asarray(added * -np.expm1(-distance / reach)[..., None])
 
 
@@ -77,7 +85,7 @@ def through(color: Array, layer: Array, transmittance: Any, mix: float = 1.0) ->
 
 
 def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:
-    """(colour, cover) of the fog between the eye and what lies at a distance along view rays (..., 3).
+    """Find (colour, cover) of the fog between the eye and what lies at a distance along view rays (..., 3).
 
     lights: (unit direction in view space, fade, RGB) each. The cover is f (1 - exp(-distance / reach)), f = sum of fade cos^8 of the angle
     to each light, at most 1; the colour that of the lights, weighted alike, at the level.
@@ -90,7 +98,7 @@ def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], l
 
 
 def balance(luminances: Array, before: Array | None = None, follow: float = 1.0) -> tuple[Ramp, Array]:
-    """The ramp for a picture of these luminances, as composite.adapt.measured but by a histogram of an eighth of a stop; and what the
+    """Find the ramp for a picture of these luminances, as composite.adapt.measured but by a histogram of an eighth of a stop; and what the
     next frame follows: average, least and greatest, in stops. before: the same of the last frame; follow: share of the way to the new."""
     lit = luminances[np.isfinite(luminances) & (luminances > 0)]
     bins = np.clip((np.log2(lit) - LOWEST) * BINS, 0, COUNT - 1).astype(int)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 
 def foliage(width: int, height: int, *, seed: int = 1, sun: tuple[float, float] = (0.6, 0.35)) -> npt.NDArray[np.float32]:
-    """(height, width, 3) float32 linear: an HDR sun (radiance 200) in a sky behind aliased thin stems and leaves."""
+    """Draw (height, width, 3) float32 linear: an HDR sun (radiance 200) in a sky behind aliased thin stems and leaves."""
     rng: Any = np.random.default_rng(seed)
     scale = width / 1920
     y, x = np.mgrid[0:height, 0:width].astype(np.float32) + np.float32(0.5)

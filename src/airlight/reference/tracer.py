@@ -1,9 +1,10 @@
-"""Ground truth of light scattered once in a medium, from triangles: float64, NumPy, nothing of the shaders or of shadow maps.
+"""Traces light that a medium scatters once, from triangles, as ground truth: float64, NumPy, nothing of the shaders or of shadow maps.
 
 Visibility is exact. What a triangle hides from a light is a convex cone, cut off by the triangle's plane: four half spaces, so that a
 ray is in it on one interval, whose ends are roots of linear functions. The lit rest of a ray is integrated in closed form for suns, for
-lamps by Gauss's rule in v, t = t0 + h sinh v (t0, h: the ray's nearest point to the lamp, and its distance): there t + d = t0 + h e^v,
-dt / d^2 = dv / (h cosh v), and every phase function is analytic to within pi / 2 of the real line, whatever its anisotropy.
+lights with a position by Gauss's rule in v, t = t0 + h sinh v (t0, h: the ray's nearest point to the light, and its distance): there
+t + d = t0 + h e^v, dt / d^2 = dv / (h cosh v), and every phase function is analytic to within pi / 2 of the real line, whatever its
+anisotropy.
 """
 
 from collections.abc import Sequence
@@ -12,23 +13,30 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.punctual import PositionalLight, PunctualLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
-from airlight.reference import medium
+from airlight.reference.medium import Layer, transmittance, transmittance_integral
+from airlight.reference.medium import phase as phase_of
 
 Array = npt.NDArray[Any]
 TILE = 16  # pixels, of a tile for which triangles are chosen
 PANEL = 1.0  # of v, and nodes of Gauss's rule on it
 NODES = np.polynomial.legendre.leggauss(12)
 SLIVER = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
-NARROW = 1e-9  # m: a ray is no nearer to a lamp
+NARROW = 1e-9  # m: a ray is no nearer to a light
 
 
 def layer(
-    view: Any, projection: Any, size: tuple[int, int], triangles: Array, lamps: Sequence[Lamp], air: Settled, casters: Array | None = None
-) -> medium.Layer:
-    """The layer of a medium: radiance that it scatters to the eye, transmittance, and the distance from the eye to which these are summed.
+    view: Any,
+    projection: Any,
+    size: tuple[int, int],
+    triangles: Array,
+    lights: Sequence[PunctualLight],
+    medium: ResolvedMedium,
+    casters: Array | None = None,
+) -> Layer:
+    """Computes the layer of a medium: radiance that it scatters to the eye, transmittance, and the distance to which these are summed.
 
     view, projection: (4, 4) of the camera; size: (width, height), one ray through the centre of each pixel. triangles: (N, 3, 3), world,
     what the eye sees; casters: (M, 3, 3) what hides light, None: the same. Both sides of them do.
@@ -36,10 +44,10 @@ def layer(
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
     casters = triangles if casters is None else np.asarray(casters, float).reshape(-1, 3, 3)
-    volumes = [shadow_volumes(casters, lamp) for lamp in lamps]
+    volumes = [shadow_volumes(casters, light) for light in lights]
     into = np.linalg.inv(np.asarray(view, float))
     near, far = _depths(projection)
-    light, reach = np.zeros((height, width, 3)), np.zeros((height, width))
+    found, reach = np.zeros((height, width, 3)), np.zeros((height, width))
     for top in range(0, height, TILE):
         for left in range(0, width, TILE):
             rows, columns = np.arange(top, min(top + TILE, height)), np.arange(left, min(left + TILE, width))
@@ -50,22 +58,22 @@ def layer(
             start, side, length = camera_rays(into, projection, u[[0, 1, 1, 0]], v[[0, 0, 1, 1]])
             beam = start, side * length[:, None]
             t = _hits(origin, ray, triangles[_in_beam(triangles, beam)], near * slope, far * slope)
-            t = np.minimum(t, air.max_distance)
-            found = air.sigma_s * air.ambient * _one_minus_exp(t, air.sigma_t)
-            for lamp, (planes, corners, ways) in zip(lamps, volumes):
-                chosen = np.flatnonzero(_in_beam(corners, beam, ways))
+            t = np.minimum(t, medium.max_distance)
+            radiance = medium.sigma_s * medium.ambient * transmittance_integral(t, medium.sigma_t)
+            for light, (planes, corners, edges) in zip(lights, volumes):
+                chosen = np.flatnonzero(_in_beam(corners, beam, edges))
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
-                shares = gathered(origin, ray, *lit(origin, ray, t, planes[chosen]), lamp, air)
-                found = found + lamp.seen_from(into[:3, 3], air.medium.lamp_distance, air.medium.lamp_fade) * shares
-            light[where], reach[where] = found.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
-    return medium.Layer(light, medium.transmittance(reach, air.sigma_t), reach)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, t, planes[chosen]), light, medium)
+                radiance = radiance + light.fade(into[:3, 3], medium) * scattered
+            found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
+    return Layer(found, transmittance(reach, medium.sigma_t), reach)
 
 
 # ---------------------------------------------------------------- rays
 
 
 def camera_rays(into: Array, projection: Any, u: Array, v: Array) -> tuple[Array, Array, Array]:
-    """(R, 3) origins, (R, 3) unit directions, world, and (R,) metres along the ray for one along the view's axis."""
+    """Makes (R, 3) origins, (R, 3) unit directions, world, and (R,) metres along the ray for one along the view's axis."""
     (a, b, c, d), flat = eye_rays(projection)
     x, y = a * u + c, b * v + d
     zero, one = np.zeros_like(x), np.ones_like(x)
@@ -76,14 +84,14 @@ def camera_rays(into: Array, projection: Any, u: Array, v: Array) -> tuple[Array
 
 
 def _depths(projection: Any) -> tuple[float, float]:
-    """Distances along the view's axis between which something is drawn."""
+    """Computes the distances along the view's axis between which something is drawn."""
     a, b, c, e = depth_terms(projection)
     ends = [(a * d + b) / (c * d + e) if abs(c * d + e) > 1e-300 else np.inf for d in (0.0, 1.0)]
     return max(float(min(ends)), 0.0), float(max(ends))
 
 
-def _in_beam(corners: Array, beam: tuple[Array, Array], ways: Array | None = None) -> Array:
-    """(K,) bool: whether a hull of corners (K, 3, 3), and of rays from them along ways (K, 3, 3), may meet what four rays enclose."""
+def _in_beam(corners: Array, beam: tuple[Array, Array], travel: Array | None = None) -> Array:
+    """Selects, (K,) bool, hulls of corners (K, 3, 3), and of rays from them along travel (K, 3, 3), that may meet what 4 rays enclose."""
     origin, ray = beam
     middle = (origin + ray).mean(axis=0)
     out = np.zeros(len(corners), bool)
@@ -92,12 +100,12 @@ def _in_beam(corners: Array, beam: tuple[Array, Array], ways: Array | None = Non
         normal = np.cross(ray[i], origin[j] + ray[j] - origin[i])
         normal *= -np.sign(normal @ (middle - origin[i]))  # outwards
         beyond = np.all((corners - origin[i]) @ normal > 0, axis=1)
-        out |= beyond if ways is None else beyond & np.all(ways @ normal > 0, axis=1)
+        out |= beyond if travel is None else beyond & np.all(travel @ normal > 0, axis=1)
     return ~out
 
 
 def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) -> Array:
-    """(R,) distance along each ray to the first triangle from near to far; inf where there is none. Moeller and Trumbore 1997."""
+    """Finds (R,) the distance along each ray to the first triangle from near to far; inf where there is none. Moeller and Trumbore 1997."""
     if not len(triangles):
         return np.full(len(ray), np.inf)
     a, e, f = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
@@ -116,39 +124,36 @@ def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) 
 # ---------------------------------------------------------------- what is lit
 
 
-def shadow_volumes(triangles: Array, lamp: Lamp) -> tuple[Array, Array, Array]:
-    """What triangles hide from a lamp: (K, 4, 4) planes, positive in it, (K, 3, 3) its corners and (K, 3, 3) its edges' directions.
+def shadow_volumes(triangles: Array, light: PunctualLight) -> tuple[Array, Array, Array]:
+    """Makes the volumes that triangles hide from a light: (K, 4, 4) planes, positive in one, (K, 3, 3) corners and (K, 3, 3) edges.
 
     Triangles that the light only grazes hide nothing.
     """
-    if lamp.is_sun:
-        ways = np.broadcast_to(-np.asarray(lamp.direction, float), triangles.shape)
-    else:
-        ways = triangles - np.asarray(lamp.position, float)
+    travel = light.travel(triangles)
     face = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    away = np.einsum("kj,kj->k", face, ways[:, 0])
-    some = np.abs(away) > 1e-14 * np.linalg.norm(face, axis=1) * np.linalg.norm(ways[:, 0], axis=1)
-    triangles, ways, face, away = triangles[some], ways[some], face[some], away[some]
+    away = np.einsum("kj,kj->k", face, travel[:, 0])
+    some = np.abs(away) > 1e-14 * np.linalg.norm(face, axis=1) * np.linalg.norm(travel[:, 0], axis=1)
+    triangles, travel, face, away = triangles[some], travel[some], face[some], away[some]
     planes = np.empty((len(triangles), 4, 4))
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        normal = np.cross(ways[:, i], triangles[:, j] - triangles[:, i] if lamp.is_sun else ways[:, j])
+        normal = np.cross(travel[:, i], triangles[:, j] - triangles[:, i] if light.directional else travel[:, j])
         planes[:, i, :3] = normal * np.sign(np.einsum("kj,kj->k", normal, triangles[:, k] - triangles[:, i]))[:, None]
         planes[:, i, 3] = -np.einsum("kj,kj->k", planes[:, i, :3], triangles[:, i])
     planes[:, 3, :3] = face * np.sign(away)[:, None]
     planes[:, 3, 3] = -np.einsum("kj,kj->k", planes[:, 3, :3], triangles[:, 0])
-    return planes, triangles, np.asarray(ways)
+    return planes, triangles, np.asarray(travel)
 
 
 def _meets(planes: Array, beam: tuple[Array, Array], reach: float) -> Array:
-    """(K,) bool: whether none of a volume's planes parts it from what the beam's rays enclose up to a distance."""
+    """Selects, (K,) bool, the volumes of whose planes none parts them from what the beam's rays enclose up to a distance."""
     origin, ray = beam
     ends = np.concatenate([origin, origin + ray * reach])  # of which 1 m is one along the view's axis
     return np.asarray(np.all(np.any(planes[:, :, :3] @ ends.T + planes[:, :, 3:] > 0, axis=2), axis=1))
 
 
 def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, Array, Array]:
-    """The stretches of rays, from 0 to reach (R,), that are in none of the volumes (K, 4, 4): (n,) the ray of each, its start and end."""
+    """Finds the lit segments of rays, from 0 to reach (R,), in none of the volumes (K, 4, 4): (n,) the ray of each, its start and end."""
     low, high = np.zeros((len(ray), len(planes))), np.repeat(reach[:, None], len(planes), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         for i in range(4):
@@ -169,38 +174,36 @@ def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, 
 # ---------------------------------------------------------------- light
 
 
-def phase(cosine: Array, air: Settled, lamp: Lamp) -> Array:
-    """1/sr; cosine 1: looking into the light."""
-    return medium.phase(cosine, *air.lobes(lamp))
+def phase(cosine: Array, medium: ResolvedMedium, light: PunctualLight) -> Array:
+    """Evaluates the medium's phase function, 1/sr, for a light; cosine 1: looking into the light."""
+    kind, *lobes = medium.lobes(light.anisotropy)
+    return phase_of(cosine, lobes, kind)
 
 
-def _one_minus_exp(t: Array, sigma: Array) -> Array:
-    """(..., 3) (1 - e^(-sigma t)) / sigma."""
-    x = t[..., None] * sigma
-    return np.asarray(np.where(x > 0, -np.expm1(-x) / np.where(sigma > 0, sigma, 1), t[..., None]))
-
-
-def gathered(origin: Array, ray: Array, which: Array, start: Array, end: Array, lamp: Lamp, air: Settled) -> Array:
-    """(R, 3) radiance from lit stretches, see `lit`."""
-    power = air.sigma_s * lamp.intensity * lamp.strength
-    if lamp.is_sun:
-        parts = np.exp(-start[:, None] * air.sigma_t) * _one_minus_exp(end - start, air.sigma_t)
-        return power * phase(ray @ np.asarray(lamp.direction, float), air, lamp)[:, None] * _summed(parts, which, len(ray))
-    return power * _summed(*_lamp_light(origin, ray, which, start, end, lamp, air), len(ray))
+def in_scattered(origin: Array, ray: Array, which: Array, start: Array, end: Array, light: PunctualLight, medium: ResolvedMedium) -> Array:
+    """Integrates (R, 3) radiance over lit segments, see `lit`."""
+    power = medium.sigma_s * light.intensity * light.strength
+    if isinstance(light, PositionalLight):
+        return power * _summed(*_over_panels(origin, ray, which, start, end, light, medium), len(ray))
+    parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
+    to_light, _, irradiance = light.incident(origin)
+    there = phase((ray * to_light).sum(axis=1), medium, light) * irradiance
+    return power * there[:, None] * _summed(parts, which, len(ray))
 
 
 def _summed(parts: Array, which: Array, count: int) -> Array:
+    """Sums (n, 3) by the ray that each belongs to."""
     return np.stack([np.bincount(which, parts[:, c], count) for c in range(3)], axis=1)
 
 
-def _lamp_light(origin: Array, ray: Array, which: Array, start: Array, end: Array, lamp: Lamp, air: Settled) -> tuple[Array, Array]:
-    """(n, 3) integrals of p cone range e^(-sigma (t + d)) / d^2, each over a panel, and (n,) their rays."""
-    to = np.asarray(lamp.position, float) - origin
-    nearest = np.einsum("rj,rj->r", to, ray)
-    h = np.maximum(np.linalg.norm(to - nearest[:, None] * ray, axis=1), NARROW)
-    along, ahead = ray @ np.asarray(lamp.direction, float), -(to @ np.asarray(lamp.direction, float))
-    scale, offset = lamp.cone()
-    breaks = _breaks(lamp, nearest, h, along, ahead)[which]
+def _over_panels(
+    origin: Array, ray: Array, which: Array, start: Array, end: Array, light: PositionalLight, medium: ResolvedMedium
+) -> tuple[Array, Array]:
+    """Integrates p E e^(-sigma (t + d)), E the irradiance, over panels of v: (n, 3) integrals, and (n,) their rays."""
+    to_light = -light.travel(origin)
+    nearest = np.einsum("rj,rj->r", to_light, ray)
+    h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), NARROW)
+    breaks = _breaks(light, ray, to_light, nearest, h)[which]
     marks = np.sort(np.column_stack([start, np.clip(breaks, start[:, None], end[:, None]), end]), axis=1)
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
@@ -209,32 +212,30 @@ def _lamp_light(origin: Array, ray: Array, which: Array, start: Array, end: Arra
     part = np.arange(panels.sum()) - np.repeat(np.cumsum(panels) - panels, panels)
     which, low, half = (np.repeat(x, panels) for x in (which, low, (high - low) / panels / 2))
     result = np.zeros((len(which), 3))
-    t0, h, along, ahead = nearest[which], h[which], along[which], ahead[which]
+    t0, h, start, ray = nearest[which], h[which], origin[which], ray[which]
     for node, weight in zip(*NODES):
         v = low + half * (2 * part + 1 + node)
         d = h * np.cosh(v)
-        cone = np.clip((ahead + along * (t0 + h * np.sinh(v))) / d * scale + offset, 0, 1) ** 2
-        fade = np.maximum(1 - (d / lamp.range) ** 4, 0) if lamp.range else 1.0
-        seen = phase(-np.tanh(v), air, lamp) * cone * fade * weight * half / d
+        _, away, irradiance = light.incident(start + (t0 + h * np.sinh(v))[:, None] * ray)
+        seen = phase(-np.tanh(v), medium, light) * irradiance * away**2 * weight * half / d
         path = np.maximum(t0 + h * np.exp(v), 0)
-        result += seen[:, None] * np.exp(-path[:, None] * air.sigma_t)
+        result += seen[:, None] * np.exp(-path[:, None] * medium.sigma_t)
     return result, which
 
 
-def _breaks(lamp: Lamp, nearest: Array, h: Array, along: Array, ahead: Array) -> Array:
-    """(R, n) distances at which the integrand of a lamp is not smooth: where a ray meets its range, and the inner and outer cone."""
+def _breaks(light: PositionalLight, ray: Array, to_light: Array, nearest: Array, h: Array) -> Array:
+    """Finds (R, n) distances at which the integrand is not smooth: where a ray meets a light's range, and the kinks around its axis."""
     found = []
-    if lamp.range:
-        half = np.sqrt(np.maximum(lamp.range**2 - h**2, 0))
+    if light.range:
+        half = np.sqrt(np.maximum(light.range**2 - h**2, 0))
         found += [nearest - half, nearest + half]
-    if lamp.kind == "spot":
-        scale, offset = lamp.cone()
-        for cosine in (-offset / scale, (1 - offset) / scale):
-            # (ahead + along t)^2 = cosine^2 (h^2 + (t - nearest)^2)
-            a, b = along**2 - cosine**2, ahead * along + cosine**2 * nearest
-            c = ahead**2 - cosine**2 * (h**2 + nearest**2)
-            root = np.sqrt(np.maximum(b * b - a * c, 0))
-            q = -(b + np.where(b < 0, -root, root))
-            with np.errstate(divide="ignore", invalid="ignore"):
-                found += [np.nan_to_num(q / a, nan=0, posinf=0, neginf=0), np.nan_to_num(c / q, nan=0, posinf=0, neginf=0)]
+    along, ahead = ray @ np.asarray(light.axis(), float), -(to_light @ np.asarray(light.axis(), float))
+    for cosine in light.kink_cosines():
+        # (ahead + along t)^2 = cosine^2 (h^2 + (t - nearest)^2)
+        a, b = along**2 - cosine**2, ahead * along + cosine**2 * nearest
+        c = ahead**2 - cosine**2 * (h**2 + nearest**2)
+        root = np.sqrt(np.maximum(b * b - a * c, 0))
+        q = -(b + np.where(b < 0, -root, root))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found += [np.nan_to_num(q / a, nan=0, posinf=0, neginf=0), np.nan_to_num(c / q, nan=0, posinf=0, neginf=0)]
     return np.stack(found, axis=1) if found else np.zeros((len(h), 0))

@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 
 
 def world_triangles(scene: Any, lights: Sequence[SceneLight] = (), exclude: Iterable[Any] = ()) -> tuple[Array, Array]:
-    """(N, 3, 3) what the eye sees and (M, 3, 3) what casts shadows, float64, as the scene is now.
+    """List (N, 3, 3) what the eye sees and (M, 3, 3) what casts shadows, float64, as the scene is now.
 
     All meshes that hide what is behind them, whatever their cast_shadow says; bodies of lights cast none, nor what is in `exclude` or
     below it. pygfx's helpers, points and lines are left out, as is what one sees through. Raises AirlightError for leaves cut out by a
@@ -40,7 +40,7 @@ def world_triangles(scene: Any, lights: Sequence[SceneLight] = (), exclude: Iter
 
 
 def of_mesh(mesh: Any) -> Array:
-    """(N, 3, 3) the triangles of a mesh, its instances, skin and morph targets, world coordinates."""
+    """List the triangles (N, 3, 3) of a mesh, its instances, skin and morph targets, world coordinates."""
     faces = np.asarray(mesh.geometry.indices.data, np.int64)
     if faces.shape[1] == 4:
         faces = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])

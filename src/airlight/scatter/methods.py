@@ -114,7 +114,7 @@ METHODS: dict[str, Method] = {
     "article": Method(
         "its shadows, as the code of an early article sums them",
         "scatter.article.article:Article",
-        "reference.article:layer",
+        "reference.article:article",
         frozenset({"shadow_size", "cascade_split", "cascade_blend"}),
         lights_medium=True,
         lights=ONE_SUN,
@@ -123,7 +123,7 @@ METHODS: dict[str, Method] = {
     "article-prose": Method(
         "as that article's prose says",
         "scatter.article.article:ArticleProse",
-        "reference.article:layer",
+        "reference.article:prose",
         _SHADOWS | {"article", "jitter"},
         lights_medium=True,
         lights=ONE_SUN,

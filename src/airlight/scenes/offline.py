@@ -16,7 +16,7 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
-from airlight.lamps import Triple
+from airlight.lights.punctual import Triple
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr

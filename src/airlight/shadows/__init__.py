@@ -1,4 +1,4 @@
-"""Shadow maps: what they hold. They are fitted by `fit`, drawn by `airlight.pygfx.casters`, read by the methods of `scatter`."""
+"""Shadow maps: the kinds of lights fit them, through `fit`; `airlight.pygfx.casters` draws them, the methods of `scatter` read them."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 
 @dataclass
-class View:
+class ShadowView:
     """One layer of a shadow map.
 
     matrix: (4, 4) float64, world to (x w, y w, depth w, w): x, y in texels, (0, 0) the map's upper left corner, texel i from i to i + 1;
@@ -35,4 +35,4 @@ class Shadow:
 
     texture: Any
     size: int
-    views: list[View] = field(default_factory=list)
+    views: list[ShadowView] = field(default_factory=list)

@@ -93,7 +93,7 @@ class Viewer:
         before = state.parameters.method
         path = source if isinstance(source, str) else source.path
         if not isinstance(source, str) or not is_scene(path):
-            from airlight.cli.light import found_at
+            from airlight.jobs.light_text import found_at
             from airlight.viewer.picture import PictureView
 
             picture = read_image(source) if isinstance(source, str) else source

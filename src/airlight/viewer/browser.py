@@ -23,7 +23,7 @@ from urllib.parse import parse_qs, urlsplit
 import msgspec
 
 from airlight.errors import AirlightError, warn
-from airlight.supervisor import STOPS
+from airlight.process.supervisor import STOPS
 
 if TYPE_CHECKING:
     import uvicorn

@@ -1,6 +1,5 @@
-// A linear picture with the layer that the look makes of it: what is added, and the share that is taken. Twin: as `Applied` in
-// look/apply.py says.
-//! include "gpu/half.wgsl"
+// A linear picture with the layer that the look makes of it: what is added, and the share that is taken. Twin: look/apply.py:Applied.
+//! include "wgsl/half.wgsl"
 
 struct Lay {
     white: f32,               // of the picture
@@ -11,6 +10,7 @@ struct Lay {
 @group(0) @binding(2) var layer: texture_2d<f32>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
+/// Changes a pixel.
 @compute @workgroup_size(64)
 fn put(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= textureDimensions(picture))) { return; }

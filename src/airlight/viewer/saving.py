@@ -1,14 +1,14 @@
 """Write the whole picture with its shafts, exactly as the command that the viewer shows writes it, while the viewer goes on."""
 
+import functools
 import itertools
 import os
 import threading
 from collections.abc import Callable
 from typing import Any
 
-import click
-
 from airlight.files import Picture, write_image
+from airlight.jobs.image import run_image
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
@@ -26,18 +26,15 @@ class Saving(threading.Thread):
         is_array = picture.spec is None  # there is no file that the command could read
         self.path = free_name(os.path.join(folder, st.output(state)) if is_array else st.output(state), folder)
         if is_array:
-            self.write = _array_writer(state, picture, self.path, device)
+            self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
-        words = st.command_line(state)[2:]
-        words[words.index("-o") + 1] = self.path
-        self.write = _command(words if device is None else [*words, "--device", device])
+        request = st.image_request(state, self.path, device)
+        self.write = functools.partial(run_image, request)
 
     def run(self) -> None:
         try:
             self.write()
             self.outcome = f"{self.path} saved", False
-        except click.ClickException as error:
-            self.outcome = f"not saved: {error.format_message()}", True
         except Exception as error:  # whatever it is, the viewer goes on and says so
             self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:
@@ -52,16 +49,6 @@ def free_name(path: str, folder: str) -> str:
     stem, ending = os.path.splitext(path)
     names = itertools.chain([path], (f"{stem}-{number}{ending}" for number in itertools.count(2)))
     return os.path.normpath(next(name for name in names if not os.path.lexists(name)))
-
-
-def _command(words: list[str]) -> Callable[[], None]:
-    def write() -> None:
-        from airlight.cli.image import image
-
-        with image.make_context("image", words) as context:
-            image.invoke(context)
-
-    return write
 
 
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:

@@ -1,7 +1,8 @@
 // A picture on the canvas, without and with its shafts, side by side or one of them. What a pipeline need not do is left out of it by
-// constants: software adapters carry out both sides of a branch. Twins: srgb_decode, srgb_encode in files/colour.py, Ramp.gain in
-// composite/adapt.py.
-//! include "gpu/srgb.wgsl"
+// constants: software adapters carry out both sides of a branch.
+//! include "wgsl/fullscreen.wgsl"
+//! include "wgsl/luminance.wgsl"
+//! include "wgsl/srgb.wgsl"
 override SIDES: u32 = 3u;             // 1: only `before` is shown, 2: only `after`, 3: both
 override EXACT: bool = false;         // a pixel of the picture is one of the canvas
 override BEFORE_LINEAR: bool = false; // linear light, else code values
@@ -24,17 +25,14 @@ struct Show {
 @group(0) @binding(1) var before: texture_2d<f32>;
 @group(0) @binding(2) var after: texture_2d<f32>;
 
-@vertex
-fn cover(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-    return vec4f(vec2f(f32(i & 1u), f32(i >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
-}
-
+/// Adapts a colour by Reinhard's curve, which keeps its hue. Twin: reference/colour.py:adapted.
 fn adapted(color: vec3f) -> vec3f {
-    let y = show.scale * max(dot(color, vec3f(0.2126, 0.7152, 0.0722)), 0.0);
+    let y = show.scale * max(luminance(color), 0.0);
     let gain = show.scale * (1.0 + y / (show.white * show.white)) / (1.0 + y);
     return color * pow(gain, show.strength);
 }
 
+/// Reads a pixel of the picture without shafts, as sRGB codes.
 fn texel_before(p: vec2i) -> vec3f {
     let size = vec2i(textureDimensions(before));
     let color = textureLoad(before, clamp(p, vec2i(0), size - 1), 0).rgb;
@@ -42,6 +40,7 @@ fn texel_before(p: vec2i) -> vec3f {
     return color;
 }
 
+/// Reads a pixel of the picture with shafts, as sRGB codes.
 fn texel_after(p: vec2i) -> vec3f {
     let size = vec2i(textureDimensions(after)) - 2 * show.apron;
     var color = textureLoad(after, clamp(p, vec2i(0), size - 1) + show.apron, 0).rgb * show.gain;
@@ -51,6 +50,7 @@ fn texel_after(p: vec2i) -> vec3f {
     return color;
 }
 
+/// Reads a pixel of one of the two.
 fn texel(p: vec2i, is_before: bool) -> vec3f {
     if (SIDES == 1u) { return texel_before(p); }
     if (SIDES == 2u) { return texel_after(p); }
@@ -58,7 +58,7 @@ fn texel(p: vec2i, is_before: bool) -> vec3f {
     return texel_after(p);
 }
 
-/// Between four pixels; q in pixels of the picture, which `after` may have fewer of.
+/// Interpolates between four pixels; q in pixels of the picture, which `after` may have fewer of.
 fn between(q: vec2f, is_before: bool) -> vec3f {
     let size = select(vec2f(textureDimensions(after) - vec2u(2u * u32(show.apron))), vec2f(textureDimensions(before)), is_before);
     let p = q * (size / vec2f(textureDimensions(before))) - 0.5;
@@ -73,10 +73,11 @@ fn between(q: vec2f, is_before: bool) -> vec3f {
     return sum;
 }
 
+/// Shows a pixel of the canvas: the mean of the picture under it.
 @fragment
-fn show_picture(@builtin(position) place: vec4f) -> @location(0) vec4f {
-    let is_before = place.x < show.split;
-    let at = place.xy - show.area.xy;
+fn show_picture(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let is_before = position.x < show.split;
+    let at = position.xy - show.area.xy;
     var color = vec3f(0.0);
     if (EXACT) {
         color = texel(vec2i(at), is_before);

@@ -8,7 +8,7 @@ import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
-from airlight.lamps import Triple, triple
+from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
@@ -56,7 +56,7 @@ class SceneView:
 
     @staticmethod
     def _light_control(light: SceneLight, movable: bool) -> LightControl:
-        place = light.place()
+        place = light.homogeneous()
         position = tuple(round(float(v), 5) for v in place[:3])
         return LightControl(position, light.color, light.strength, movable, direction=bool(place[3] == 0))
 
@@ -72,7 +72,7 @@ class SceneView:
                 if any(control.position):
                     light.direction = triple(control.position)
             elif isinstance(light.target, gfx.DirectionalLight):
-                towards = light.place()[:3]
+                towards = light.homogeneous()[:3]
                 about = np.asarray(light.target.world.position) - towards
                 if any(control.position):
                     way = np.asarray(control.position) / np.linalg.norm(control.position)

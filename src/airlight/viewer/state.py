@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from airlight import scenes
-from airlight.cli.light import LightText
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
+from airlight.jobs.image import AUTO, ImageRequest
+from airlight.jobs.light_text import LightText, read_light
 from airlight.lights import Light
-from airlight.medium import doubt, settle
+from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
     NOT_IN_SCENES,
     OF_LOOK,
@@ -248,7 +249,7 @@ def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
     if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
-    air = settle(state.medium, state.march, state.parameters.quality, radius)
+    air = resolve(state.medium, state.march, state.parameters.quality, radius)
     state.automatic |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,
@@ -296,16 +297,29 @@ def _number(v: float) -> str:
     return f"{v:.5f}".rstrip("0").rstrip(".") if abs(v) < 1e4 else repr(float(v))
 
 
+def written_values(state: ViewerState) -> dict[str, Any]:
+    """The parameters that the command writes: those that mean something with what is shown and differ from the defaults."""
+    found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
+    if state.is_smart:
+        found.pop("look", None)
+    return found
+
+
+def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
+    """What the command line asks for, written to a path."""
+    lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
+    values = written_values(state)
+    explicit = frozenset(values) | ({"written"} if lights else frozenset())
+    return ImageRequest([state.source], path, lights or AUTO, values, explicit, device=device)
+
+
 def command_line(state: ViewerState) -> list[str]:
     """Write the command that makes what is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    said = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
-    if state.is_smart:
-        said.pop("look", None)
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
     words += light_words(state)
     if not state.is_image:
         words += _view(state)
-    for name, v in said.items():
+    for name, v in written_values(state).items():
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]
     return words

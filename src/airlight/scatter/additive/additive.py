@@ -18,7 +18,7 @@ MANY = 8  # dispatches from which on they are waited for on the way
 
 
 class AdditivePlan:
-    """The passes of one light. light: normalised; gain: exposure times the light's colour; weight: of a blend before its decay."""
+    """Plans the passes of one light. light: normalised; gain: exposure times the light's colour; weight: of a blend before its decay."""
 
     def __init__(
         self,

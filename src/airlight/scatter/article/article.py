@@ -12,21 +12,23 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.lamps import Lamp
-from airlight.medium import Settled
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import ResolvedMedium
 from airlight.scatter.march.march import no_shadow
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
 ARTICLE = "scatter/article/article.wgsl"
-DARK = Lamp("sun", (0.0, 0.0, 0.0))
+DARK = DirectionalLight((0.0, 0.0, 0.0))
 BIAS = 0.0005  # of the map's range of depth
 STEPS, STEP, STOP = 600, 0.8, 2.0  # the code's: samples; m; m from the surface
 PROSE_STEP = 0.5  # m, the prose's
 CASCADES = 3
-SETTINGS = np.dtype([("absorption", "f4", 3), ("bias", "f4"), ("cap", "f4"), ("prose", "f4"), ("steps", "f4"), ("step", "f4")])
+SETTINGS = struct_dtype(ARTICLE, "Settings")
 
 
 class Article:
@@ -48,11 +50,11 @@ class Article:
         self._binds: dict[Any, Any] = {}
 
     @staticmethod
-    def resolve(air: Settled) -> Settled:
+    def resolve(air: ResolvedMedium) -> ResolvedMedium:
         """Replaces what the code fixes: three cascades, as far as its samples reach, and a surface still ends them."""
         return dataclasses.replace(air, max_distance=STEPS * STEP + STOP, march=msgspec.structs.replace(air.march, cascades=CASCADES))
 
-    def settings(self, air: Settled) -> np.ndarray:
+    def settings(self, air: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""
         out = np.zeros((), SETTINGS)
         out["bias"] = BIAS
@@ -62,15 +64,15 @@ class Article:
         self,
         view: Any,
         projection: Any,
-        lamps: Sequence[tuple[Lamp, Shadow | None]],
-        air: Settled,
+        lamps: Sequence[tuple[PunctualLight, Shadow | None]],
+        air: ResolvedMedium,
         *,
         jitter: str = "fixed",
     ) -> None:
         """view, projection: (4, 4), as pygfx's cameras have them. air: as `resolve` gives it. jitter: of Parameters.offset; the code has
         none."""
-        if any(not lamp.is_sun for lamp, _ in lamps[:1]) or len(lamps) > 1:
-            one = f"method {self.name} takes one light, a sun (here: {', '.join(lamp.kind for lamp, _ in lamps)})"
+        if any(not lamp.directional for lamp, _ in lamps[:1]) or len(lamps) > 1:
+            one = f"method {self.name} takes one light, a sun (here: {', '.join(lamp.word for lamp, _ in lamps)})"
             raise AirlightError(f"{one}: give it one, as --sun does, or use method march")
         lamp, shadow = lamps[0] if lamps else (DARK, None)
         records = frame_record(projection, air, self.pixels, self.pixels), light_record(lamp, shadow, view, air), self.settings(air)
@@ -100,11 +102,11 @@ class ArticleProse(Article):
     name, entry = "article-prose", "prose"
 
     @staticmethod
-    def resolve(air: Settled) -> Settled:
+    def resolve(air: ResolvedMedium) -> ResolvedMedium:
         """Keeps everything."""
         return air
 
-    def settings(self, air: Settled) -> np.ndarray:
+    def settings(self, air: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""
         out, m = np.zeros((), SETTINGS), air.march
         out["bias"] = 0.0 if m.shadow_bias else BIAS

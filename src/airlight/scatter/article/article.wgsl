@@ -7,7 +7,7 @@
 // Deviations: maps of any size, each a layer, with depth that falls from the light; cascades and their depth range by shadows/fit.py;
 // lit where no cascade holds; h = 1 / s held above 0, where the printed I divides by it.
 //! include "scatter/march/ray.wgsl"
-//! include "scatter/jitter.wgsl"
+//! include "wgsl/jitter.wgsl"
 override VIEWS: u32 = 0u;       // cascades; without any everything is lit
 override STRICT: bool = false; // borders of maps and equal depths as the code compares them: not held, not lit
 
@@ -65,7 +65,7 @@ fn lit(t: f32, begin: array<vec3f, 4>, along: array<vec3f, 4>) -> f32 {
 fn article(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
     if (any(p >= frame.size)) { return; }
-    let ray = ray_at(p);
+    let ray = camera_ray(p);
     var begin: array<vec3f, 4>;
     var along: array<vec3f, 4>;
     //! each k of 4: begin[k] = (light.view[k].matrix * vec4f(ray.origin, 1.0)).xyz;
@@ -78,7 +78,7 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
         if (ray.reach - d < STOP) { break; }
         // Add the step's light if it is lit, and subtract that of the step before; I only rises
         var now = 1.0;
-        if (last < 1.0) { now = min(1.0, inscatter(ray.direction, light.place, d, LEAST_SINE)); }
+        if (last < 1.0) { now = min(1.0, inscatter(ray.direction, light.position, d, LEAST_SINE)); }
         sum += now * lit(d, begin, along) - last;
         last = now;
     }
@@ -92,7 +92,7 @@ fn article(@builtin(global_invocation_id) id: vec3u) {
 fn prose(@builtin(global_invocation_id) id: vec3u) {
     let p = id.xy;
     if (any(p >= frame.size)) { return; }
-    let ray = ray_at(p);
+    let ray = camera_ray(p);
     let step = settings.step;
     let most = min(frame.max_distance, settings.steps * step);
     let distance = min(ray.reach, most);
@@ -114,7 +114,7 @@ fn prose(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     let part = select(sum / DIVISOR, min(sum / max(distance, 1e-6), vec3f(1.0)), settings.prose > 0.0);
-    let out = part * inscatter(ray.direction, light.place, distance, max(light.spread, LEAST_SINE));
+    let out = part * inscatter(ray.direction, light.position, distance, max(light.disc_tangent, LEAST_SINE));
     var cap = 1.0;
     if (ray.reach < most) { cap = mix(settings.cap, 1.0, lit(distance, begin, along)); }
     let brightest = max(light.intensity.r, max(light.intensity.g, light.intensity.b));

@@ -21,13 +21,14 @@ FRAME = struct_dtype(BANDS, "Frame")
 
 
 def entering_taps(size: tuple[int, int], light: tuple[float, float], density: float) -> int:
-    """Taps of the direct sum with which a ray enters the image: one a pixel of the longest ray, 16 to 4,096. light: in pixels."""
+    """Count the taps of the direct sum with which a ray enters the image: one a pixel of the longest ray, 16 to 4,096. light: in pixels."""
     longest = math.hypot(*(max(abs(light[a]), abs(size[a] - light[a])) for a in (0, 1)))
     return max(16, min(4096, math.ceil(density * longest)))
 
 
 def factors(mix: Mixture, rings: Array, into: Array, density: float) -> Array:
-    """(rings, 4 sides, powers, 4): g and k to the band's far border, g and k to its middle. into: (x, y) of the light in its pixel."""
+    """Compute g and k to the band's far border, g and k to its middle: (rings, 4 sides, powers, 4). into: (x, y) of the light in its
+    pixel."""
     sides = np.array([0.5 - into[0], into[0] - 0.5, 0.5 - into[1], into[1] - 0.5])
     u = np.maximum(rings[:, None] + sides, 0.5 + 1e-9)[..., None]  # less only on the light's own pixel, which has none
     q = mix.p + 1
@@ -36,7 +37,7 @@ def factors(mix: Mixture, rings: Array, into: Array, density: float) -> Array:
 
 
 class BandsPlan:
-    """The passes of one light. light: in pixels; density <= 1. `record` allocates nothing."""
+    """Plans the passes of one light. light: in pixels; density <= 1. `record` allocates nothing."""
 
     def __init__(
         self,

@@ -1,6 +1,13 @@
-// Concentric rectangular bands (13.8): a dispatch a ring, from the light outwards; each ring starts from the one before. On a ring four
-// sides (right, left, down, up) keep their moments for themselves, a lane for each pixel across. Twin: reference/bands.py.
-//! include "gpu/half.wgsl"
+// Concentric rectangular bands (GPU Gems 3, 13.8): one new sample a pixel, from the light outwards.
+//
+//     S_c = ((c - 1) S_{c-1} + I) / c
+//
+// is the mean of the ray's light up to ring c (density 1, decay 1). In general a ring keeps a moment M of the ray's window for each power
+// p of the fitted weight (moments.py): M(c) = g M(c-1) + k (I(x) - (1-D)^(p+1) I(far end)), g = (1 - 1/c)^(p+1), k = (1 - g) / ((p+1) D).
+// M(c-1) lies between two pixels of the nearer ring. A dispatch does a ring; on it four sides (right, left, down, up) keep their moments
+// for themselves, a lane for each pixel across. Where a ray enters the image it starts from the direct sum.
+// Twin: reference/bands.py:bands.
+//! include "wgsl/half.wgsl"
 override POWERS: u32 = 1u;
 override ODD: bool = false;   // of two dispatches one reads the first half of state and counter, the other the second
 override ADD: bool = false;   // add to what earlier lights gave
@@ -31,30 +38,36 @@ struct Frame {
 @group(0) @binding(8) var<storage, read_write> state: array<f32>;
 @group(0) @binding(9) var<storage, read_write> counter: array<i32, 2>;
 
-fn cell(odd: bool, side: i32, lane: i32, k: u32) -> i32 {
+/// Indexes the state: red of power k of a lane. odd: the half that odd rings write. Twin: reference/bands.py:state_index.
+fn state_index(odd: bool, side: i32, lane: i32, k: u32) -> i32 {
     return 3 * (((select(0, 4, odd) + side) * frame.lanes + lane) * i32(POWERS) + i32(k));
 }
 
-fn kept(side: i32, lane: i32, k: u32) -> vec3f {
-    let i = cell(ODD, side, lane, k);
+/// Loads the moment of power k that the ring before left on a lane.
+fn load_moment(side: i32, lane: i32, k: u32) -> vec3f {
+    let i = state_index(ODD, side, lane, k);
     return vec3f(state[i], state[i + 1], state[i + 2]);
 }
 
-fn light_at(x: vec2f) -> vec3f {
+/// Samples the source; x in its pixels without the apron.
+fn source_at(x: vec2f) -> vec3f {
     return textureSampleLevel(source, bilinear, (x + f32(frame.apron)) / vec2f(textureDimensions(source)), 0.0).rgb;
 }
 
+/// Begins at the first ring that meets the image.
 @compute @workgroup_size(1)
 fn reset() {
     counter[0] = frame.first;
 }
 
+/// Moves the moments of a pixel on to its ring, and writes its sum.
 @compute @workgroup_size(64)
 fn ring(@builtin(global_invocation_id) id: vec3u) {
     let ring = counter[select(0, 1, ODD)];
     if (id.x == 0u) {
         counter[select(1, 0, ODD)] = ring + 1;
     }
+    // Find the side and the lane, and the pixel there
     let n = i32(id.x);
     let side = select(n / frame.size.y, 2 + (n - 2 * frame.size.y) / frame.size.x, n >= 2 * frame.size.y);
     if (side > 3) {
@@ -71,14 +84,15 @@ fn ring(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let p = select(vec2i(lane, major), vec2i(major, lane), across);
-    let way = vec2f(p - frame.home) + 0.5 - frame.light;
+    let from_light = vec2f(p - frame.home) + 0.5 - frame.light;
+    // Take the new sample, and the one that leaves the window
     let own = textureLoad(source, p + frame.apron, 0).rgb;
-    let far_end = select(vec3f(0.0), light_at(vec2f(p) + 0.5 - frame.density * way), FAR_END);
-    let u = f32(sign) * select(way.y, way.x, across);
-    let shift = select(way.x, way.y, across) / u;
-    var place = f32(lane) - shift;
+    let far_end = select(vec3f(0.0), source_at(vec2f(p) + 0.5 - frame.density * from_light), FAR_END);
+    let u = f32(sign) * select(from_light.y, from_light.x, across);
+    let shift = select(from_light.x, from_light.y, across) / u;
+    let position = f32(lane) - shift; // across, on the ring before
     let behind = major - sign;
-    let enters_here = behind < 0 || behind >= select(frame.size.y, frame.size.x, across) || place < 0.0 || place > f32(length - 1);
+    let enters_here = behind < 0 || behind >= select(frame.size.y, frame.size.x, across) || position < 0.0 || position > f32(length - 1);
     // the nearer ring's pixels on either side, exact where the light is far
     let low_lane = clamp(lane + i32(floor(-shift)), max(0, home - ring + 1), min(length - 1, home + ring - 1));
     let high_lane = clamp(lane + i32(floor(-shift)) + 1, max(0, home - ring + 1), min(length - 1, home + ring - 1));
@@ -86,6 +100,7 @@ fn ring(@builtin(global_invocation_id) id: vec3u) {
     let taps = frame.taps;
     var sum = vec3f(0.0);
     for (var k = 0u; k < POWERS; k++) {
+        // Step the moment of power k from the ring before to this one
         let f = factors[u32((ring - frame.first) * 4 + side) * POWERS + k];
         var m = vec3f(0.0);
         var middle = vec3f(0.0);
@@ -94,16 +109,16 @@ fn ring(@builtin(global_invocation_id) id: vec3u) {
             middle = m;
         } else if (enters_here) {
             for (var t = 0u; t < taps; t++) {
-                m += enters[t][k + 1u] * light_at(vec2f(p) + 0.5 - enters[t].x * way);
+                m += enters[t][k + 1u] * source_at(vec2f(p) + 0.5 - enters[t].x * from_light);
             }
             middle = m;
         } else {
-            let nearer = mix(kept(side, low_lane, k), kept(side, high_lane, k), part);
+            let nearer = mix(load_moment(side, low_lane, k), load_moment(side, high_lane, k), part);
             let fresh = own - parts[k] * far_end;
             m = f.x * nearer + f.y * fresh;
             middle = f.z * nearer + f.w * fresh;
         }
-        let i = cell(!ODD, side, lane, k);
+        let i = state_index(!ODD, side, lane, k);
         state[i] = m.x;
         state[i + 1] = m.y;
         state[i + 2] = m.z;

@@ -19,13 +19,13 @@ from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 NOWHERE = (1 << 32) - 1  # scan.wgsl
-ROW = 256  # texels of a row of the table's texture, see `texel` in scan.wgsl
+ROW = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
 
 
 @dataclass
 class Tables:
-    """What the scan reads, as arrays."""
+    """Holds what the scan reads, as arrays."""
 
     table: np.ndarray  # (texels, 4) f32
     zones: list[np.ndarray]  # BUNDLE records, a dispatch each
@@ -33,13 +33,13 @@ class Tables:
 
 
 def _places(grid: Grid, q: Quadrant, s: Array, sign: int, apron: int) -> Array:
-    """(n, 4): where samples at distance s lie in the source, line 0 and from line to line, in texture coordinates."""
+    """Place samples at distances s in the source, (n, 4): on line 0 and from line to line, in texture coordinates."""
     size = np.array([grid.size[0] + 2 * apron, grid.size[1] + 2 * apron] * 2)
     return (grid.uv(q, s, sign) + np.array([apron, apron, 0, 0])) / size
 
 
 def _steps(mix: Mixture, u: Array, start: float) -> Array:
-    """(steps, powers, 4): the factors of each step and power, see scan.wgsl. start: from where light counts."""
+    """Compute the factors of each step and power, (steps, powers, 4), see scan.wgsl. start: from where light counts."""
     own, far = len(mix.p), len(mix.beyond_p)
     out = np.zeros((len(u) - 1, own + far, 4))
     out[:, :own, :3] = np.stack(step_weights(mix.p, u), axis=-1).swapaxes(0, 1)
@@ -52,7 +52,7 @@ def _steps(mix: Mixture, u: Array, start: float) -> Array:
 
 
 def _first_step(mix: Mixture, lit: bool) -> Array:
-    """(1, powers, 4): what gives the first node its moments, all light nearer being as at the node, or none."""
+    """Compute the factors, (1, powers, 4), that give the first node its moments: all light nearer is as at the node, or none."""
     out = np.zeros((1, len(mix.p) + len(mix.beyond_p), 4))
     if lit:
         # both ends of the ray are as the node: their difference, taken here, is too small for f32 where the light is far
@@ -62,7 +62,7 @@ def _first_step(mix: Mixture, lit: bool) -> Array:
 
 
 def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]], steps: list[Array]) -> list[Array]:
-    """Of each run of steps of equal length, from the one to the other of its ends, (texels, 4): its head, then the factors."""
+    """Lay out each run of steps of equal length, from the one to the other of its ends, (texels, 4): its head, then the factors."""
     mix, (a, b) = grid.mix, np.array(ends).T
     width = (b - a) / [len(own) for own in steps]
     places = _places(grid, q, np.concatenate([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
@@ -75,7 +75,7 @@ def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]
 
 
 def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, lines: int) -> np.ndarray:
-    """Steps of a zone that some of its lines [first, end) need: until the last of them is well out of the image. (n,) each."""
+    """Count the steps of a zone that some of its lines [first, end) need: until the last is well out of the image. (n,) each."""
     minor = grid.light[1 - q.axis]
     other = grid.size[1 - q.axis]
     slack = 2 + 4 * grid.fine.spacing
@@ -89,7 +89,7 @@ def _needed(grid: Grid, q: Quadrant, first: Array, end: Array, stride: int, line
 
 
 def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float, float]) -> Tables:
-    """The table of steps, and the bundles of each zone, of a grid."""
+    """Make the table of steps, and the bundles of each zone, of a grid."""
     mix, fine = grid.mix, grid.fine
     blocks: list[Array] = []
     zones: list[list[Any]] = [[] for _ in range(fine.zones)]
@@ -132,7 +132,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
 
 
 class EpipolarPlan:
-    """The passes of one light over a source of fixed size. `record` allocates nothing."""
+    """Plans the passes of one light over a source of fixed size. `record` allocates nothing."""
 
     def __init__(
         self,
@@ -172,7 +172,7 @@ class EpipolarPlan:
         self.back = WayBack(device, self.grid, self.sums, source, layer, **rest)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the scan and the way back."""
+        """Record the scan and the gather."""
         scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
         scan.set_pipeline(self.pipeline)
         for bind, count in self.scans:

@@ -20,7 +20,7 @@ PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pix
 
 @dataclass(frozen=True)
 class Fineness:
-    """How fine the grid is. radii: where steps grow from a quarter of the largest to a half, and to the largest."""
+    """Sets how fine the grid is. radii: where steps grow from a quarter of the largest to a half, and to the largest."""
 
     spacing: float  # of the lines at the far edge, px, for rays all the way to the light without decay
     radii: tuple[float, float]
@@ -58,7 +58,7 @@ class Quadrant:
 
 
 def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
-    """Slopes v/u for v in [low, high], u in [u0, u1], within [-1, 1]."""
+    """Bound the slopes v/u for v in [low, high], u in [u0, u1], within [-1, 1]."""
     tiny = 1e-9
     smallest = low / max(u0 if low < 0 else u1, tiny)
     largest = high / max(u0 if high > 0 else u1, tiny)
@@ -66,7 +66,8 @@ def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
 
 
 class Grid:
-    """The grid of one light. size: (width, height); light in pixels (corner origin); border clamp or black."""
+    """Lays the lines and nodes of one light over a picture. size: (width, height); light in pixels (corner origin); border clamp or
+    black."""
 
     def __init__(
         self,
@@ -102,7 +103,7 @@ class Grid:
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
 
     def _fits(self, fine: Fineness, length: float, max_side: int) -> bool:
-        """Make the quadrants; whether their sums fit into a texture."""
+        """Make the quadrants; tell whether their sums fit into a texture."""
         self.radii = tuple(max(r, s * length) for r, s in zip(fine.radii, fine.slack, strict=True))
         self.fine = fine
         self.quadrants = [q for axis in (0, 1) for sign in (1, -1) if (q := self._quadrant(axis, sign, max_side)) is not None]
@@ -111,7 +112,7 @@ class Grid:
         return self._lay_out(max_side)
 
     def _lay_out(self, max_side: int) -> bool:
-        """Each quadrant's place in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
+        """Place each quadrant in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
         widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
         below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
@@ -127,7 +128,7 @@ class Grid:
         return True
 
     def _quadrant(self, axis: int, sign: int, max_side: int) -> Quadrant | None:
-        """The lines that the image's pixel centres see in one direction, None if they see none."""
+        """Choose the lines that the image's pixel centres see in one direction, None if they see none."""
         extent, other = self.size[axis], self.size[1 - axis]
         near, far = (0.5, extent - 0.5) if sign > 0 else (extent - 0.5, 0.5)
         u_min, u_max = max(0.0, sign * (near - self.light[axis])), sign * (far - self.light[axis])
@@ -151,7 +152,7 @@ class Grid:
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
     def _nodes(self, q: Quadrant) -> tuple[Array, bool]:
-        """Nodes from the light to the image's end, and whether the first sample stands for what is nearer."""
+        """Place nodes from the light to the image's end, and tell whether the first sample stands for what is nearer."""
         major, minor = self.light[q.axis], self.light[1 - q.axis]
         extent, other = self.size[q.axis], self.size[1 - q.axis]
         slopes = q.m_lo, q.m_lo + q.dm * (q.lines - 1)
@@ -162,11 +163,11 @@ class Grid:
         black, ratio = self.border == "black", self.mix.ratio
 
         def along(u: float) -> float:
-            """From u, beside the image: the step in which clamped samples move along the border by 4 px."""
+            """Find the step from u, beside the image, in which clamped samples move along the border by 4 px."""
             return 4.0 / max(min(steepest, reach / max(u, 1.0)), 1e-12)
 
         def beside(u: float, until: float) -> float:
-            """From u, beside the image: how far a step may go."""
+            """Bound a step from u, beside the image."""
             low, high = minor + slopes[0] * u, minor + slopes[1] * u
             if black:
                 return until
@@ -177,7 +178,7 @@ class Grid:
             return min(until, u + max(4.0, min(along(u), self.density * u / 16)))
 
         def inside(u: float) -> float:
-            """From u, in the image: the step, such that the ray's far end, where it is in the image, moves by at most 2 px."""
+            """Find the step from u, in the image, such that the ray's far end, where it is in the image, moves by at most 2 px."""
             step = self.fine.largest * (0.25 if u < self.radii[0] else 0.5 if u < self.radii[1] else 1.0)
             beyond = ratio > 1e-9 and self.mix.opposite and ratio * u >= -enter
             most = (along(ratio * u) if beyond else 2.0) / max(ratio, 1e-9)
@@ -232,7 +233,7 @@ class Grid:
             q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
-        """(n, 4): image position in pixels of line 0 at distance s, and its change from line to line."""
+        """Find the position in pixels on line 0 at distances s, and its change from line to line: (n, 4)."""
         out = np.zeros((len(s), 4))
         out[:, q.axis] = self.light[q.axis] + sign * s
         out[:, 1 - q.axis] = self.light[1 - q.axis] + sign * q.sign * q.m_lo * s
@@ -241,7 +242,7 @@ class Grid:
 
 
 def joined(parts: list[np.ndarray], kind: np.dtype) -> np.ndarray:
-    """Arrays of records one behind the other: np.concatenate takes ten times as long, to see that their types are one."""
+    """Join arrays of records: np.concatenate takes ten times as long, to see that their types are one."""
     out = np.empty(sum(map(len, parts)), kind)
     at = 0
     for part in parts:

@@ -23,7 +23,7 @@ NEGLIGIBLE = 1e-5  # weight of the far end of the ray below which it is left out
 
 @dataclass(frozen=True)
 class Mixture:
-    """S(r) = sum_j c_j [A_pj(r) - before_j A_pj(ratio r)] + sum_j beyond_c_j B_beyond_pj(ratio r).
+    """Fits the weight by powers: S(r) = sum_j c_j [A_pj(r) - before_j A_pj(ratio r)] + sum_j beyond_c_j B_beyond_pj(ratio r).
 
     A: moments on the pixel's own side of the light, of which for D < 1 the part nearer than r (1 - D) is taken away.
     B: moments on the opposite side, D > 1.
@@ -73,14 +73,14 @@ def _fit(target: Callable[[Array], Array], low: float, start: Array, steps: int 
 
 
 def _charlier(a: float, count: int) -> Array:
-    """Gauss nodes of the Poisson distribution of mean a."""
+    """Find the Gauss nodes of the Poisson distribution of mean a."""
     k = np.arange(count, dtype=float)
     off = np.sqrt(a * k[1:])
     return np.maximum(np.linalg.eigvalsh(np.diag(a + k) + np.diag(off, 1) + np.diag(off, -1)), 1e-2)
 
 
 def _shortest(target: Callable[[Array], Array], low: float, start: Callable[[int], Array], tolerance: float) -> tuple[Array, Array]:
-    """The fewest powers (at most 3, what the shader keeps) that meet the tolerance."""
+    """Fit the fewest powers (at most 3, what the shader keeps) that meet the tolerance."""
     best = (np.zeros(1), np.ones(1), np.inf)
     for count in (1, 2, 3):
         for spread in (1.0, 0.6, 0.35):  # Levenberg steps find the nearest minimum only
@@ -95,7 +95,7 @@ def _shortest(target: Callable[[Array], Array], low: float, start: Callable[[int
 
 
 def _polynomial(b: float, tolerance: float) -> tuple[Array, Array]:
-    """Whole powers for e^(-b y) on [0, 1]: it falls with y, and must be right at y = 0, where the light is."""
+    """Fit whole powers to e^(-b y) on [0, 1]: it falls with y, and must be right at y = 0, where the light is."""
     y = 0.5 - 0.5 * np.cos(np.pi * np.arange(129) / 128)
     for count in range(1, MAX_BEYOND + 1):
         powers = y[:, None] ** np.arange(count)
@@ -107,7 +107,7 @@ def _polynomial(b: float, tolerance: float) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=256)
 def mixture(density: float, lam: float, tolerance: float = 6e-4) -> Mixture:
-    """The mixture for S = int_0^1 e^(-lam s) I(x - D s (x - l)) ds; density > 0, lam >= 0.
+    """Find the mixture for S = int_0^1 e^(-lam s) I(x - D s (x - l)) ds; density > 0, lam >= 0.
 
     tolerance: relative rms of the weight's fit; fewer powers are cheaper.
     """
@@ -130,7 +130,7 @@ def mixture(density: float, lam: float, tolerance: float = 6e-4) -> Mixture:
 
 
 def step_weights(p: Array, u: Array) -> tuple[Array, Array, Array]:
-    """g, k1, k2 of A_p(b) = g A_p(a) + k1 I1 + k2 I2 from each node a to the next b, with I = I1 on the nearer half of the step and
+    """Compute g, k1, k2 of A_p(b) = g A_p(a) + k1 I1 + k2 I2 from each node a to the next b, with I = I1 on the nearer half of the step and
     I2 on the other. Shapes (len(p), len(u) - 1)."""
     a, b = u[:-1], u[1:]
     q = p[:, None] + 1
@@ -139,7 +139,7 @@ def step_weights(p: Array, u: Array) -> tuple[Array, Array, Array]:
 
 
 def end_weights(p: Array, u: Array, start: float) -> Array:
-    """k of A_p(b) = g A_p(a) + k I, with nothing nearer than start. Shape (len(p), len(u) - 1)."""
+    """Compute k of A_p(b) = g A_p(a) + k I, with nothing nearer than start. Shape (len(p), len(u) - 1)."""
     a, b = u[:-1], u[1:]
     q = p[:, None] + 1
     return (1 - np.minimum(_over(np.maximum(a, start), b), 1.0)[None, :] ** q) / q

@@ -2,20 +2,24 @@
 alias Rgb = vec3f;
 const WIDTH = 32u;
 
-fn light_at(place: vec4f, line: u32, stride: u32) -> Rgb {
-    return sample(place, line, stride);
+/// Samples the source on the lines of an invocation.
+fn sample_lines(position: vec4f, line: u32, stride: u32) -> Rgb {
+    return sample_source(position, line, stride);
 }
 
-fn inherit(bundle: Bundle, line: u32, k: u32) -> Rgb {
+/// Starts the lines of an invocation from the nearer zone.
+fn inherit_lines(bundle: Bundle, line: u32, k: u32) -> Rgb {
     return inherited(bundle, line, k);
 }
 
-fn store_all(column: u32, row: u32, gain: vec3f, sum: Rgb) {
-    store(column, row, gain, sum);
+/// Stores S of the lines of an invocation at a node.
+fn store_sums(column: u32, row: u32, gain: vec3f, sum: Rgb) {
+    store_sum(column, row, gain, sum);
 }
 
-fn keep_all(bundle: Bundle, line: u32, k: u32, value: Rgb) {
-    keep(bundle, line, k, value);
+/// Leaves a moment of the lines of an invocation to the farther zone.
+fn store_states(bundle: Bundle, line: u32, k: u32, value: Rgb) {
+    store_state(bundle, line, k, value);
 }
 
 //! include "scatter/epipolar/scan.wgsl"

@@ -1,4 +1,4 @@
-"""The way back from epipolar lines to pixels: triangles for adapters that run on a CPU, a pixel an invocation for GPUs."""
+"""The gather from epipolar lines to pixels: triangles for adapters that run on a CPU, a pixel an invocation for GPUs."""
 
 import itertools
 import math
@@ -19,7 +19,7 @@ CORNER = struct_dtype(RASTER, "Corner")
 
 
 def ways(grid: Grid) -> tuple[Array, list[int]]:
-    """(n, 4): for each quadrant and pixel on its major axis the row of the sums, and the two factors of line = y n + z at the minor
+    """Find for each quadrant and pixel on its major axis, (n, 4), the row of the sums, and the factors of line = y n + z at the minor
     coordinate n; and where the quadrants right, left, down, up begin."""
     out, first = [np.zeros((0, 4))], [0, 0, 0, 0]
     for q in grid.quadrants:
@@ -38,7 +38,7 @@ def ways(grid: Grid) -> tuple[Array, list[int]]:
 
 
 def _cut(polygon: list[list[float]], axis: int, limit: float, keep: int) -> list[list[float]]:
-    """The part of a convex polygon of points [x, y] where keep * (point[axis] - limit) >= 0 (Sutherland and Hodgman)."""
+    """Cut from a convex polygon of points [x, y] the part where keep * (point[axis] - limit) >= 0 (Sutherland and Hodgman)."""
     out = []
     for i, here in enumerate(polygon):  # few and short: quicker without arrays
         there = polygon[(i + 1) % len(polygon)]
@@ -54,12 +54,12 @@ def _cut(polygon: list[list[float]], axis: int, limit: float, keep: int) -> list
 
 
 def _spans(q: Quadrant) -> list[tuple[int, int, int]]:
-    """(zone, first node, last node) of the stored nodes, wherever they lie evenly."""
+    """List (zone, first node, last node) of the stored nodes, wherever they lie evenly."""
     return [(zone, max(a, q.stored), b) for zone, runs in enumerate(q.runs) for a, b in runs if b > q.stored]
 
 
 def corners(grid: Grid) -> Array:
-    """CORNER records, three a triangle, which cover every pixel centre once.
+    """Make CORNER records, three a triangle, which cover every pixel centre once.
 
     Corners lie on a grid of 1/32 px, exact for the rasteriser, and the diagonals between the quadrants, moved by less than that, pass
     no pixel centre: a centre is covered once although some corners lie on other triangles' edges.
@@ -87,12 +87,12 @@ def corners(grid: Grid) -> Array:
                 of += (i, i, i)
         if not points:
             continue
-        place = np.array(points)
+        position = np.array(points)
         zone, first, last = np.array(spans)[of].T
-        u = q.sign * (place[:, q.axis] - grid.light[q.axis])
-        v = place[:, 1 - q.axis] - grid.light[1 - q.axis]
-        record = np.zeros(len(place), CORNER)
-        record["place"] = place
+        u = q.sign * (position[:, q.axis] - grid.light[q.axis])
+        v = position[:, 1 - q.axis] - grid.light[1 - q.axis]
+        record = np.zeros(len(position), CORNER)
+        record["position"] = position
         factor = 0.5 ** (len(q.splits) - 2 - zone)
         across = u / q.u[-1]
         line = (v - q.m_lo * u) * factor / (q.dm * q.u[-1]) if q.dm * q.u[-1] > 1e-12 else 0 * u
@@ -106,7 +106,7 @@ def corners(grid: Grid) -> Array:
 
 
 class WayBack:
-    """The pass that writes a light's layer from its sums; it allocates nothing when recorded."""
+    """Plans the pass that writes a light's layer from its sums; it allocates nothing when recorded."""
 
     def __init__(
         self,

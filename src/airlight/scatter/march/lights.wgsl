@@ -1,71 +1,80 @@
-// Where a light reaches a ray, and what of it a stretch scatters. Twins: reference/medium.py.
+// A light's rays of a march: what part of a ray a shadow view or a spot's cone holds, and the integral over a lit segment of it.
+//
+//     L = integral over the lit t of  sigma_s p(cosine) E(t) e^(-sigma_t (t + d))
+//
+// A directional light's integral is closed. For one with a position, t = t0 + h sinh v with the ray's nearest approach (t0, h) to it turns
+// dt / d^2 into dv / (h cosh v), so that the integrand over v is smooth however near the ray passes: three-point Gauss quadrature on pieces
+// of v, of our own devising (see docs/world.md).
 //! include "scatter/march/ray.wgsl"
 // The light once more: software Vulkan compiles a shader anew for each value of a uniform that ends a loop, but reads them faster.
-@group(0) @binding(7) var<storage, read> counted: Light;
+@group(0) @binding(7) var<storage, read> light_storage: Light;
 @group(0) @binding(8) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
 override UPSAMPLED: bool = false; // a later pass brings the layer to the picture's size, and writes its transmittance
-
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
-const NARROW = vec3f(0.25, 0.5, 0.25); // of v, that one quadrature takes: before, in and behind a cone's fully lit part
+const QUADRATURE_WIDTHS = vec3f(0.25, 0.5, 0.25); // of v, of a piece: before, in and behind a cone's fully lit part
+const GAUSS_NODE = 0.38729833;  // sqrt(3 / 5) / 2: of the outer nodes from a piece's middle, of its width
 
 /// Write a pixel of the layer: the in-scattered radiance of this light and those before it, and, once, the ray's transmittance.
 fn store_layer(p: vec2u, ray: Ray, radiance: vec3f) {
     textureStore(layer, p, vec4f(radiance, ray.reach));
-    if (FIRST && !UPSAMPLED) { textureStore(layer_transmittance, p, vec4f(transmittance(ray.reach), 1.0)); }
+    if (FIRST && !UPSAMPLED) { textureStore(layer_transmittance, p, vec4f(transmittance(ray.reach, frame.sigma_t), 1.0)); }
 }
 
-/// The bias in view i, in what it has for metres.
-fn bias_in(i: u32) -> f32 {
+/// Convert the bias to view i's depth, or, of a light with a position, to the inverse of its depth.
+fn depth_bias(i: u32) -> f32 {
     return select(0.0, light.bias / light.view[i].depth_scale, BIASED);
 }
 
-/// From which depth on a place is lit where the map holds this; a sun's map holds 0 where nothing casts.
-fn threshold(held: f32, bias: f32) -> f32 {
-    if (KIND == 0u) { return select(held - bias, -3e38, held == 0.0); }
-    return held / (1.0 + bias * held);
+/// Move the depth that a map holds away from the light by the bias: from there on a point is lit. A directional light's map holds 0 where
+/// nothing casts. Twin: biased_occluder_depth.
+fn biased_occluder_depth(occluder: f32, bias: f32) -> f32 {
+    if (DIRECTIONAL) { return select(occluder - bias, -3e38, occluder == 0.0); }
+    return occluder / (1.0 + bias * occluder);
 }
 
-/// Where b + t a >= 0 within a range of t.
-fn cut(range: vec2f, b: f32, a: f32) -> vec2f {
+/// Clip a range of t to where b + t a >= 0; empty where its end is before its start. Twin: clip_range.
+fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
     let at = -b / select(a, 1.0, a == 0.0);
     let within = select(vec2f(range.x, min(range.y, at)), vec2f(max(range.x, at), range.y), a > 0.0);
     return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
 }
 
-struct Line {                   // a ray's part in a view
-    a: vec4f,                   // of View.matrix, a metre of the ray
+struct ProjectedRay {           // a ray in a shadow view: homogeneous map coordinates b + t a
+    a: vec4f,                   // of ShadowView.matrix, a metre of the ray
     b: vec4f,                   // at t = 0
-    range: vec2f,               // of t
+    range: vec2f,               // of t, that lies in the map
 }
 
-/// The part of a range of t that lies in view i; margin: texels at the map's border that do not count.
-fn line_of(i: u32, ray: Ray, range: vec2f, margin: f32) -> Line {
+/// Project a ray into view i, and clip a range of t to its map; margin: texels at the map's border that do not count.
+fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
     let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
     let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
     let side = light.side - margin;
-    var within = cut(range, b.w, a.w);
-    within = cut(within, b.x - margin * b.w, a.x - margin * a.w);
-    within = cut(within, b.y - margin * b.w, a.y - margin * a.w);
-    within = cut(within, side * b.w - b.x, side * a.w - a.x);
-    within = cut(within, side * b.w - b.y, side * a.w - a.y);
-    return Line(a, b, within);
+    var within = clip_range(range, b.w, a.w);
+    within = clip_range(within, b.x - margin * b.w, a.x - margin * a.w);
+    within = clip_range(within, b.y - margin * b.w, a.y - margin * a.w);
+    within = clip_range(within, side * b.w - b.x, side * a.w - a.x);
+    within = clip_range(within, side * b.w - b.y, side * a.w - a.y);
+    return ProjectedRay(a, b, within);
 }
 
-/// Where a ray lies in a cone around a spot's axis within a range of t; cosine: of its half angle.
-fn in_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
-    let ahead = cut(range, dot(ray.origin - light.place, light.axis), dot(ray.direction, light.axis));
-    return select(in_narrow_cone(ray, range, cosine), ahead, cosine < 1e-3); // a half space
+/// Clip a range of t to a cone around a spot's axis, of a half angle with this cosine.
+fn clip_to_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
+    let from_light = ray.origin - light.position;
+    let ahead = clip_range(range, dot(from_light, light.axis), dot(ray.direction, light.axis));
+    return select(clip_to_narrow_cone(from_light, ray.direction, light.axis, range, cosine), ahead, cosine < 1e-3); // a half space
 }
 
-fn in_narrow_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
-    let q = ray.origin - light.place;
+/// Clip a range of t of the ray q + t direction to a cone around an axis from the origin, less than a half space. Twin: clip_to_narrow_cone.
+fn clip_to_narrow_cone(q: vec3f, direction: vec3f, axis: vec3f, range: vec2f, cosine: f32) -> vec2f {
+    // Solve (axis . p)^2 = cosine^2 p . p for p = q + t direction
     let squared = cosine * cosine;
-    let along = dot(ray.direction, light.axis);
-    let at = dot(q, light.axis);
+    let along = dot(direction, axis);
+    let at = dot(q, axis);
     let a = along * along - squared;
-    let b = along * at - squared * dot(ray.direction, q);
+    let b = along * at - squared * dot(direction, q);
     let c = at * at - squared * dot(q, q);
     let root = sqrt(max(b * b - a * c, 0.0));
     let under = select(a, select(-1e-9, 1e-9, a >= 0.0), abs(a) < 1e-9);
@@ -73,64 +82,73 @@ fn in_narrow_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
     let second = (-b + root) / under;
     let low = min(first, second);
     let high = max(first, second);
+    // A ray steeper than the cone enters or leaves it once, any other passes through the cone or through its mirror image
     if (a > 0.0) { return select(vec2f(range.x, min(range.y, low)), vec2f(max(range.x, high), range.y), along > 0.0); }
     let hit = b * b > a * c && at + 0.5 * (low + high) * along > 0.0;
     return select(vec2f(range.x, range.x - 1.0), vec2f(max(range.x, low), min(range.y, high)), hit);
 }
 
-/// The nearest approach of a ray to a lamp: (t there, distance).
-fn approach(ray: Ray) -> vec2f {
-    let to = light.place - ray.origin;
-    let t = dot(to, ray.direction);
-    return vec2f(t, max(length(to - t * ray.direction), 1e-6 * length(to) + 1e-9));
+/// Find the part of a range of t in which a spot's cone is fully lit; at its border the integrand has a kink.
+fn full_cone_range(ray: Ray, range: vec2f) -> vec2f {
+    if (!CONE) { return range; }
+    let found = clip_to_cone(ray, range, min((1.0 - light.cone_offset) / light.cone_scale, 1.0));
+    return select(range.yy, found, found.y > found.x);
 }
 
-/// v of t = t0 + h sinh v (t0, h: the ray's nearest approach to the lamp).
-fn v_at(near: vec2f, t: f32) -> f32 {
-    return asinh((t - near.x) / near.y);
+/// Find a ray's nearest approach to the light: (t there, distance).
+fn nearest_approach(ray: Ray) -> vec2f {
+    let to_light = light.position - ray.origin;
+    let t = dot(to_light, ray.direction);
+    return vec2f(t, max(length(to_light - t * ray.direction), 1e-6 * length(to_light) + 1e-9));
 }
 
-/// The integrand over v. There t + d = t0 + h e^v and dt / d^2 = dv / (h cosh v), and no peak of a phase function is narrow.
-fn by_v(ray: Ray, near: vec2f, v: f32) -> vec3f {
+/// Evaluate v of t = t0 + h sinh v, nearest = (t0, h). Twin: sinh_parameter.
+fn sinh_parameter(nearest: vec2f, t: f32) -> f32 {
+    return asinh((t - nearest.x) / nearest.y);
+}
+
+/// Evaluate the integrand over v: there t + d = t0 + h e^v and dt / d^2 = dv / (h cosh v), and no peak of a phase function is narrow.
+fn sinh_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
     let grown = exp(v);
-    let longer = 0.5 * (grown + 1.0 / grown);
-    let beyond = 0.5 * (grown - 1.0 / grown);
-    let d = near.y * longer;
-    let t = near.x + near.y * beyond;
-    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
-    return lamplight(t, d, -beyond / longer, aside) / d;
+    let cosh_v = 0.5 * (grown + 1.0 / grown);
+    let sinh_v = 0.5 * (grown - 1.0 / grown);
+    let d = nearest.y * cosh_v;
+    let t = nearest.x + nearest.y * sinh_v;
+    let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
+    return in_scatter_punctual(t, d, -sinh_v / cosh_v, axis_cosine) / d;
 }
 
-/// In-scattered radiance of a lit stretch of a lamp's ray; full: where the ray lies in the part of a spot's cone that is fully lit, at
-/// whose border the integrand has a kink.
-fn lamp_stretch(ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
-    let inner = clamp(full, range.xx, range.yy);
-    let ends = vec4f(v_at(near, range.x), v_at(near, inner.x), v_at(near, inner.y), v_at(near, range.y));
+/// Integrate in-scattered radiance over a lit segment of the ray of a light with a position. full: see full_cone_range.
+fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
+    // Divide v at the borders of the fully lit part, and each part into pieces
+    let inner = clamp(full, segment.xx, segment.yy);
+    let ends = vec4f(
+        sinh_parameter(nearest, segment.x),
+        sinh_parameter(nearest, inner.x),
+        sinh_parameter(nearest, inner.y),
+        sinh_parameter(nearest, segment.y)
+    );
     let widths = max(ends.yzw - ends.xyz, vec3f(0.0));
-    let parts = ceil(widths / NARROW);
-    let first = vec3f(0.0, parts.x, parts.x + parts.y);
-    let each = widths / max(parts, vec3f(1.0));
-    let all = first.z + parts.z;
+    let pieces = ceil(widths / QUADRATURE_WIDTHS);
+    let first = vec3f(0.0, pieces.x, pieces.x + pieces.y);
+    let each = widths / max(pieces, vec3f(1.0));
+    let count = first.z + pieces.z;
     var sum = vec3f(0.0);
     var k = 0.0;
     loop {
-        if (k >= all) { break; }
-        let piece = select(
+        if (k >= count) { break; }
+        // Choose the part of the k-th piece: (its start in v, its first piece, the pieces' width)
+        let part = select(
             vec3f(ends.x, 0.0, each.x),
             select(vec3f(ends.y, first.y, each.y), vec3f(ends.z, first.z, each.z), k >= first.z),
             k >= first.y
         );
-        let middle = piece.x + (k - piece.y + 0.5) * piece.z;
-        let off = 0.38729833 * piece.z;
-        sum += piece.z / 18.0 * (5.0 * (by_v(ray, near, middle - off) + by_v(ray, near, middle + off)) + 8.0 * by_v(ray, near, middle));
+        // Sum the piece by Gauss's rule of three nodes
+        let middle = part.x + (k - part.y + 0.5) * part.z;
+        let off = GAUSS_NODE * part.z;
+        let outer = sinh_integrand(ray, nearest, middle - off) + sinh_integrand(ray, nearest, middle + off);
+        sum += part.z / 18.0 * (5.0 * outer + 8.0 * sinh_integrand(ray, nearest, middle));
         k += 1.0;
     }
     return sum;
-}
-
-/// Where a ray lies in the part of a spot's cone that is fully lit, within a range of t.
-fn in_full(ray: Ray, range: vec2f) -> vec2f {
-    if (KIND != 1u) { return range; }
-    let found = in_cone(ray, range, min((1.0 - light.cone_offset) / light.cone_scale, 1.0));
-    return select(range.yy, found, found.y > found.x);
 }

@@ -1,95 +1,107 @@
-// The march in steps: each is lit or not as its sample is, and its own integral is closed.
+// The march in steps. A ray is cut into n steps, each lit as far as the shadow map says at one jittered sample in it:
+//
+//     L = sum over steps of  V(sample) * integral over the step of  sigma_s p E e^(-sigma_t (t + d)) dt
+//
+// A directional light's steps are equally long, and the integral of each is closed. A light with a position has steps of equal angles at
+// it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
+// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
 //! include "scatter/march/lights.wgsl"
-//! include "scatter/jitter.wgsl"
-override FILTER: u32 = 0u;      // nearest, pcf, soft
+//! include "wgsl/jitter.wgsl"
+override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
 override SNAP: bool = false;    // look-ups at the centres of texels
-override CASCADES: bool = false; // of a sun, several
+override CASCADES: bool = false; // of a directional light, several
 
-const TAPS = 12.0;              // of a soft look-up, and of its search for what hides the light
-const WIDEST = 24.0;            // texels, of its radius
+const NEAREST = 0u;
+const PCF = 1u;
+const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
+const MAX_FILTER_RADIUS = 24.0; // texels
+const GOLDEN_ANGLE = 2.3999632; // radians
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
-/// Whether view i's texel hides nothing from a depth; outside its map everything is lit.
-fn open(i: u32, texel: vec2f, depth: f32) -> f32 {
+/// Test a depth against view i's texel: 1 where that hides nothing from it; outside the map everything is lit.
+fn shadow_test(i: u32, texel: vec2f, depth: f32) -> f32 {
     let within = clamp(texel, vec2f(0.0), vec2f(light.side - 1.0));
-    return f32(depth >= held_at(i, within) || any(within != texel));
+    return f32(depth >= shadow_depth(i, within) || any(within != texel));
 }
 
-/// From which depth on a place of the map is lit.
-fn held_at(i: u32, texel: vec2f) -> f32 {
-    return threshold(textureLoad(shadow, vec2i(texel), i, 0), bias_in(i));
+/// Read the depth from which on a texel of view i is lit.
+fn shadow_depth(i: u32, texel: vec2f) -> f32 {
+    return biased_occluder_depth(textureLoad(shadow, vec2i(texel), i, 0), depth_bias(i));
 }
 
-/// Reeves et al. 1987 over 2 x 2 texels, by their nearness.
-fn filtered(i: u32, place: vec2f, depth: f32) -> f32 {
-    let base = floor(place - 0.5);
-    let part = place - 0.5 - base;
-    let top = mix(open(i, base, depth), open(i, base + vec2f(1.0, 0.0), depth), part.x);
-    let bottom = mix(open(i, base + vec2f(0.0, 1.0), depth), open(i, base + 1.0, depth), part.x);
+/// Filter the tests of 2 x 2 texels by their nearness to a position (Reeves et al. 1987).
+fn pcf(i: u32, position: vec2f, depth: f32) -> f32 {
+    let base = floor(position - 0.5);
+    let part = position - 0.5 - base;
+    let top = mix(shadow_test(i, base, depth), shadow_test(i, base + vec2f(1.0, 0.0), depth), part.x);
+    let bottom = mix(shadow_test(i, base + vec2f(0.0, 1.0), depth), shadow_test(i, base + 1.0, depth), part.x);
     return mix(top, bottom, part.y);
 }
 
-/// The k-th of TAPS places on a disc, turned by a pixel's noise (Vogel 1979).
-fn on_disc(k: f32, turn: f32) -> vec2f {
-    let angle = 2.3999632 * k + 2.0 * PI * turn;
-    return sqrt((k + 0.5) / TAPS) * vec2f(cos(angle), sin(angle));
+/// Place the k-th of PCSS_TAPS points on the unit disc, turned by a part of a full turn (Vogel 1979). Twin: vogel_disc.
+fn vogel_disc(k: f32, turn: f32) -> vec2f {
+    let angle = GOLDEN_ANGLE * k + 2.0 * PI * turn;
+    return sqrt((k + 0.5) / PCSS_TAPS) * vec2f(cos(angle), sin(angle));
 }
 
-/// A sun's share that is seen past what hides it, which is as far away as it is on the mean (Fernando 2005).
-fn softened(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
+/// Estimate the share of a directional light's disc that is seen past occluders as far away as they are on the mean (Fernando 2005).
+fn pcss(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
+    // Search for occluders where the disc's cone may meet any
     let metres = light.view[i].depth_scale;
-    let widest = clamp(light.spread * (1.0 - depth) * metres / light.view[i].texel, 1.0, WIDEST);
-    var hidden = vec2f(0.0);
-    for (var k = 0.0; k < TAPS; k += 1.0) {
-        let held = held_at(i, clamp(place + widest * on_disc(k, turn), vec2f(0.0), vec2f(light.side - 1.0)));
-        hidden += select(vec2f(0.0), vec2f(held - depth, 1.0), held > depth);
+    let widest = clamp(light.disc_tangent * (1.0 - depth) * metres / light.view[i].texel, 1.0, MAX_FILTER_RADIUS);
+    var hidden = vec2f(0.0); // sum of distances to occluders, their number
+    for (var k = 0.0; k < PCSS_TAPS; k += 1.0) {
+        let occluder = shadow_depth(i, clamp(position + widest * vogel_disc(k, turn), vec2f(0.0), vec2f(light.side - 1.0)));
+        hidden += select(vec2f(0.0), vec2f(occluder - depth, 1.0), occluder > depth);
     }
-    let radius = clamp(light.spread * hidden.x / max(hidden.y, 1.0) * metres / light.view[i].texel, 0.0, WIDEST);
+    // Filter over the penumbra of their mean distance
+    let radius = clamp(light.disc_tangent * hidden.x / max(hidden.y, 1.0) * metres / light.view[i].texel, 0.0, MAX_FILTER_RADIUS);
     var sum = 0.0;
-    for (var k = 0.0; k < TAPS; k += 1.0) { sum += open(i, place + radius * on_disc(k, turn), depth); }
-    return sum / TAPS;
+    for (var k = 0.0; k < PCSS_TAPS; k += 1.0) { sum += shadow_test(i, position + radius * vogel_disc(k, turn), depth); }
+    return sum / PCSS_TAPS;
 }
 
-/// The share of the light that view i sees from a place of its map.
-fn seen(i: u32, place: vec2f, depth: f32, turn: f32) -> f32 {
-    if (FILTER == 0u) { return open(i, floor(place), depth); }
-    let at = select(place, floor(place) + 0.5, SNAP);
-    if (FILTER == 1u || KIND != 0u) { return filtered(i, at, depth); }
-    return softened(i, at, depth, turn);
+/// Look up the share of the light that view i lets through to a position of its map.
+fn visibility(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
+    if (FILTER == NEAREST) { return shadow_test(i, floor(position), depth); }
+    let at = select(position, floor(position) + 0.5, SNAP);
+    if (FILTER == PCF || !DIRECTIONAL) { return pcf(i, at, depth); }
+    return pcss(i, at, depth, turn);
 }
 
-/// The share of the light, `ahead` metres along the camera's axis, that the cascade after view i gives.
-fn passed(i: u32, ahead: f32) -> f32 {
-    let view = light.view[i];
-    return clamp(1.0 - (view.far - ahead) / max(light.blend * (view.far - view.near), 1e-20), 0.0, 1.0);
+/// Weigh the cascade after one from near to far, at `ahead` metres along the camera's axis: 0 before the part over which they blend.
+/// Twin: cascade_weight.
+fn cascade_weight(ahead: f32, near: f32, far: f32, blend: f32) -> f32 {
+    return clamp(1.0 - (far - ahead) / max(blend * (far - near), 1e-20), 0.0, 1.0);
 }
 
-/// The angle at a lamp between the nearest approach and the ray at t.
-fn angle_at(near: vec2f, t: f32) -> f32 {
-    return atan2(t - near.x, near.y);
+/// Evaluate the angle at the light between the nearest approach (t0, h) and the ray at t. Twin: equiangular_angle.
+fn equiangular_angle(nearest: vec2f, t: f32) -> f32 {
+    return atan2(t - nearest.x, nearest.y);
 }
 
-/// What a radian of that angle scatters: the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
-fn by_angle(ray: Ray, near: vec2f, angle: f32) -> vec3f {
+/// Evaluate the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
+fn equiangular_integrand(ray: Ray, nearest: vec2f, angle: f32) -> vec3f {
     let slope = tan(angle);
     let longer = sqrt(1.0 + slope * slope); // than the nearest approach
-    let d = near.y * longer;
-    let t = near.x + near.y * slope;
-    let aside = dot(ray.origin + t * ray.direction - light.place, light.axis) / d;
-    return lamplight(t, d, -slope / longer, aside) / near.y;
+    let d = nearest.y * longer;
+    let t = nearest.x + nearest.y * slope;
+    let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
+    return in_scatter_punctual(t, d, -slope / longer, axis_cosine) / nearest.y;
 }
 
-/// The first step of a ray, of n that are each so long, whose sample lies at `from` or beyond. o: where in its step.
+/// Find the first of n steps, of a length each, whose sample lies at `beyond` or after it. o: where in its step. Twin: first_step.
 fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
 }
 
-/// What view i of a sun lights of a ray, an integral of transmittance.
-fn sun_steps(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
-    let line = line_of(i, ray, vec2f(0.0, ray.reach), 0.0);
+/// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
+fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
+    let line = project_ray(i, ray, vec2f(0.0, ray.reach), 0.0);
     let ahead = -ray.direction.z * each; // metres of a step along the camera's axis
     let before = max(i, 1u) - 1u;
+    // Bound the steps to those that the cascade holds, and the one before blends into
     var k = 0.0;
     var end = n;
     if (CASCADES) {
@@ -101,12 +113,18 @@ fn sun_steps(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
     loop {
+        // Look up the sample's visibility
         let at = line.b.xyz + (k + o) * each * line.a.xyz;
-        var share = seen(i, at.xy, at.z, o);
+        var share = visibility(i, at.xy, at.z, o);
+        // Weigh it where cascades blend
         if (CASCADES) {
             let away = (k + o) * ahead;
-            share *= select(1.0 - passed(i, away), passed(before, away), away < light.view[i].near);
+            let view = light.view[i];
+            let last = light.view[before];
+            let next = cascade_weight(away, view.near, view.far, light.blend);
+            share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
         }
+        // Add the step's integral of transmittance
         total += select(vec3f(0.0), weight * share, k < end);
         weight *= fade;
         k += 1.0;
@@ -115,21 +133,25 @@ fn sun_steps(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     return total;
 }
 
-/// What view i of a lamp lights of a range of t, cut in n steps of equal angles at the lamp, the first at `start`.
-fn lamp_steps(i: u32, ray: Ray, near: vec2f, range: vec2f, start: f32, each: f32, o: f32, n: f32) -> vec3f {
-    let line = line_of(i, ray, range, 1.0);
+/// Integrate in-scattered radiance over the steps of a range of t that are lit in view i of a light with a position: n steps of equal angles
+/// at the light, the first at `start`.
+fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, each: f32, o: f32, n: f32) -> vec3f {
+    let line = project_ray(i, ray, range, 1.0);
+    // Bound the steps to those in the face of the cube
     var k = 0.0;
     var end = n;
-    if (KIND == 2u) {
-        k = first_step(angle_at(near, line.range.x) - start, each, o, n);
-        end = select(0.0, first_step(angle_at(near, line.range.y) - start, each, o, n), line.range.y > line.range.x);
+    if (CUBE) {
+        k = first_step(equiangular_angle(nearest, line.range.x) - start, each, o, n);
+        end = select(0.0, first_step(equiangular_angle(nearest, line.range.y) - start, each, o, n), line.range.y > line.range.x);
     }
     var total = vec3f(0.0);
     loop {
+        // Look up the sample's visibility
         let angle = start + (k + o) * each;
-        let at = line.b + (near.x + near.y * tan(angle)) * line.a;
-        let share = select(seen(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-        total += select(vec3f(0.0), by_angle(ray, near, angle) * share, k < end);
+        let at = line.b + (nearest.x + nearest.y * tan(angle)) * line.a;
+        let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+        // Add what the step scatters, but for the steps' angle
+        total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);
         k += 1.0;
         continuing { break if k >= end; }
     }
@@ -139,24 +161,24 @@ fn lamp_steps(i: u32, ray: Ray, near: vec2f, range: vec2f, start: f32, each: f32
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
-    let ray = ray_at(id.xy);
-    var sum = begun(id.xy, ray);
-    let n = f32(counted.steps);
+    let ray = camera_ray(id.xy);
+    var sum = ambient_or_previous(id.xy, ray);
+    let n = f32(light_storage.steps);
     let o = offset(id.xy);
-    if (KIND == 0u) {
+    if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        if (counted.views == 0u) { total = until(ray.reach); }
-        for (var i = 0u; i < counted.views; i++) { total += sun_steps(i, ray, ray.reach / n, o, n); }
-        sum += sunlight(ray) * total;
-    } else if (KIND < 3u) {
-        let near = approach(ray);
+        if (light_storage.views == 0u) { total = transmittance_integral(ray.reach, frame.sigma_t); }
+        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        sum += in_scatter_directional(ray) * total;
+    } else if (LIT) {
+        let nearest = nearest_approach(ray);
         var range = vec2f(0.0, ray.reach);
-        if (KIND == 1u) { range = in_cone(ray, range, light.cosine); }
+        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
         range.y = max(range.x, range.y);
-        let start = angle_at(near, range.x);
-        let each = (angle_at(near, range.y) - start) / n;
-        if (counted.views == 0u) { sum += lamp_stretch(ray, near, in_full(ray, range), range); }
-        for (var i = 0u; i < counted.views; i++) { sum += lamp_steps(i, ray, near, range, start, each, o, n); }
+        let start = equiangular_angle(nearest, range.x);
+        let each = (equiangular_angle(nearest, range.y) - start) / n;
+        if (light_storage.views == 0u) { sum += integrate_punctual(ray, nearest, full_cone_range(ray, range), range); }
+        for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
     store_layer(id.xy, ray, sum);
 }

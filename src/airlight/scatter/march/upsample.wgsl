@@ -1,57 +1,63 @@
-// From a march at a part of the picture's size to the picture: 4 x 4 neighbours, those whose rays end as far away. Twin: reference/medium.py.
+// Joint bilateral upsampling (Kopf et al. 2007) of a march at a part of the picture's size: each pixel takes the mean of 4 x 4 neighbours,
+// weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
+// a search on a spiral finds the nearest one that is. Twin of the pass: upsampled.
 //! include "scatter/march/ray.wgsl"
 @group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
-const SHARP = 24.0;             // how fast a neighbour loses weight with the difference of the ways, of the shorter one
-const APART = 0.2;              // the same, from which a neighbour shows something else
-const FURTHER = 64.0;           // are looked at where all do
+const SHARPNESS = 24.0;         // decay of a neighbour's weight with the relative difference of the lengths
+const MAX_DIFFERENCE = 0.2;     // relative, from which on a neighbour shows something else
+const SEARCH_STEPS = 64.0;      // of the spiral
 
-fn texel_at(q: vec2i) -> vec4f {
+/// Read a pixel of the smaller march.
+fn marched(q: vec2i) -> vec4f {
     return textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
 }
 
-/// The difference of two ways, of the shorter one.
-fn apart(a: f32, b: f32) -> f32 {
+/// Compute the difference of two lengths, relative to the shorter one. Twin: relative_difference.
+fn relative_difference(a: f32, b: f32) -> f32 {
     return abs(a - b) / max(min(a, b), 1e-6);
 }
 
-/// What a place of the smaller picture is given where none of its neighbours ends as far away as its ray, as in gaps between leaves: the
-/// nearest on a spiral that does (Vogel 1979), or the likest; less of it where its way is longer.
-fn from_afar(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
+/// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
+/// likest; the longer its own ray, the less of its radiance.
+fn search_alike(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
     var best = likest;
-    var off = apart(best.a, reach);
+    var off = relative_difference(best.a, reach);
     var k = 0.0;
     loop {
-        if (off <= APART || k >= FURTHER) { break; }
+        if (off <= MAX_DIFFERENCE || k >= SEARCH_STEPS) { break; }
         let angle = 2.3999632 * k;
-        let found = texel_at(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * vec2f(cos(angle), sin(angle)))));
-        if (apart(found.a, reach) < off) {
+        let found = marched(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * vec2f(cos(angle), sin(angle)))));
+        if (relative_difference(found.a, reach) < off) {
             best = found;
-            off = apart(found.a, reach);
+            off = relative_difference(found.a, reach);
         }
         k += 1.0;
     }
-    return best.rgb * min(until(reach) / max(until(best.a), vec3f(1e-20)), vec3f(1.0));
+    let less = transmittance_integral(reach, frame.sigma_t) / max(transmittance_integral(best.a, frame.sigma_t), vec3f(1e-20));
+    return best.rgb * min(less, vec3f(1.0));
 }
 
-/// One invocation does the pixels between four of what was marched, since these have the same neighbours.
+// One invocation makes the pixels between four of what was marched, since these have the same neighbours.
 @compute @workgroup_size(8, 8)
 fn upsample(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy > frame.size)) { return; }
+    // Find the pixels, and read their neighbours
     let ratio = vec2f(frame.pixels) / vec2f(frame.size);
-    let shift = vec2f(pixel_of(frame.size / 2u)) + 0.5 - (vec2f(frame.size / 2u) + 0.5) * ratio; // of what was marched, from its middle
+    let shift = vec2f(sampled_pixel(frame.size / 2u)) + 0.5 - (vec2f(frame.size / 2u) + 0.5) * ratio; // of the march, from its middle
     let cell = vec2f(id.xy) - 1.0;
     let first = vec2u(clamp(ceil((cell + 0.5) * ratio + shift - 0.5), vec2f(0.0), vec2f(frame.pixels)));
     let end = vec2u(clamp(ceil((cell + 1.5) * ratio + shift - 0.5), vec2f(0.0), vec2f(frame.pixels)));
     let count = end - first;
     let base = vec2i(id.xy) - 2;
     var held = array<vec4f, 16>();
-    //! each k of 16: held[k] = texel_at(base + vec2i(vec2u(k % 4u, k / 4u)));
+    //! each k of 16: held[k] = marched(base + vec2i(vec2u(k % 4u, k / 4u)));
     var n = 0u;
     loop {
         if (n >= count.x * count.y) { break; }
+        // Weigh the neighbours of a pixel by nearness and likeness
         let pixel = first + vec2u(n % count.x, n / count.x);
-        let reach = ray_at_pixel(pixel).reach;
+        let reach = camera_ray_at(pixel).reach;
         let at = (vec2f(pixel) + 0.5 - shift) / ratio - 0.5;
         let near_x = max(2.0 - abs(f32(base.x) + vec4f(0.0, 1.0, 2.0, 3.0) - at.x), vec4f(0.0));
         let near_y = max(2.0 - abs(f32(base.y) + vec4f(0.0, 1.0, 2.0, 3.0) - at.y), vec4f(0.0));
@@ -60,11 +66,12 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         var least = 3e38;
         var near = 0.0;
         var off = 0.0;
-        //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = apart(held[k].a, reach); sum += (near * exp(-SHARP * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (off < least && near > 1e-3) { least = off; likest = held[k]; }
+        //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-SHARPNESS * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (off < least && near > 1e-3) { least = off; likest = held[k]; }
         var color = sum.rgb / sum.a;
-        if (least > APART) { color = from_afar(at, reach, likest); }
+        // Search farther away where none is alike
+        if (least > MAX_DIFFERENCE) { color = search_alike(at, reach, likest); }
         textureStore(layer, pixel, vec4f(color, reach));
-        textureStore(layer_transmittance, pixel, vec4f(transmittance(reach), 1.0));
+        textureStore(layer_transmittance, pixel, vec4f(transmittance(reach, frame.sigma_t), 1.0));
         n += 1u;
     }
 }

@@ -1,43 +1,50 @@
-// The exact walk: every texel of the shadow map that a ray crosses, in each at most one border between light and shadow. Tiles of texels
-// that are lit or dark from end to end of the ray in them are passed over whole.
-// Along a ray X, Y, Z and W of View.matrix are linear in t; along its line in the map so is the depth Z / W, for lamps too.
+// The exact walk: the integral over a ray with no error but the shadow map's own. In homogeneous map coordinates a ray is linear in t, so
+// along its line in the map its depth Z / W is linear too. A hierarchical DDA visits every texel that the line crosses; in each the light's
+// border is met at most once, where the depth passes the texel's. Tiles of the two-level min-max depth hierarchy that are lit or dark from
+// end to end are passed over whole. Lit segments of t are collected, and their integrals are closed, or by quadrature: see lights.wgsl.
+// The DDA follows Amanatides and Woo 1987; walking the map's texels, Wyman 2013 and Klehm et al. 2014 do otherwise; the rest is our own.
 //! include "scatter/march/lights.wgsl"
-//! include "scatter/march/tile.wgsl"
+//! include "scatter/march/hierarchy.wgsl"
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
 
-const MANY = 5u;                // lit stretches that wait, so that neighbouring rays are summed at the same time
+const MAX_SEGMENTS = 5u;        // lit segments that wait, so that neighbouring rays are summed at the same time
 
-var<private> stretches: array<vec2f, MANY + 3u>;
-var<private> waiting: u32;
+var<private> segments: array<vec2f, MAX_SEGMENTS + 3u>;
+var<private> segment_count: u32;
 
-/// Have a range of t lit.
-fn keep(start: f32, end: f32) {
-    stretches[waiting] = vec2f(start, end);
-    waiting += select(0u, 1u, end > start);
+/// Push a lit range of t, if it is not empty.
+fn push_segment(start: f32, end: f32) {
+    segments[segment_count] = vec2f(start, end);
+    segment_count += select(0u, 1u, end > start);
 }
 
-/// What the stretches that wait scatter, of a sun without what all its ray has in common.
-fn gathered(ray: Ray, near: vec2f, full: vec2f) -> vec3f {
+/// Integrate over the lit segments that wait, and drop them: transmittance for a directional light, else in-scattered radiance.
+fn flush_segments(ray: Ray, nearest: vec2f, full: vec2f) -> vec3f {
     var sum = vec3f(0.0);
     var k = 0u;
     loop {
-        if (k >= waiting) { break; }
-        let range = stretches[k];
-        if (KIND == 0u) { sum += until(range.y) - until(range.x); } else { sum += lamp_stretch(ray, near, full, range); }
+        if (k >= segment_count) { break; }
+        let segment = segments[k];
+        if (DIRECTIONAL) {
+            sum += transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t);
+        } else {
+            sum += integrate_punctual(ray, nearest, full, segment);
+        }
         k += 1u;
     }
-    waiting = 0u;
+    segment_count = 0u;
     return sum;
 }
 
-/// t of the place a share s of the way along a line in the map, between the ends of a range of t, whose W are w.
-fn way(s: f32, range: vec2f, w: vec2f) -> f32 {
-    let share = select(s * w.x / (s * w.x + (1.0 - s) * w.y), s, KIND == 0u);
+/// Convert a share s of a line in the map to t, between the ends of a range of t, whose W are w. Twin: line_to_t.
+fn line_to_t(s: f32, range: vec2f, w: vec2f) -> f32 {
+    let share = select(s * w.x / (s * w.x + (1.0 - s) * w.y), s, DIRECTIONAL);
     return range.x + (range.y - range.x) * share;
 }
 
-/// What view i lights of a line; stretches of it may be left waiting.
-fn walk(i: u32, ray: Ray, near: vec2f, full: vec2f, line: Line) -> vec3f {
+/// Walk the texels of view i along a line, and integrate over what is lit; segments of it may be left waiting.
+fn walk(i: u32, ray: Ray, nearest: vec2f, full: vec2f, line: ProjectedRay) -> vec3f {
+    // Set up the line: position p0 + s dp in texels and depth z0 + s dz, s from 0 to 1
     let first = line.b + line.range.x * line.a;
     let last = line.b + line.range.y * line.a;
     let w = vec2f(first.w, last.w);
@@ -45,7 +52,7 @@ fn walk(i: u32, ray: Ray, near: vec2f, full: vec2f, line: Line) -> vec3f {
     let dp = last.xy / last.w - p0;
     let z0 = first.z / first.w;
     let dz = last.z / last.w - z0;
-    let bias = bias_in(i);
+    let bias = depth_bias(i);
     let inverse = 1.0 / select(dp, vec2f(1e-20), abs(dp) < vec2f(1e-20));
     let up = vec2i(dp > vec2f(0.0));
     let side = u32(light.side);
@@ -58,88 +65,92 @@ fn walk(i: u32, ray: Ray, near: vec2f, full: vec2f, line: Line) -> vec3f {
     var sum = vec3f(0.0);
     loop {
         loop {
+            // Find where the line leaves the tile, and the least and greatest depth in it
             let tile = cell >> vec2u(level);
             let ahead = abs((vec2f((tile + up) << vec2u(level)) - p0) * inverse);
             let end = clamp(min(ahead.x, ahead.y), s, 1.0);
             let here = clamp(cell, vec2i(0), most);
-            var held = vec2f(textureLoad(shadow, here, i, 0));
-            if (level > 0u) { held = unpack2x16float(tiles[tile_at(side, i, level, vec2u(here) >> vec2u(level))]); }
-            let least = threshold(held.x, bias);
-            let greatest = threshold(held.y, bias);
+            var depths = vec2f(textureLoad(shadow, here, i, 0));
+            if (level > 0u) { depths = unpack2x16float(tiles[tile_index(side, i, level, vec2u(here) >> vec2u(level))]); }
+            let least = biased_occluder_depth(depths.x, bias);
+            let greatest = biased_occluder_depth(depths.y, bias);
+            // Descend where the tile is neither lit nor dark as a whole
             let z = vec2f(z0 + s * dz, z0 + end * dz);
-            let open = min(z.x, z.y) >= greatest;
-            if (level > 0u && !open && max(z.x, z.y) >= least) {
+            let all_lit = min(z.x, z.y) >= greatest;
+            if (level > 0u && !all_lit && max(z.x, z.y) >= least) {
                 level -= FINE;
                 continue;
             }
-            let edge = select(least, greatest, open);
+            // Find the border between light and shadow in it
+            let edge = select(least, greatest, all_lit);
             let lit0 = z.x >= edge;
             let lit1 = z.y >= edge;
             let border = clamp((edge - z0) / select(dz, 1e-30, dz == 0.0), s, end);
-            // at most one stretch ends here: at the border to the cell before, or in it
+            // End at most one segment: at the border to the cell before, or in this one
             let begun = select(since, s, !lit && lit0);
             if ((lit && !lit0) || (lit0 && !lit1)) {
-                keep(way(begun, line.range, w), way(select(border, s, lit && !lit0), line.range, w));
+                push_segment(line_to_t(begun, line.range, w), line_to_t(select(border, s, lit && !lit0), line.range, w));
             }
             since = select(begun, border, !lit0 && lit1);
             lit = lit1;
             s = end;
-            // into the next cell: along one axis at its border, along the other where the ray is
+            // Step into the next cell: along one axis at its border, along the other where the ray is
             let along = clamp(vec2i(floor(p0 + end * dp)), tile << vec2u(level), ((tile + 1) << vec2u(level)) - 1);
             let beyond = ((tile + up) << vec2u(level)) - 1 + up;
             let next = select(vec2i(along.x, beyond.y), vec2i(beyond.x, along.y), ahead.x < ahead.y);
+            // Ascend where that leaves the tile of the level above
             let left = any((next >> vec2u(level + FINE)) != (cell >> vec2u(level + FINE)));
             level = select(level, min(level + FINE, COARSE), left);
             cell = next;
-            continuing { break if s >= 1.0 || waiting >= MANY; }
+            continuing { break if s >= 1.0 || segment_count >= MAX_SEGMENTS; }
         }
-        if (s >= 1.0 && lit) { keep(way(since, line.range, w), line.range.y); }
-        if (waiting >= MANY) { sum += gathered(ray, near, full); }
+        if (s >= 1.0 && lit) { push_segment(line_to_t(since, line.range, w), line.range.y); }
+        if (segment_count >= MAX_SEGMENTS) { sum += flush_segments(ray, nearest, full); }
         continuing { break if s >= 1.0; }
     }
     return sum;
 }
 
-/// What view i lights of a range of t. Outside the map of a sun or a spot all is lit.
-fn part(i: u32, ray: Ray, near: vec2f, full: vec2f, range: vec2f) -> vec3f {
-    var line = line_of(i, ray, range, select(0.0, 1.0, KIND == 2u));
+/// Integrate over what is lit of a range of t in view i. Outside the map of a directional light or a spot all is lit.
+fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -> vec3f {
+    var line = project_ray(i, ray, range, select(0.0, 1.0, CUBE));
     var whole = range;
-    if (KIND == 2u) { whole = vec2f(line.range.x, max(line.range.x, line.range.y)); }
-    if (KIND != 0u) { line.range = cut(line.range, line.b.w - 0.5 * light.view[i].depth_scale, line.a.w); } // nearer nothing casts
+    if (CUBE) { whole = vec2f(line.range.x, max(line.range.x, line.range.y)); }
+    if (!DIRECTIONAL) { line.range = clip_range(line.range, line.b.w - 0.5 * light.view[i].depth_scale, line.a.w); } // nearer nothing casts
     var found = vec3f(0.0);
-    if (line.range.y > line.range.x) { found = walk(i, ray, near, full, line); } else { line.range = whole.yy; }
-    keep(whole.x, line.range.x);
-    keep(line.range.y, whole.y);
+    if (line.range.y > line.range.x) { found = walk(i, ray, nearest, full, line); } else { line.range = whole.yy; }
+    push_segment(whole.x, line.range.x);
+    push_segment(line.range.y, whole.y);
     return found;
 }
 
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
-    let ray = ray_at(id.xy);
-    var sum = begun(id.xy, ray);
-    if (KIND < 3u) {
-        var near = vec2f(0.0);
+    let ray = camera_ray(id.xy);
+    var sum = ambient_or_previous(id.xy, ray);
+    if (LIT) {
+        var nearest = vec2f(0.0);
         var range = vec2f(0.0, ray.reach);
-        if (KIND != 0u) { near = approach(ray); }
-        if (KIND == 1u) { range = in_cone(ray, range, light.cosine); }
+        if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
+        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
         range.y = max(range.x, range.y);
-        let full = in_full(ray, range);
+        let full = full_cone_range(ray, range);
         var total = vec3f(0.0);
-        waiting = 0u;
-        if (counted.views == 0u) { keep(range.x, range.y); }
-        for (var i = 0u; i < counted.views; i++) {
+        segment_count = 0u;
+        if (light_storage.views == 0u) { push_segment(range.x, range.y); }
+        for (var i = 0u; i < light_storage.views; i++) {
             var seen = range;
-            if (KIND == 0u) {
+            if (DIRECTIONAL) {
                 let ahead = max(-ray.direction.z, 1e-6);
                 let view = light.view[i];
                 seen = min(vec2f(view.near, view.far) / ahead, range.yy);
             }
-            total += part(i, ray, near, full, seen);
-            if (waiting >= MANY) { total += gathered(ray, near, full); }
+            total += integrate_view(i, ray, nearest, full, seen);
+            if (segment_count >= MAX_SEGMENTS) { total += flush_segments(ray, nearest, full); }
         }
-        total += gathered(ray, near, full);
-        if (KIND == 0u) { total *= sunlight(ray); }
+        total += flush_segments(ray, nearest, full);
+        if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
         sum += total;
     }
     store_layer(id.xy, ray, sum);

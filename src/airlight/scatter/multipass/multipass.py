@@ -22,7 +22,7 @@ FRAME = struct_dtype(MULTIPASS, "Taps")
 
 
 def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Array, float]:
-    """For each power and pass the taps (8, 2): part of the way to the light, weight, of sum 1; the factors of each power's sum and of
+    """Find for each power and pass the taps (8, 2): part of the way to the light, weight, of sum 1; the factors of each power's sum and of
     the nearest sample; and where that lies. The sum's derivation is in docs/methods.md."""
     q = mix.p + 1
     ends = 1 - density >= LEAST
@@ -41,7 +41,7 @@ def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Arra
 
 
 class MultipassPlan:
-    """The passes of one light. light: in pixels; density <= 1."""
+    """Plans the passes of one light. light: in pixels; density <= 1."""
 
     def __init__(
         self,

@@ -1,5 +1,13 @@
-// One pass of the log-n multipass: eight taps towards the light. Twin: reference/multipass.py.
-//! include "gpu/half.wgsl"
+// The log-n multipass, unpublished (as in Crytek's sun shafts, but exact): three passes of eight taps are a sum of 512.
+//
+//     S(x) = sum_p c_p int_{1-D}^1 u^p I(l + u (x - l)) du
+//
+// with the weight of the converged sum fitted by powers u^p of the part u of the way from the light l at which a sample lies (moments.py).
+// In steps x -> l + gamma (x - l), u is a power of gamma, and the weight gamma^(k (p+1)) of tap k splits into factors: the first pass
+// steps by gamma, the second by gamma^8 over what the first gave, the third by gamma^64. This is one of these passes, for one p. Where the
+// ray ends nearer to the light than 1/128 of the way, the rest is one more sample, in the last pass. docs/methods.md derives it.
+// Twin: reference/multipass.py:multipass.
+//! include "wgsl/half.wgsl"
 override ADD: bool = false;   // add to what earlier powers and lights gave
 override LAST: bool = false;  // the pass that writes the layer, with what lies nearest to the light
 override NEAREST: bool = false; // which counts
@@ -22,6 +30,7 @@ struct Taps {
 @group(0) @binding(4) var before: texture_2d<f32>;
 @group(0) @binding(5) var emitted: texture_2d<f32>;
 
+/// Sums eight taps of a pixel.
 @compute @workgroup_size(64)
 fn eight(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) {
@@ -29,16 +38,17 @@ fn eight(@builtin(global_invocation_id) id: vec3u) {
     }
     let whole = vec2f(textureDimensions(source));
     let x = vec2f(id.xy) + 0.5 - (frame.apron - frame.inset);
-    let way = x - frame.light;
+    let from_light = x - frame.light;
     var sum = vec3f(0.0);
     for (var k = 0u; k < TAPS; k++) {
-        let at = (x - frame.taps[k].x * way + frame.apron) / whole;
+        // Fetch what the pass before gave, nearer to the light
+        let at = (x - frame.taps[k].x * from_light + frame.apron) / whole;
         sum += frame.taps[k].y * textureSampleLevel(source, bilinear, at, 0.0).rgb;
     }
     if (LAST) {
         sum *= frame.gain.rgb;
         if (NEAREST) {
-            sum += frame.nearest.rgb * textureSampleLevel(emitted, bilinear, (x - frame.nearest.w * way + frame.apron) / whole, 0.0).rgb;
+            sum += frame.nearest.rgb * textureSampleLevel(emitted, bilinear, (x - frame.nearest.w * from_light + frame.apron) / whole, 0.0).rgb;
         }
         if (ADD) {
             sum += textureLoad(before, id.xy, 0).rgb;

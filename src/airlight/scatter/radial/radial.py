@@ -30,7 +30,7 @@ def noise_texture(device: Device) -> Any:
 
 
 class RadialPlan:
-    """The passes of one light. size: (width, height) of the layer; light: normalised; scale: 1, 0.5 or 0.25."""
+    """Plans the passes of one light. size: (width, height) of the layer; light: normalised; scale: 1, 0.5 or 0.25."""
 
     def __init__(
         self,

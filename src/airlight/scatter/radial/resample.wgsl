@@ -1,5 +1,5 @@
-// Down to half or quarter resolution by a box, and up again by the bilinear filter (13.3.1).
-//! include "gpu/half.wgsl"
+// Down to half or quarter resolution by a box, and up again by the bilinear filter (GPU Gems 3, 13.3.1).
+//! include "wgsl/half.wgsl"
 override FACTOR: u32 = 2u;
 override APRON: i32 = 0;      // texels of nothing around source and result, 0 or 1
 override ADD: bool = false;   // add to what earlier lights gave
@@ -9,6 +9,7 @@ override ADD: bool = false;   // add to what earlier lights gave
 @group(0) @binding(2) var result: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(3) var before: texture_2d<f32>;
 
+/// Averages the texels that one of the smaller picture covers.
 @compute @workgroup_size(64)
 fn down(@builtin(global_invocation_id) id: vec3u) {
     // each low texel is the mean of the full-resolution texels it covers; where the size does not divide, of those nearest
@@ -29,6 +30,7 @@ fn down(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, id.xy, vec4f(nearest_half(sum / f32(FACTOR * FACTOR)), 1.0));
 }
 
+/// Interpolates a pixel of the larger picture.
 @compute @workgroup_size(64)
 fn up(@builtin(global_invocation_id) id: vec3u) {
     let at = (vec2f(id.xy) + 0.5) / vec2f(textureDimensions(result));

@@ -1,18 +1,19 @@
-"""Finding a picture's lights for the command line: which are meant, which to ask about, and showing them."""
+"""Finds a picture's lights: which are meant, which to ask about; and shows them."""
 
 import dataclasses
 import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from airlight.cli.light import LightText, found_at, resolved
 from airlight.errors import AirlightError
-from airlight.supervisor import say
+from airlight.jobs.light_text import LightText, found_at, resolved
+from airlight.messages import say
 
 if TYPE_CHECKING:
     import numpy as np
 
     from airlight.files import Picture
+    from airlight.jobs.planes import Reading
 
 
 def resolve_lights(
@@ -71,8 +72,8 @@ def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture")
     return [(one.position, one.kind, one.guess)]
 
 
-def show_candidates(sources: Sequence[str], path: str, o: dict[str, Any]) -> None:
-    """Write the sheet, or the list, of --candidates. o: the values of the command's options."""
+def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overwrite: bool) -> None:
+    """Write the sheet, or the list, of --candidates."""
     from airlight import files
     from airlight.detect import find_lights
     from airlight.detect.sheet import draw_candidates
@@ -81,8 +82,8 @@ def show_candidates(sources: Sequence[str], path: str, o: dict[str, Any]) -> Non
     if len(sources) != 1 or numbered(sources[0]) is not None:
         raise AirlightError("--candidates shows one picture; name one")
     is_list = path.lower().endswith(".json")
-    files.check_output(path, list(sources), o["overwrite"], image=not is_list)
-    picture = files.read_image(sources[0], o["on_damage"], o["input_layer"], o["colorspace"])
+    files.check_output(path, list(sources), overwrite, image=not is_list)
+    picture = reading.picture(sources[0])
     coarse = picture.rec709(picture.linear(coarse=True))
     found = find_lights(coarse)
     for number, one in enumerate(found, 1):
@@ -96,8 +97,8 @@ def show_candidates(sources: Sequence[str], path: str, o: dict[str, Any]) -> Non
             | {"lamps": [found_at(picture, lamp)[:2] for lamp in one.lamps]}
             for one in found
         ]
-        with files.replacing(path, o["overwrite"]) as file:
+        with files.replacing(path, overwrite) as file:
             file.write((json.dumps(places, indent=1) + "\n").encode())
         return
     codes = draw_candidates(coarse, found)
-    files.write_image(path, files.to_linear(codes)[0], encoded=codes, overwrite=o["overwrite"])
+    files.write_image(path, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)

@@ -12,7 +12,8 @@ import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-from airlight import temporaries
+from airlight.messages import say
+from airlight.process import temporaries
 
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 GRACE = 0.7  # seconds in which the child may end by itself once it is told to stop
@@ -43,14 +44,6 @@ def _stop_again(unraised: Any) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.002)
     else:
         sys.__unraisablehook__(unraised)
-
-
-def say(text: str, prefix: str = "airlight: ") -> None:
-    """Print one line on stderr, whatever the text holds; above a progress bar, which what click writes would be glued to."""
-    line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
-    with contextlib.suppress(OSError, ValueError):
-        if sys.stderr is not None:
-            print(f"{prefix}{line}", file=sys.stderr, flush=True)
 
 
 def prepare_process() -> None:

@@ -1,4 +1,4 @@
-"""Lights, and the ways in which a user writes an image position."""
+"""Lights of the image plane, and the forms in which a user writes a position there."""
 
 import math
 import re
@@ -14,7 +14,7 @@ PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; ray
 
 
 @dataclass(frozen=True)
-class Light:
+class ImageLight:
     """A light of the image plane.
 
     position: (x, y), normalised: (0, 0) is the image's top-left corner, (1, 1) its bottom-right; may lie outside.
@@ -30,7 +30,7 @@ class Light:
     kind: str | None = None
 
     @classmethod
-    def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "Light":
+    def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "ImageLight":
         """A light so far away that its rays are parallel, the limit of a far one.
 
         angle: degrees, where the light comes from: 0 right, 90 above, counter-clockwise. The length of a ray is density image widths.
@@ -94,18 +94,18 @@ def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
     return x, y
 
 
-def as_lights(light: object) -> list[Light]:
-    """A Light, an (x, y) pair, what find_light gives, or a sequence of them, as a list of lights."""
-    if isinstance(light, Light):
+def as_lights(light: object) -> list[ImageLight]:
+    """A light, an (x, y) pair, what find_light gives, or a sequence of them, as a list of lights."""
+    if isinstance(light, ImageLight):
         return [light]
     if hasattr(light, "position") and hasattr(light, "kind"):  # what was found in a picture
-        return [Light(light.position, kind=light.kind)]
+        return [ImageLight(light.position, kind=light.kind)]
     try:
         items = list(light)  # type: ignore[call-overload]
     except TypeError:
         raise AirlightError(f"light must be (x, y), an airlight.Light, or a list of them, not {light!r}") from None
-    if len(items) == 2 and all(not isinstance(v, Light) and not hasattr(v, "__len__") for v in items):
-        return [Light(position=(items[0], items[1]))]
+    if len(items) == 2 and all(not isinstance(v, ImageLight) and not hasattr(v, "__len__") for v in items):
+        return [ImageLight(position=(items[0], items[1]))]
     if not items:
         raise AirlightError("no light given: pass at least one position")
-    return [as_lights(item)[0] if hasattr(item, "position") else Light(position=item) for item in items]
+    return [as_lights(item)[0] if hasattr(item, "position") else ImageLight(position=item) for item in items]

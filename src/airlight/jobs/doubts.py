@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from airlight.cli.light import LightText
+from airlight.jobs.light_text import LightText
 from airlight.lights import parse_position
-from airlight.supervisor import say
+from airlight.messages import say
 
 if TYPE_CHECKING:
     from airlight.files import Picture

@@ -1,0 +1,360 @@
+"""Renders frames and films of 3-D scenes: what `airlight render` asks for."""
+
+import contextlib
+import dataclasses
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from airlight.errors import AirlightError, MachineError, warn
+from airlight.jobs import tasks
+from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
+from airlight.jobs.run import run
+from airlight.jobs.settings import Settings
+from airlight.jobs.tasks import FrameTask
+from airlight.messages import say
+from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
+from airlight.scatter.methods import METHODS
+
+if TYPE_CHECKING:
+    from airlight.scenes import Stage
+    from airlight.scenes.offline import Frame, Shot
+
+SAMPLES = {"draft": 1, "normal": 2, "final": 3}  # along each side of a pixel
+LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
+MOST_FRAMES = 1_000_000
+# Options beside the declared parameters that shape the result.
+SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
+SHAPING += ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
+
+
+@dataclass(frozen=True)
+class FramesRequest:
+    """Says what is wanted of a scene; the names are those of the options of `airlight render`.
+
+    values: declared parameters that are set, those of pictures among them. explicit: names of options that the user wrote.
+    recalled_preset: of the settings that are repeated. eye, target: `x,y,z`; lights, suns: as `read_scene_light`.
+    """
+
+    scene: str
+    output: str = ""
+    values: dict[str, Any] = field(default_factory=dict)
+    explicit: frozenset[str] = frozenset()
+    recalled_preset: str | None = None
+    camera: str | None = None
+    eye: str | None = None
+    target: str | None = None
+    fov: float = 50.0
+    width: int = 1280
+    height: int | None = None
+    no_antialias: bool = False
+    turn: float = 0.0
+    turntable: int | None = None
+    time: float = 0.0
+    frames: str | None = None
+    seed: int | None = None
+    draw_path: bool = False
+    fps: Fraction = Fraction(24)
+    light: Sequence[str] = ()
+    sun: Sequence[str] = ()
+    environment: str | None = None
+    exclude: Sequence[str] = ()
+    preset: str | None = None
+    medium: str | None = None
+    layer: str | None = None
+    occlusion_buffer: str | None = None
+    crf: float = 18.0
+    overwrite: bool = False
+    skip_existing: bool = False
+    resume: bool = False
+    device: str | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height, pixels."""
+        return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
+
+    @property
+    def is_film(self) -> bool:
+        from airlight.files import video
+
+        return video.is_film(self.output)
+
+    @property
+    def is_sequence(self) -> bool:
+        from airlight.files.sequence import numbered
+
+        return numbered(self.output) is not None
+
+    def settings(self, standing: dict[str, Any], values: dict[str, Any]) -> Settings:
+        """Collect what is kept in the outputs. standing: the defaults that the scene has of its own."""
+        defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING} | {"scene": None, "fps": "24"}
+        others = {name: getattr(self, name) for name in SHAPING}
+        lists = {"light": self.light, "sun": self.sun, "exclude": self.exclude}
+        return Settings(values, others, defaults, self.preset or self.recalled_preset, standing, lists)
+
+    def check(self) -> None:
+        """Raise AirlightError for options that exclude each other."""
+        if self.overwrite + self.skip_existing + self.resume > 1:
+            raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
+        if self.is_film and (self.layer is not None or self.occlusion_buffer is not None):
+            raise AirlightError("--layer and --occlusion-buffer go with pictures, not with a film; render numbered frames")
+        if self.is_film and self.resume:
+            raise AirlightError("--resume goes with numbered frames: a film is written in one run")
+        if {"turntable", "turn"} <= self.explicit:
+            raise AirlightError("--turn and --turntable exclude each other; give one")
+
+    def scene_values(self) -> dict[str, Any]:
+        """Give the values that mean something in scenes. Raises AirlightError for those of a look."""
+        refuse_look(self.values, "a scene")
+        return {name: value for name, value in self.values.items() if name not in NOT_IN_SCENES}
+
+    def check_camera(self) -> None:
+        """Raise AirlightError for options of the camera that exclude each other."""
+        if self.eye is None and {"target", "fov"} & self.explicit:
+            raise AirlightError("--target and --fov go with --eye x,y,z; give it too")
+        if self.eye is not None and self.camera is not None:
+            raise AirlightError("--camera and --eye exclude each other; give one")
+
+    def shot(self, samples: int, smooth: bool) -> "Shot":
+        """Describe the camera and the lights. samples: along a side of a pixel."""
+        from airlight.scenes.offline import Shot
+
+        eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
+        lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
+        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(lights))
+
+
+@contextlib.contextmanager
+def needing_scenes() -> Iterator[None]:
+    """Say what to install where an import within fails."""
+    try:
+        yield
+    except ImportError as error:
+        raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
+
+
+def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> None:
+    """Raise AirlightError for an option that the user wrote and that means nothing with the method. by: what asks for that, if not
+    --method."""
+    for one in declared(scenes=True):
+        if one.methods and method not in one.methods and one.name in explicit:
+            wrong = f"{one.flag} means nothing with method {method}"
+            if by.startswith("--medium"):
+                raise AirlightError(f"{wrong}, which {by} asks for: leave one of the two out")
+            asks = f", which {by} asks for" if by else ""
+            raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
+
+
+def run_frames(request: FramesRequest) -> bool:
+    """Render what is wanted: a picture, numbered pictures, or a film. False where one of many failed.
+
+    Raises AirlightError, MachineError.
+    """
+    from airlight.files import video
+
+    r = request
+    r.check()
+    values = r.scene_values()
+    quality = build(values)[Parameters].quality
+    r.check_camera()
+    samples = _samples(r, quality)
+    if r.is_film:
+        if r.skip_existing and os.path.lexists(r.output):
+            say(f"{r.output} exists: skipped", prefix="")
+            return True
+        video.check_film(r.output, *r.size, r.overwrite)
+    with needing_scenes():
+        from airlight.gpu.device import shared_device
+        from airlight.medium.resolve import resolve
+        from airlight.scenes import offline, open_scene
+    stage, frames = None, _tasks(r, 0.0)
+    if not frames:  # as many as the animation has
+        shared_device(r.device)
+        stage = open_scene(r.scene, r.environment, r.seed)
+        frames = _tasks(r, stage.duration)
+        if not frames:
+            raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
+    todo = frames if r.is_film else _left(r, frames)
+    if not todo:
+        return True
+    if stage is None:
+        shared_device(r.device)
+        stage = open_scene(r.scene, r.environment, r.seed)
+    if r.draw_path:
+        if stage.path is None:
+            raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
+        stage.path.visible = True
+    built = build(stage.settings | values)
+    parameters, method = built[Parameters], METHODS[built[Parameters].method]
+    refuse_meaningless(r.explicit, parameters.method, _chooser(r, values, stage))
+    if r.exclude and built[SceneOptions].occluders != "prepass" and not method.lights_medium:
+        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
+    if r.occlusion_buffer is not None and method.lights_medium:
+        raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
+    studio = offline.Studio(
+        stage,
+        shot,
+        parameters,
+        built[Composite],
+        built[SceneOptions],
+        medium=built[Medium],
+        march=built[March],
+        exclude=r.exclude,
+        linear=r.output.lower().endswith((".exr", ".hdr")),
+    )
+    if method.has_units:
+        _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
+    settings = r.settings(stage.settings, values)
+    work = _Work(studio, settings, r.overwrite or r.resume)
+    if r.is_film:
+        with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
+            work.add = add
+            run(todo, work.read, _strict(work.render), _strict(work.write))
+        return True
+    if not r.is_sequence:
+        work.write(todo[0], None, work.render(todo[0], None))
+        return True
+    failed = run(todo, work.read, work.render, work.write)
+    say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
+    return not failed
+
+
+def _samples(r: FramesRequest, quality: str) -> int:
+    """Give the samples along a side of a pixel. Raises AirlightError for frames that are too large."""
+    width, height = r.size
+    samples = 1 if r.no_antialias else SAMPLES[quality]
+    if width * height * samples**2 > LARGEST:
+        raise AirlightError(f"{width}x{height} with {samples**2} samples a pixel is too large; make it smaller, or use --quality draft")
+    return samples
+
+
+def _chooser(r: FramesRequest, values: dict[str, Any], stage: "Stage") -> str:
+    """Name what chose the method; nothing where the user did, or nobody."""
+    if "method" in r.explicit:
+        return ""
+    if r.medium is not None:
+        return f"--medium {r.medium}"
+    if "method" in values:
+        return f"--preset {r.preset}" if r.preset is not None and "method" in presets.load(r.preset) else "--settings-from"
+    return f"the scene {stage.name}" if "method" in stage.settings else ""
+
+
+def _doubt(stage: "Stage", shot: "Shot", medium: Any) -> None:
+    """Warn of a medium that hides the scene or cannot be seen."""
+    import numpy as np
+
+    from airlight.medium.resolve import doubt
+
+    camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
+    eye = camera.world.position if shot.eye is None else shot.eye
+    message = doubt(medium, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
+    if message is not None:
+        warn(message)
+
+
+def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
+    """List the frames. duration: seconds of the scene's animation; for a whole animation of 0 there are none."""
+    from airlight.files.sequence import frames as read_frames
+    from airlight.files.sequence import numbered
+
+    several = r.is_film or r.is_sequence
+    if r.frames is not None:
+        chosen = read_frames(r.frames)
+    elif r.turntable is not None:
+        chosen = list(range(1, r.turntable + 1))
+    elif several:
+        last = math.ceil(min(duration, MOST_FRAMES / float(r.fps)) * float(r.fps) - 1e-6)
+        chosen = list(range(1, last + 1))
+    else:
+        chosen = [1]
+    if len(chosen) > 1 and not several:
+        raise AirlightError(f"{r.output}: {len(chosen)} frames do not go into one picture; name a pattern, as in shot.####.png, or a .mp4")
+
+    def place(path: str | None, number: int) -> str | None:
+        pattern = None if path is None else numbered(path)
+        if path is not None and pattern is None and several:
+            raise AirlightError(f"{path}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
+        return path if pattern is None else pattern.frame(number)
+
+    found = []
+    for number in chosen:
+        ahead = 0.0 if r.turntable is not None else float((number - 1) / r.fps)
+        if r.time + ahead < 0:
+            raise AirlightError(f"frame {number} lies before the animation's start: frame 1 is at --time; give later --frames")
+        turn = (number - 1) % r.turntable / r.turntable if r.turntable is not None else r.turn / 360
+        name = r.output if r.is_film else place(r.output, number) or r.output
+        found.append(FrameTask(number, name, place(r.layer, number), place(r.occlusion_buffer, number), r.time + ahead, turn))
+    return found
+
+
+def _left(r: FramesRequest, frames: Sequence[FrameTask]) -> list[FrameTask]:
+    """List the pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
+    todo, _ = tasks.left_to_do(frames, r.skip_existing, r.resume)
+    inputs = [path for path in (r.scene, r.preset, r.medium, r.environment) if path is not None]
+    tasks.check_outputs(todo, inputs, len(frames) > 1, r.overwrite or r.resume)
+    return todo
+
+
+@dataclass
+class _Work:
+    """Renders and writes a frame, the second perhaps by another thread."""
+
+    studio: Any
+    settings: Settings
+    overwrite: bool
+    add: Callable[[Any], None] | None = None  # to a film
+
+    def read(self, task: FrameTask) -> None:
+        """Do nothing: a scene is read once."""
+
+    def render(self, task: FrameTask, _: None) -> "Frame":
+        """Render a frame, and what goes beside it."""
+        exr = any(path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
+        found: Frame = self.studio.frame(
+            task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
+        )
+        return found
+
+    def write(self, task: FrameTask, _: None, frame: "Frame") -> None:
+        """Write a frame, and what goes beside it."""
+        import numpy as np
+
+        from airlight import files
+        from airlight.colour import encode_codes
+
+        pixels = frame.pixels()
+        if self.add is not None:
+            self.add(encode_codes(pixels, np.uint8))
+            return
+        settings = self.settings.text(time=task.time, turn=task.turn * 360, turntable=None, frames=None, fps=None, crf=None)
+        layer = frame.shafts() if frame.layer is not None else None
+        exr, layer_exr = (path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
+        medium: dict[str, Any] = {"transmittance": frame.transmittance(), "z": frame.distance()} if exr or layer_exr else {}
+        beside: dict[str, Any] = {}
+        if exr:
+            beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
+        files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
+        if task.layer is not None:
+            more = {"bits": 32, **medium} if frame.layer_transmittance is not None and layer_exr else {}
+            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
+        if task.buffer is not None and frame.source is not None:
+            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)
+
+
+def _strict(work: Callable[..., Any]) -> Callable[..., Any]:
+    """Make any failure of some work end the run: a film lacks no frame."""
+
+    def done(*arguments: Any) -> Any:
+        try:
+            return work(*arguments)
+        except MachineError:
+            raise
+        except AirlightError as error:
+            raise MachineError(str(error)) from error
+
+    return done

@@ -1,0 +1,422 @@
+"""Adds light shafts to pictures: what `airlight image`, and the viewer's Save, ask for."""
+
+import contextlib
+import dataclasses
+import functools
+import os
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from airlight.errors import AirlightError
+from airlight.jobs import doubts, tasks
+from airlight.jobs.finding import resolve_lights, show_candidates
+from airlight.jobs.light_text import LightText, place
+from airlight.jobs.planes import Reading
+from airlight.jobs.run import run
+from airlight.jobs.settings import Settings
+from airlight.jobs.tasks import PictureTask
+from airlight.messages import say
+from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look
+from airlight.scatter.methods import check_picture
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from airlight.files import Picture
+
+AUTO = (LightText("auto"),)
+# Options beside the declared parameters that shape the result; files by their names as written.
+SHAPING: tuple[str, ...] = ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
+SHAPING += ("subject_layer", "input_layer", "colorspace")
+
+
+@dataclass(frozen=True)
+class ImageRequest:
+    """Says what is wanted of pictures; the names are those of the options of `airlight image`.
+
+    values: declared parameters that are set. explicit: names of options that the user wrote. recalled: whether the lights are those of
+    settings. recalled_preset: the preset of these.
+    """
+
+    sources: Sequence[str]
+    output: str | None = None
+    lights: Sequence[LightText] = AUTO
+    values: dict[str, Any] = field(default_factory=dict)
+    explicit: frozenset[str] = frozenset()
+    recalled: bool = False
+    recalled_preset: str | None = None
+    candidates: str | None = None
+    frames: str | None = None
+    origin: str = "top"
+    preset: str | None = None
+    mask: str | None = None
+    mask_invert: bool = False
+    depth: str | None = None
+    depth_layer: str | None = None
+    depth_near: str = "black"
+    near_range: str = "0.05,0.6"
+    depth_hides: bool = True
+    subject: str | None = None
+    subject_layer: str | None = None
+    input_layer: str | None = None
+    colorspace: str | None = None
+    layer: str | None = None
+    occlusion_fraction: str | None = None
+    debug: str | None = None
+    overwrite: bool = False
+    skip_existing: bool = False
+    resume: bool = False
+    on_damage: str = "error"
+    device: str | None = None
+    profile: bool = False
+
+    @property
+    def reading(self) -> Reading:
+        """How the files are read."""
+        return Reading(**{one.name: getattr(self, one.name) for one in dataclasses.fields(Reading)})
+
+    @property
+    def settings(self) -> Settings:
+        """What is kept in the outputs."""
+        defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING}
+        return Settings(self.values, {name: getattr(self, name) for name in SHAPING}, defaults, self.preset or self.recalled_preset)
+
+    @property
+    def has_depth(self) -> bool:
+        return self.depth is not None or self.depth_layer is not None
+
+    @property
+    def has_subject(self) -> bool:
+        return self.subject is not None or self.subject_layer is not None
+
+    def with_occlusion(self, is_sum: bool = False) -> "ImageRequest":
+        """Take depths to say what emits, where the sum is asked for; refuse options that need others. is_sum: there are no looks."""
+        if self.mask_invert and self.mask is None:
+            raise AirlightError("--mask-invert inverts the image of --mask; give both")
+        values = dict(self.values)
+        check_picture(values.get("method", ""))
+        if self.has_depth and (
+            is_sum or values.get("look") == "classic" or (values.get("look") is None and OF_SUM & values.keys())
+        ):
+            values.setdefault("occlusion", "depth")  # what else would the sum be given it for?
+        elif values.get("occlusion") == "depth" and not self.has_depth:
+            raise AirlightError("the occlusion 'depth' needs an image of depths; add --depth FILE")
+        if "depth_near" in self.explicit and not self.has_depth:
+            raise AirlightError("--depth-near describes the image of --depth; give both")
+        return dataclasses.replace(self, values=values)
+
+    def look(self) -> str:
+        """Choose the look, smart or classic. Raises AirlightError where options exclude each other, or would have no effect."""
+        wants = (("--debug", self.debug), ("--occlusion-fraction", self.occlusion_fraction))
+        is_parallel = any(light.angle is not None for light in self.lights)
+        sum_by = "--angle" if is_parallel else next((name for name, value in wants if value is not None), "")
+        chosen = chosen_look(self.values, self.values.get("look"), sum_by)
+        self._check_depths(chosen)
+        return chosen
+
+    def _check_depths(self, look: str) -> None:
+        """Refuse options of depths and subjects that would have no effect."""
+        for file, layer in (("depth", "depth_layer"), ("subject", "subject_layer")):
+            if getattr(self, file) is not None and getattr(self, layer) is not None:
+                raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
+        for name, option in (("near_range", "near-range"), ("depth_hides", "depth-aware")):
+            if name in self.explicit and (not self.has_depth or look == "classic"):
+                raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
+        if self.has_subject and look == "classic":
+            raise AirlightError("--subject is for the smart look: leave out what asks for the classic one")
+        if self.values.get("wrap") and not self.has_subject:
+            raise AirlightError("--wrap goes with the mask of a subject: add --subject FILE")
+        read_range(self.near_range)
+
+    def check(self) -> None:
+        """Raise AirlightError for options that exclude each other."""
+        if self.overwrite + self.skip_existing + self.resume > 1:
+            raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
+        if self.output is None:
+            wants = (("--layer", self.layer), ("--occlusion-fraction", self.occlusion_fraction), ("--debug", self.debug))
+            for option, value in wants if self.candidates is not None else ():
+                if value is not None:
+                    raise AirlightError(f"{option} goes with a picture that is written: add -o FILE")
+            if self.candidates is None:
+                raise AirlightError("no output is named: add -o FILE, or --candidates FILE to see where the light may be")
+            return
+        if self.occlusion_fraction is not None and len(self.lights) > 1:
+            raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
+        if self.debug is not None and (self.layer is not None or self.occlusion_fraction is not None):
+            raise AirlightError("--debug writes its view to -o and nothing else; leave --layer and --occlusion-fraction out")
+
+
+def read_range(text: str) -> tuple[float, float]:
+    """Read the two numbers of --near-range."""
+    from airlight.look.near import check_range
+
+    try:
+        return check_range(text.split(","))
+    except AirlightError:
+        raise AirlightError(f"--near-range {text}: write two numbers, the first the smaller, as in 0.05,0.6") from None
+
+
+def run_image(request: ImageRequest) -> bool:
+    """Do what is wanted: read, find the light, render, write, of many pictures at the same time. False where one of many failed.
+
+    Raises AirlightError, MachineError.
+    """
+    request.check()
+    if request.output is None:
+        show_candidates(request.sources, str(request.candidates), request.reading, request.overwrite)
+        return True
+    request = request.with_occlusion()
+    built, chosen = build(request.values), request.look()
+    todo, done, many = _tasks(request)
+    if not todo:
+        return True
+    if request.recalled:
+        say("the light is that of the settings; --light auto finds each picture's own", prefix="")
+    look = built[Look] if chosen == "smart" else None
+    work = _Work(request, built[Parameters], built[Composite], look, many)
+    failed: list[tuple[PictureTask, AirlightError]] = []
+    if many:
+        failed = run(_with_first(todo, done), work.read, work.render, work.write)
+        say(f"{len(todo) - sum(task.wanted for task, _ in failed)} of {len(todo)} pictures written", prefix="")
+    else:
+        loaded = work.read(todo[0])
+        work.write(todo[0], loaded, work.render(todo[0], loaded))
+    if request.profile:
+        _show_profile(work.spent, work.passes or [])
+    return not failed
+
+
+def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask], bool]:
+    """List what is to be done and what is done already, and tell whether pictures are many; show candidates if they are asked for."""
+    r, output = request, str(request.output)
+    todo, sequence = tasks.picture_tasks(
+        r.sources, output, r.layer, r.occlusion_fraction, r.mask, r.depth, r.subject, r.frames
+    )
+    many = len(todo) > 1 or sequence
+    todo, done = tasks.left_to_do(todo, r.skip_existing, r.resume)
+    tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
+    if r.candidates is not None:
+        if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
+            raise AirlightError(f"{r.candidates}: is named for two outputs; give each a name of its own")
+        show_candidates(r.sources, r.candidates, r.reading, r.overwrite)
+    return todo, done, many
+
+
+def _with_first(todo: list[PictureTask], done: list[PictureTask]) -> list[PictureTask]:
+    """Put the first of each sequence's frames that are done in its place: what it settled holds for the rest."""
+    going = {task.clip for task in todo} - {None}
+    firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
+    return sorted([*todo, *firsts.values()], key=lambda task: task.number)
+
+
+@dataclass
+class _Loaded:
+    picture: "Picture"
+    emits: "np.ndarray | None"
+    far: "np.ndarray | None"
+    subject: "np.ndarray | None"
+
+
+@dataclass
+class _Work:
+    """Reads, renders, writes each picture, each step perhaps by another thread.
+
+    Frames of one sequence take their light, threshold, mix and adaptation from its first, lest they flicker.
+    """
+
+    request: ImageRequest
+    parameters: Any
+    composite: Any
+    look: Any  # None: classic
+    many: bool  # pictures
+
+    def __post_init__(self) -> None:
+        self.passes: list[tuple[str, float]] | None = [] if self.request.profile else None
+        self.overwrite = self.request.overwrite or self.request.resume
+        self.spent = _Spent()
+        self._start = threading.Thread(target=_open_device, args=(self.request.device,), daemon=True)
+        self._start.start()  # while the first picture is read
+        self._where: Any = None
+        # By clip, (lights, parameters, what was measured) of the first frame, the lights in the display window.
+        self._kept: dict[int, tuple[list[LightText], Any, Any]] = {}
+
+    def read(self, task: PictureTask) -> _Loaded:
+        """Read the picture and its planes."""
+        begun, reading = time.perf_counter(), self.request.reading
+        picture = reading.picture(task.source)
+        loaded = _Loaded(picture, reading.mask(task.mask), reading.depth(task.depth, picture), reading.subject(task.subject, picture))
+        self.spent.add("read", begun)
+        return loaded
+
+    def render(self, task: PictureTask, loaded: _Loaded) -> Any:
+        """Give (api.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
+        wanted."""
+        from airlight.occlusion.automatic import check
+
+        kept = None if task.clip is None else self._kept.get(task.clip)
+        if not task.wanted and kept is not None:
+            return None
+        self._start.join()
+        if self._where is None:
+            self._where = _renderer(self.request.device)
+        picture = loaded.picture
+        check(self.parameters, picture.alpha is not None, loaded.far is not None)
+        begun = time.perf_counter()
+        written, parameters, held = kept or self._resolved(picture)
+        lights = [place(light, picture) for light in written]
+        doubts.tell_far_away(self.request.lights, written)
+        begun = self.spent.add("find the light", begun)
+        if self.request.debug is not None:
+            from airlight.debug import view
+
+            if task.clip is not None:
+                self._kept[task.clip] = written, parameters, None
+            tell = functools.partial(say, prefix="")
+            return view(self.request.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, tell)
+        done = self._shone(task, loaded, lights, parameters, held)
+        if lights and kept is None:
+            doubts.tell_unchanged(picture, done, self.look, parameters, self.request.lights, _is_float(task.output, picture))
+        alone = not lights or not getattr(done.held, "changes", True)
+        if task.clip is not None and kept is None and alone:
+            say(f"{picture.path}: its clip follows it, and is left as it is too; begin --frames later to change that", prefix="")
+        if task.clip is not None:
+            self._kept[task.clip] = written, parameters, done.held
+        fraction = self._fraction(loaded, lights, parameters) if task.fraction is not None and lights else None
+        self.spent.add("render", begun)
+        chosen = "classic" if self.look is None else "smart"
+        return done, fraction, self.request.settings.text(written, chosen)
+
+    def _shone(self, task: PictureTask, loaded: _Loaded, lights: list[Any], parameters: Any, held: Any) -> Any:
+        """Render one picture, api.Rendered."""
+        from airlight import api
+
+        picture, r = loaded.picture, self.request
+        real = _is_float(task.output, picture)
+        options: dict[str, Any] = {
+            "mask": loaded.emits,
+            "device": self._where,
+            "profile": self.passes,
+            "float_output": real,
+            "codes_only": task.layer is None and picture.bits == 8 and not real,
+        }
+        if self.look is None and lights:
+            return api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
+        options |= {"subject": loaded.subject, "depth": loaded.far if r.depth_hides else None, "held": held}
+        options |= {"near_range": read_range(r.near_range), "quality": self.parameters.quality}
+        return api.render_look(picture, lights, self.look or Look(), **options)
+
+    def _fraction(self, loaded: _Loaded, lights: list[Any], parameters: Any) -> "np.ndarray":
+        from airlight import api
+
+        picture, keys = loaded.picture, {name: getattr(parameters, name) for name in parameters.__struct_fields__}
+        image, planes = picture.rec709(picture.linear()), {"alpha": picture.alpha, "depth": loaded.far, "mask": loaded.emits}
+        return api.occlusion_fraction(image, lights[0], device=self._where, **planes, **keys)
+
+    def _resolved(self, picture: "Picture") -> Any:
+        """(lights in the display window, parameters with nothing unset, None) of a picture."""
+        from airlight.occlusion.automatic import settled
+
+        r, integer = self.request, picture.codes.dtype.kind == "u"
+        settles = self.look is None and (integer or self.composite.adapt > 0)
+        searched = any(w.searched for w in r.lights)
+        coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
+        written = resolve_lights(r.lights, picture, r.origin, coarse, self.many)
+        if not settles or coarse is None:
+            return written, self.parameters, None
+        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+
+    def write(self, task: PictureTask, loaded: _Loaded, rendered: Any) -> None:
+        """Write the picture, and what goes beside it."""
+        from airlight import files
+
+        if not task.wanted:
+            return
+        begun, picture = time.perf_counter(), loaded.picture
+        bare = dataclasses.replace(
+            picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""
+        )
+        if self.request.debug is not None:
+            if rendered.ndim == 2:
+                _write_data(task.output, rendered, self.overwrite, "")
+            else:
+                files.write_image(task.output, rendered, bare, overwrite=self.overwrite)
+            return
+        done, fraction, settings = rendered
+        beside = done.layer if task.output.lower().endswith(".exr") else None
+        files.write_image(
+            task.output,
+            done.pixels,
+            picture,
+            changed=done.changed,
+            layer=beside,
+            overwrite=self.overwrite,
+            encoded=done.encoded,
+            settings=settings,
+        )
+        if task.layer is not None:
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings)
+        if task.fraction is not None and fraction is not None:
+            _write_data(task.fraction, fraction, self.overwrite, settings)
+        self.spent.add("write", begun)
+
+
+def _renderer(device: str | None) -> Any:
+    """Open a renderer to keep; without an adapter, what makes the API say so and go on without."""
+    from airlight import MachineError, Renderer
+
+    try:
+        return Renderer(device, keep=1)
+    except MachineError:
+        return device
+
+
+def _open_device(name: str | None) -> None:
+    """Open the device ahead; whatever is wrong is told when it is used."""
+    from airlight.gpu.device import open_device
+
+    with contextlib.suppress(Exception):
+        open_device(name)
+
+
+def _is_float(path: str, picture: "Picture") -> bool:
+    """Tell whether the output holds floats: EXR, HDR, and a TIFF made from floats."""
+    return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
+
+
+def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:
+    """Write numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
+    import numpy as np
+
+    from airlight import files
+
+    grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
+    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite, settings=settings)
+
+
+class _Spent:
+    """Counts wall time by step, summed over the pictures."""
+
+    def __init__(self) -> None:
+        self.steps: dict[str, float] = {}
+
+    def add(self, name: str, begun: float) -> float:
+        """Count the time since `begun`; returns now."""
+        now = time.perf_counter()
+        self.steps[name] = self.steps.get(name, 0.0) + (now - begun) * 1e3
+        return now
+
+
+def _show_profile(spent: _Spent, passes: Sequence[tuple[str, float]]) -> None:
+    """Print the wall time of each step, and of each pass on the GPU, summed over the pictures."""
+    by_label: dict[str, float] = {}
+    for label, ms in passes:
+        by_label[label] = by_label.get(label, 0.0) + ms
+    for name in ("read", "find the light", "render", "write"):
+        print(f"{name:24} {spent.steps.get(name, 0.0):9.2f} ms", file=sys.stderr)
+        if name == "render":
+            for label, ms in by_label.items():
+                print(f"  {label:22} {ms:9.2f} ms", file=sys.stderr)

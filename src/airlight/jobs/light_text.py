@@ -1,0 +1,167 @@
+"""Reads lights as a user writes them.
+
+Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
+places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z` or `azimuth,elevation`, with colour and strength.
+"""
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from airlight.errors import AirlightError
+from airlight.lights import KINDS, Light, parse_position
+
+if TYPE_CHECKING:
+    from airlight.files import Picture
+    from airlight.files.images import Window
+    from airlight.pygfx import SceneLight
+
+
+_AUTO = re.compile(r"auto(?::([1-9]\d?)(\+)?)?")
+
+
+@dataclass(frozen=True)
+class LightText:
+    """A light as written; where it is depends on the picture's size. angle: degrees, of a parallel light, which has no position."""
+
+    position: str
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    strength: float = 1.0
+    angle: float | None = None
+    kind: str | None = None  # see Light
+
+    def light(self, x: float, y: float) -> Light:
+        return Light((x, y), self.color, self.strength, kind=self.kind)
+
+    @property
+    def searched(self) -> tuple[int, bool] | None:
+        """(rank, whether all of the better ones are meant too) of a light that is to be found; rank 0: the best, if it is good enough."""
+        found = _AUTO.fullmatch(self.position)
+        return (int(found[1] or 0), bool(found[2])) if found else None
+
+    @property
+    def text(self) -> str:
+        """As `read_light` reads it."""
+        color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
+        place = self.position if self.angle is None else repr(self.angle)
+        kind = "" if self.kind is None else f";kind={self.kind}"
+        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind
+
+
+def read_light(text: str, parallel: bool = False) -> LightText:
+    """A light as written; parallel: an angle stands for the position."""
+    position, known = split_light(text, "DEG" if parallel else "X,Y")
+    if parallel:
+        try:
+            known["angle"] = float(position)
+        except ValueError:
+            raise AirlightError(f"cannot read the angle {position!r}: write degrees, as in 90 for light from above") from None
+        Light.parallel(**known)
+        return LightText("", **known)
+    written = LightText(position, **known)
+    if position.startswith("auto") and written.searched is None:
+        raise AirlightError(f"cannot read {position!r}: write auto, auto:2 for the next place, or auto:3+ for the best three together")
+    written.light(*(0.0, 0.0) if written.searched else parse_position(position, 1, 1))  # refuses bad values before any file is read
+    return written
+
+
+def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
+    """The place as it is written, and {color, strength} where they are given. form: of the place, to tell."""
+    position, *rest = (part.strip() for part in text.split(";"))
+    known: dict[str, Any] = {}
+    for part in rest:
+        name, _, value = (word.strip() for word in part.partition("="))
+        try:
+            if name == "color":
+                known[name] = tuple(float(v) for v in value.split(","))
+            elif name == "strength":
+                known[name] = float(value)
+            elif name == "kind" and form == "X,Y":
+                known[name] = _kind(value, text)
+            else:
+                raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
+        except ValueError:
+            raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
+    return position, known
+
+
+def _kind(value: str, text: str) -> str:
+    if value not in KINDS:
+        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(KINDS)}")
+    return value
+
+
+def _windows(picture: "Picture") -> "tuple[Window, Window]":
+    """Display and data window; the user counts in the first, of which the pixels may be a part."""
+    shown, data = picture.display_window, picture.data_window
+    if min(shown[2:]) <= 0:
+        shown = (0, 0, picture.width, picture.height)
+    return shown, data if min(data[2:]) > 0 else shown
+
+
+def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
+    """The light as numbers that need no picture: a part of the display window's size, from its top left."""
+    if written.angle is not None:
+        return written
+    shown, _ = _windows(picture)
+    x, y = parse_position(written.position, shown[2], shown[3])
+    return replace(written, position=f"{x!r},{1 - y if origin == 'bottom' else y!r}")
+
+
+def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, ...]:
+    """A position of the picture's own pixels as the user counts: (x, y) normalised, and in pixels of the display window."""
+    shown, data = _windows(picture)
+    pixels = [data[i] + position[i] * data[2 + i] - shown[i] for i in (0, 1)]
+    return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
+
+
+def place(written: LightText, picture: "Picture", origin: str = "top") -> Light:
+    """The light in the picture's own pixels."""
+    if written.angle is not None:
+        return Light.parallel(written.angle, written.color, written.strength)
+    shown, data = _windows(picture)
+    x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
+    return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
+
+
+PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
+SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the scene stands for
+
+
+def numbers(text: str, form: str) -> tuple[float, ...]:
+    """`1,2,0.5` as numbers, as many as the form (`x,y,z`) has. Raises AirlightError."""
+    try:
+        found = tuple(float(part) for part in str(text).split(","))
+    except ValueError:
+        found = ()
+    if len(found) != form.count(",") + 1 or not all(math.isfinite(v) and abs(v) <= 1e9 for v in found):
+        raise AirlightError(f"cannot read {text!r}: write {form} as numbers, as in {','.join(['0', '1.5', '-2'][: form.count(',') + 1])}")
+    return found
+
+
+def triple(text: str) -> tuple[float, float, float]:
+    """`x,y,z` as numbers."""
+    x, y, z = numbers(text, PLACE)
+    return x, y, z
+
+
+def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
+    place, known = split_light(text, form.upper())
+    Light((0, 0), **known)  # raises for these
+    at = numbers(place, form)
+    if form == SUN and abs(at[1]) > 90:
+        raise AirlightError(f"the elevation of the sun {text!r} is beyond 90 degrees: write azimuth,elevation, as in 90,20")
+    return at, known
+
+
+def read_scene_light(text: str, form: str) -> "SceneLight":
+    """`x,y,z` or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with `;color=R,G,B;strength=S`."""
+    from airlight.pygfx import SceneLight
+
+    at, known = light_numbers(text, form)
+    if form == PLACE:
+        return SceneLight(position=(at[0], at[1], at[2]), size=SUN_SIZE, **known)
+    turn, up = (math.radians(v) for v in at)
+    direction = (math.sin(turn) * math.cos(up), math.sin(up), -math.cos(turn) * math.cos(up))
+    return SceneLight(direction=direction, size=SUN_SIZE, **known)

@@ -1,0 +1,182 @@
+"""Tasks, a picture each: which files become which, and which of them are left to do."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from airlight.errors import AirlightError
+from airlight.messages import say
+
+
+@dataclass(frozen=True)
+class Task:
+    """Names what one picture or frame is written to.
+
+    number: its place among all, or its frame. layer: the light alone.
+    """
+
+    number: int
+    output: str
+    layer: str | None = None
+
+    @property
+    def outputs(self) -> list[str]:
+        """The files that are written, the first being the picture."""
+        return [path for path in (self.output, self.layer) if path is not None]
+
+
+@dataclass(frozen=True)
+class PictureTask(Task):
+    """Adds what is read, and what else is written, of a picture.
+
+    clip: of the sequence whose frame it is, the place of its first frame among all. wanted: False where it is written already, and only
+    looked at for what the frames after it keep.
+    """
+
+    source: str = ""
+    fraction: str | None = None
+    mask: str | None = None
+    depth: str | None = None
+    subject: str | None = None
+    clip: int | None = None
+    wanted: bool = True
+
+    @property
+    def outputs(self) -> list[str]:
+        return [*super().outputs, *([] if self.fraction is None else [self.fraction])]
+
+    @property
+    def inputs(self) -> list[str]:
+        """The files that are read."""
+        return [path for path in (self.source, self.mask, self.depth, self.subject) if path is not None]
+
+
+@dataclass(frozen=True)
+class FrameTask(Task):
+    """Adds the moment of a scene: time, seconds; turn of the camera, parts of a full turn; and where the source of the shafts goes."""
+
+    buffer: str | None = None
+    time: float = 0.0
+    turn: float = 0.0
+
+    @property
+    def outputs(self) -> list[str]:
+        return [*super().outputs, *([] if self.buffer is None else [self.buffer])]
+
+
+T = TypeVar("T", bound=Task)
+
+
+def picture_tasks(
+    sources: Sequence[str],
+    output: str,
+    layer: str | None,
+    fraction: str | None,
+    mask: str | None,
+    depth: str | None,
+    subject: str | None,
+    frames: str | None,
+) -> tuple[list[PictureTask], bool]:
+    """List what is to be done, and tell whether it is a sequence. Patterns stand for the files that there are, or for `frames`."""
+    from airlight.files.sequence import deliberate, numbered
+    from airlight.files.sequence import frames as read_frames
+
+    given: list[tuple[int | None, str, int | None]] = []
+    for source in sources:
+        pattern = numbered(source)
+        if pattern is None:
+            given.append((None, source, None))
+            continue
+        numbers = read_frames(frames) if frames is not None else pattern.on_disk()
+        if not numbers:
+            raise AirlightError(f"{source}: there are no such files; check the pattern, or give --frames")
+        given += [(number, pattern.frame(number), clip) for clip in [len(given)] for number in numbers]
+    sequence = any(clip is not None for _, _, clip in given)
+    if frames is not None and not sequence:
+        raise AirlightError("--frames needs a pattern for the input, as in shot.####.exr")
+
+    def place(target: str | None, number: int | None, source: str) -> str | None:
+        if target is None:
+            return None
+        pattern = numbered(target)
+        if pattern is not None and number is not None:
+            return pattern.frame(number)
+        if pattern is not None and deliberate(target):
+            raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
+        if os.path.isdir(target) or target.endswith(("/", os.sep)):
+            return os.path.join(target, os.path.basename(source))
+        if len(given) > 1:
+            raise AirlightError(f"{target}: {len(given)} pictures do not go into one file; name a folder or a pattern such as out.####.exr")
+        return target
+
+    def beside(path: str | None, number: int | None) -> str | None:
+        pattern = None if path is None or number is None else numbered(path)
+        return path if pattern is None or number is None else pattern.frame(number)
+
+    found: list[PictureTask] = []
+    for number, source, clip in given:
+        outputs = [place(target, number, source) for target in (output, layer, fraction)]
+        planes = beside(mask, number), beside(depth, number), beside(subject, number)
+        found.append(PictureTask(len(found), outputs[0] or output, outputs[1], source, outputs[2], *planes, clip=clip))
+    refuse_collisions(found, [task.source for task in found])
+    return found, sequence
+
+
+def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:
+    """Raise AirlightError where two outputs, or an output and an input, are one file."""
+    seen: dict[str, str] = {}
+    read = {os.path.realpath(path) for path in inputs}
+    for task in todo:
+        for path in task.outputs:
+            key = os.path.realpath(path)
+            if key in read:
+                raise AirlightError(f"{path}: is also an input; choose another output name")
+            source = task.source if isinstance(task, PictureTask) else ""
+            if seen.get(key, source) != source:
+                raise AirlightError(f"{path}: both {seen[key]} and {source} would go there; name a pattern or do them apart")
+            if key in seen:
+                raise AirlightError(f"{path}: is named for two outputs; give each a name of its own")
+            seen[key] = source
+
+
+def left_to_do(todo: Sequence[T], skip_existing: bool, resume: bool) -> tuple[list[T], list[T]]:
+    """Divide tasks: what is to be done, and those whose outputs exist (skip_existing), or exist and can be read (resume)."""
+    if not skip_existing and not resume:
+        return list(todo), []
+    from airlight import files
+
+    def fine(path: str) -> bool:
+        if skip_existing or not os.path.lexists(path):
+            return os.path.lexists(path)
+        try:
+            files.read_image(path, "error")
+        except AirlightError:
+            return False
+        return True
+
+    left: list[T] = []
+    done: list[T] = []
+    for task in todo:
+        (done if all(fine(path) for path in task.outputs) else left).append(task)
+    if done:
+        say(f"{todo[0].output} exists: skipped" if len(todo) == 1 else f"{len(done)} of {len(todo)} exist: skipped", prefix="")
+    return left, done
+
+
+def check_outputs(todo: Sequence[Task], inputs: Sequence[str], many: bool, overwrite: bool) -> None:
+    """Raise AirlightError for outputs that cannot be written, before the work begins. many: also where some exist, all at once."""
+    from airlight import files
+
+    for task in todo:
+        read = [*inputs, *(task.inputs if isinstance(task, PictureTask) else ())]
+        for path in task.outputs:
+            files.check_output(path, read, many or overwrite)
+    refuse_collisions(todo, ())
+    there = [path for task in todo for path in task.outputs if os.path.lexists(path)] if many and not overwrite else []
+    if there:
+        more = f", as do {len(there) - 1} more" if len(there) > 1 else ""
+        raise AirlightError(
+            f"{there[0]}: exists already{more}; pass -y/--overwrite to replace them, -n to leave them out,"
+            " or --resume to do what is missing or damaged"
+        )

@@ -1,0 +1,146 @@
+"""Lights that shine on a medium, in the units of glTF (KHR_lights_punctual): lux or candela; metres. NumPy only.
+
+A kind of light is a subclass in a file of its own, and a line of `kinds.KINDS`; nothing else asks a light for its kind's name.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.medium.resolve import ResolvedMedium
+from airlight.planes import smoothstep
+from airlight.projection import Matrix
+from airlight.shadows import ShadowView
+
+Array = npt.NDArray[np.floating[Any]]
+Triple = tuple[float, float, float]
+
+
+def triple(v: Any) -> Triple:
+    """Converts three numbers of any kind to floats."""
+    return float(v[0]), float(v[1]), float(v[2])
+
+
+@dataclass(frozen=True)
+class PunctualLight:
+    """A light that shines on a medium.
+
+    intensity: (3,) linear RGB: lux on a plane that faces a directional light, else candela. strength: factor of what the medium makes of
+    it; anisotropy: instead of the medium's, -1..1.
+
+    kind: as KHR_lights_punctual names it; word: as messages and timings do. directional: its rays are parallel. flags: override constants
+    of scatter/march/scene.wgsl that say what of a light's kind the shaders have to know.
+    """
+
+    intensity: Triple
+    strength: float = field(default=1.0, kw_only=True)
+    anisotropy: float | None = field(default=None, kw_only=True)
+
+    kind: ClassVar[str]
+    word: ClassVar[str]
+    directional: ClassVar[bool] = False
+    flags: ClassVar[Mapping[str, bool]] = {}
+
+    def fade(self, eye: Any, medium: ResolvedMedium) -> float:
+        """Computes the light's factor for an eye at (3,), world, from Medium.lamp_distance and lamp_fade; 1 for directional lights."""
+        return 1.0
+
+    def in_view(self, view: Matrix) -> Array:
+        """Transforms its position, or the direction towards it, by (4, 4) world to view space, to (3,)."""
+        raise NotImplementedError
+
+    def axis(self) -> Triple:
+        """Returns the unit vector, world, around which its intensity varies; any where it does not."""
+        return 0.0, 1.0, 0.0
+
+    def cone(self) -> tuple[float, float]:
+        """Returns (scale, offset) of its angular falloff clamp(cos a scale + offset, 0, 1)^2 at an angle a to its axis; (0, 1): none."""
+        return 0.0, 1.0
+
+    def cone_cosine(self) -> float:
+        """Returns the cosine of the half angle of the cone around its axis beyond which it is dark; -1: none."""
+        return -1.0
+
+    def attenuation_range(self) -> float:
+        """Returns the distance in metres from which on it is dark, by the factor max(1 - (d / range)^4, 0); 0: none."""
+        return 0.0
+
+    def disc_tangent(self, default: float) -> float:
+        """Returns the tangent of its angular radius, for soft shadows; default: the radius in degrees where it has none of its own."""
+        return 0.0
+
+    def incident(self, points: Array) -> tuple[Array, Array, Array]:
+        """Computes what reaches points (..., 3), world, through empty space.
+
+        Returns (..., 3) unit vectors towards the light, (...) metres of the way from it that are in the medium, 0 for a directional light,
+        and (...) the factor of `intensity` that makes it the irradiance of a plane that faces the light, lux.
+        """
+        raise NotImplementedError
+
+    def travel(self, points: Array) -> Array:
+        """Computes (..., 3) vectors of any length along which its light travels at points (..., 3), world."""
+        raise NotImplementedError
+
+    def kink_cosines(self) -> tuple[float, ...]:
+        """Returns the cosines to its axis at which the irradiance has a kink, where it is integrated in parts."""
+        return ()
+
+    def shadow_layers(self, medium: ResolvedMedium) -> int:
+        """Returns how many `shadow_views` there can be."""
+        raise NotImplementedError
+
+    def shadow_views(self, view: Any, projection: Any, hulls: Matrix, medium: ResolvedMedium) -> list[ShadowView]:
+        """Fits its shadow map's views to hulls (N, 8, 3), world, for a camera with (4, 4) matrices view (world to view space) and
+        projection (to clip space)."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class PositionalLight(PunctualLight):
+    """A light at a point: irradiance intensity / d^2 at a distance d.
+
+    position: metres, world. range: metres, see `attenuation_range`. near: no shadow caster is nearer to it, metres; 0: unknown.
+    """
+
+    position: Triple = (0.0, 0.0, 0.0)
+    range: float = field(default=0.0, kw_only=True)
+    near: float = field(default=0.0, kw_only=True)
+
+    def fade(self, eye: Any, medium: ResolvedMedium) -> float:
+        distance, fade = medium.settings.lamp_distance, medium.settings.lamp_fade
+        if distance is None:
+            return 1.0
+        away = float(np.linalg.norm(np.asarray(self.position, float) - eye))
+        if fade == 0:
+            return float(away <= distance)
+        return float(smoothstep(distance - away, 0.0, fade * distance))
+
+    def in_view(self, view: Matrix) -> Array:
+        return np.asarray((view @ np.append(self.position, 1.0))[:3])
+
+    def attenuation_range(self) -> float:
+        return self.range
+
+    def travel(self, points: Array) -> Array:
+        return np.asarray(points - np.asarray(self.position, float))
+
+    def incident(self, points: Array) -> tuple[Array, Array, Array]:
+        away = self.travel(points)
+        d = np.linalg.norm(away, axis=-1)
+        scale, offset = self.cone()
+        factor = cone_ramp(away @ np.array(self.axis()) / d, scale, offset) ** 2 * range_window(d, self.range)
+        return -away / d[..., None], d, factor / d**2
+
+
+def cone_ramp(cosine: Any, scale: float, offset: float) -> Array:
+    """Computes the root of a spot's angular falloff (KHR_lights_punctual), 0..1, from the cosine to its axis and `PunctualLight.cone`."""
+    return np.asarray(np.clip(np.asarray(cosine, float) * scale + offset, 0, 1))
+
+
+def range_window(d: Any, range: float) -> Array:
+    """Computes the attenuation of a light's range (KHR_lights_punctual), 0..1, at distances d from it; range 0: none. Both in metres."""
+    d = np.asarray(d, float)
+    return np.asarray(np.maximum(1 - (d / range) ** 4, 0)) if range > 0 else np.ones_like(d)

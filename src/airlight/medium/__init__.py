@@ -1,0 +1,1 @@
+"""Media that scatter light: their coefficients in `resolve`, their shaders beside it."""

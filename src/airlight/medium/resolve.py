@@ -1,0 +1,77 @@
+"""Resolves `options.Medium` and `options.March` for a scene: coefficients, and a value for all that is unset."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from airlight.options import March, Medium
+from airlight.options.declare import as_text
+
+OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
+MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
+BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
+OPAQUE_DEPTH, EMPTY_DEPTH = 6.0, 1e-3  # optical depths across a scene: from here nothing is seen through it, up to here nothing of it
+PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in scatter/march/scene.wgsl
+
+
+@dataclass(frozen=True)
+class ResolvedMedium:
+    """A medium and how it is marched, with nothing unset. sigma_t, sigma_s, ambient: (3,) float64, 1/m, 1/m, radiance.
+
+    settings, march: as they were given.
+    """
+
+    sigma_t: npt.NDArray[np.float64]
+    sigma_s: npt.NDArray[np.float64]
+    ambient: npt.NDArray[np.float64]
+    max_distance: float
+    steps: int  # 0: exact
+    shadow_size: int
+    settings: Medium
+    march: March
+
+    @property
+    def exact(self) -> bool:
+        return self.steps == 0
+
+    def lobes(self, anisotropy: float | None = None) -> tuple[int, float, float, float]:
+        """Returns (index in PHASES, g, g of the second lobe, its share), for a light with an anisotropy of its own, or none."""
+        m = self.settings
+        own = m.anisotropy if anisotropy is None else anisotropy
+        return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
+
+
+def resolve(medium: Medium, march: March, quality: str, radius: float) -> ResolvedMedium:
+    """Gives all that is unset a value, which follows from radius, the scene's in metres, and from the quality: draft, normal or final."""
+    sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (OPTICAL_DEPTH / (2 * radius),) * 3, float)
+    steps, size = BY_QUALITY[quality]
+    requested = steps if march.steps is None else march.steps
+    return ResolvedMedium(
+        sigma_t=sigma_t,
+        sigma_s=sigma_t * medium.albedo,
+        ambient=np.array(medium.ambient, float),
+        max_distance=MAX_DISTANCE_RADII * radius if medium.max_distance is None else medium.max_distance,
+        steps=0 if requested == "exact" else requested,
+        shadow_size=size if march.shadow_size is None else march.shadow_size,
+        settings=medium,
+        march=march,
+    )
+
+
+def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
+    """Words one line where the medium hides the scene or cannot be seen, with what would suit; else None. An empty one is meant so.
+
+    distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
+    """
+    path_length = min(max(distance, 2 * radius), medium.max_distance)
+    depths = medium.sigma_t * path_length
+    if path_length <= 0 or not depths.any():
+        return None
+    suits = as_text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * (OPTICAL_DEPTH / depths.mean())))
+    across = f"an optical depth of {depths.mean():.2g} over {path_length:.3g} m"
+    if depths.min() > OPAQUE_DEPTH and medium.settings.extinction:
+        return f"the medium hides the scene: {across}; it would be seen with a sigma_t of about {suits} 1/m"
+    if depths.max() < EMPTY_DEPTH:
+        return f"the medium is too thin to be seen: {across}; it would be seen with a sigma_t of about {suits} 1/m"
+    return None

@@ -1,0 +1,1 @@
+"""The process around a command: it outlives a crash, answers stops, and removes temporary files."""

@@ -1,0 +1,94 @@
+"""Makes the lights that shine on a medium of a scene's lights."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.lights.directional import DirectionalLight
+from airlight.lights.point import PointLight
+from airlight.lights.punctual import PunctualLight, Triple, triple
+from airlight.lights.spot import SpotLight
+from airlight.pygfx.lights import BODY, SceneLight, beam
+
+
+def punctual_lights(lights: Sequence[SceneLight]) -> list[PunctualLight]:
+    """Makes what shines on the medium: each visible gfx light that is the target of one of `lights`, or below it, once; what is given by a
+    position or direction alone, or by a target without gfx lights, as color times strength, in candela or lux. Dark ones are left out.
+
+    A gfx light's intensity is what its surfaces take it for, lux of a sun, else candela: its decay has to be 2, pygfx's default is 0.
+    Raises AirlightError for what a light cannot be.
+    """
+    found: list[PunctualLight] = []
+    taken: set[int] = set()
+    for light in lights:
+        light.check()
+        own = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, tuple(GFX_KINDS))]
+        body = light.body()
+        near = 0.0 if body is None else BODY * body[1]
+        if not own:
+            found.append(_placed(light, near))
+        for one in own:
+            if id(one) not in taken and _shines(one):
+                taken.add(id(one))
+                found.append(_of(one, light, near))
+    placed = [one for one in found if np.isfinite([*one.in_view(np.eye(4)), *one.axis()]).all()]
+    return [one for one in placed if one.strength * max(one.intensity) > 0]
+
+
+def _unit(v: Any) -> Triple:
+    """Normalises a vector; (0, 0, 1) of nothing."""
+    length = float(np.linalg.norm(v))
+    return triple(np.asarray(v, float) / length) if length > 0 else (0.0, 0.0, 1.0)
+
+
+def _shines(light: Any) -> bool:
+    return all(thing.visible for thing in _upwards(light))
+
+
+def _upwards(thing: Any) -> Iterator[Any]:
+    while thing is not None:
+        yield thing
+        thing = thing.parent
+
+
+def _placed(light: SceneLight, near: float) -> PunctualLight:
+    """Makes a light that pygfx does not know."""
+    position, color = light.homogeneous(), triple(light.color)
+    own: Any = {"strength": light.strength, "anisotropy": light.anisotropy}
+    if position[3] == 0:
+        return DirectionalLight(color, _unit(position[:3]), **own)
+    return PointLight(color, triple(position[:3]), near=near, **own)
+
+
+def _directional(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
+    return DirectionalLight(intensity, _unit(np.negative(_unit(beam(gfx_light)))), **own)
+
+
+def _point(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
+    position = triple(np.asarray(gfx_light.world.position, float))
+    return PointLight(intensity, position, range=float(gfx_light.distance), near=near, **own)
+
+
+def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
+    position, outer = triple(np.asarray(gfx_light.world.position, float)), min(float(gfx_light.angle), math.pi / 2)
+    inner = outer * (1 - float(gfx_light.penumbra))
+    reach = float(gfx_light.distance)
+    return SpotLight(intensity, position, _unit(beam(gfx_light)), inner=inner, outer=outer, range=reach, near=near, **own)
+
+
+GFX_KINDS: dict[type, Callable[[Any, Triple, float, Any], PunctualLight]] = {
+    gfx.DirectionalLight: _directional,
+    gfx.SpotLight: _spot,
+    gfx.PointLight: _point,
+}
+
+
+def _of(gfx_light: Any, light: SceneLight, near: float) -> PunctualLight:
+    """Makes the light of a gfx light, tinted by its SceneLight."""
+    power = np.array(gfx_light.color.to_physical()[:3]) * gfx_light.intensity
+    intensity = triple(np.maximum(power, 0) * light.color)
+    make = next(make for kind, make in GFX_KINDS.items() if isinstance(gfx_light, kind))
+    return make(gfx_light, intensity, near, {"strength": light.strength, "anisotropy": light.anisotropy})
