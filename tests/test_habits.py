@@ -30,13 +30,6 @@ THEIRS = {
     "test_renderer.py": {"_repr_png_"},  # what IPython calls
     "test_viewer_window.py": {"_repr_mimebundle_"},
 }  # fmt: skip
-# Airlight's own that are to become public.
-FROZEN_PRIVATE = {
-    "test_march.py": {"_layers"},
-    "test_medium_pass.py": {"_World", "_balance", "_step"},
-    "test_prepass.py": {"_region"},
-    "test_scene_pass.py": {"_balance", "_looked"},
-}
 
 
 NAMED_TUPLE = ("_asdict", "_fields", "_make", "_replace")  # public, in spite of their names
@@ -85,7 +78,7 @@ def beginning_with(words: str, functions: bool, folder: Path = SOURCE) -> list[s
 
 def test_tests_use_public_names() -> None:
     found = {path.name: private_names(path.read_text(encoding="utf-8")) for path in TESTS.rglob("*.py")}
-    new = {name: names - THEIRS.get(name, set()) - FROZEN_PRIVATE.get(name, set()) for name, names in found.items()}
+    new = {name: names - THEIRS.get(name, set()) for name, names in found.items()}
     assert not {name: names for name, names in new.items() if names}, "make it public under a good name, or test what it does from outside"
     gone = {name: names - found.get(name, set()) for name, names in THEIRS.items()}
     assert not {name: names for name, names in gone.items() if names}, "the list names what no test uses"
