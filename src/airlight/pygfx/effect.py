@@ -111,8 +111,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
     linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
     length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. `region`: x, y, width,
-    height of the view in `source` and `layer`, as parts of them. `statistics`, `levels`: buffers of what occluders by contrast and adaptation
-    measured, as look.wgsl and balance.wgsl list them. Raises AirlightError.
+    height of the view in `source` and `layer`, as parts of them. `statistics`, `levels`: buffers of what occluders by contrast and
+    adaptation measured, as look.wgsl and balance.wgsl list them. Raises AirlightError.
     """
 
     USES_DEPTH = True
