@@ -411,7 +411,7 @@ def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pi
     run_ms(device, lambda encoder: march.record(encoder, seen))
     found, small = (
         np.frombuffer(device.read(texture, 16), np.float32).reshape(size[1], size[0], 4)
-        for texture, size in ((march.layer, pixels), (march._layers[0], march.size))
+        for texture, size in ((march.layer, pixels), (march.marched_layers[0], march.size))
     )
     assert small.shape[:2] == (max(1, round(share * pixels[1])), max(1, round(share * pixels[0]))) and np.ptp(small[..., 0]) > 0.01
     rows, columns = (march_twin.sampled_pixel(np.arange(n), n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
