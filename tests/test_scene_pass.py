@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from airlight.composite.adapt import measured
+from airlight.composite.adapt import measure_ramp
 from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.options import Composite, Parameters, SceneOptions
@@ -379,7 +379,7 @@ def test_adaptation_keeps_the_level(stage: Stage) -> None:
         ramp, _ = twin.balance(lit)
         found = np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[:2]
         np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=0.02)
-        exact = measured(lit.astype(np.float32))
+        exact = measure_ramp(lit.astype(np.float32))
         np.testing.assert_allclose([ramp.scale, ramp.white], [exact.scale, exact.white], rtol=0.1)
         gain = ramp.gain(lit.astype(np.float32))[..., None]
         clipped.append(np.abs(seen["out"] - twin.filmic((seen["color"] + bilinear(seen["layer"])) * gain)).mean())

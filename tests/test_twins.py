@@ -22,37 +22,39 @@ TWIN = re.compile(r"\bTwin: ([\w/]+\.py):(\w+)\.(?=\s|$)")
 # Functions that have no twin, or none that a test calls: to be emptied.
 LACKING: set[str] = {
     # the march
-    "scatter/march/lights.wgsl:approach",
-    "scatter/march/lights.wgsl:bias_in",
-    "scatter/march/lights.wgsl:by_v",
-    "scatter/march/lights.wgsl:cut",
-    "scatter/march/lights.wgsl:in_cone",
-    "scatter/march/lights.wgsl:in_full",
-    "scatter/march/lights.wgsl:in_narrow_cone",
-    "scatter/march/lights.wgsl:lamp_stretch",
-    "scatter/march/lights.wgsl:line_of",
-    "scatter/march/lights.wgsl:threshold",
-    "scatter/march/lights.wgsl:v_at",
-    "scatter/march/ray.wgsl:lamplight",
-    "scatter/march/ray.wgsl:mean_transmittance",
-    "scatter/march/ray.wgsl:pixel_of",
-    "scatter/march/ray.wgsl:sunlight",
-    "scatter/march/ray.wgsl:transmittance",
-    "scatter/march/ray.wgsl:until",
-    "scatter/march/scene.wgsl:henyey_greenstein",
-    "scatter/march/scene.wgsl:phase",
-    "scatter/march/scene.wgsl:phase_between",
-    "scatter/march/scene.wgsl:phase_by",
-    "scatter/march/steps.wgsl:angle_at",
-    "scatter/march/steps.wgsl:by_angle",
+    "lights/irradiance.wgsl:cone_ramp",
+    "lights/irradiance.wgsl:range_window",
+    "medium/phase.wgsl:henyey_greenstein",
+    "medium/phase.wgsl:phase",
+    "medium/phase.wgsl:phase_apart",
+    "medium/phase.wgsl:phase_between",
+    "medium/transmittance.wgsl:mean_transmittance",
+    "medium/transmittance.wgsl:transmittance",
+    "medium/transmittance.wgsl:transmittance_integral",
+    "scatter/march/build_hierarchy.wgsl:pack_conservative",
+    "scatter/march/hierarchy.wgsl:tile_index",
+    "scatter/march/hierarchy.wgsl:tiles_along",
+    "scatter/march/lights.wgsl:biased_occluder_depth",
+    "scatter/march/lights.wgsl:clip_range",
+    "scatter/march/lights.wgsl:clip_to_cone",
+    "scatter/march/lights.wgsl:clip_to_narrow_cone",
+    "scatter/march/lights.wgsl:depth_bias",
+    "scatter/march/lights.wgsl:full_cone_range",
+    "scatter/march/lights.wgsl:integrate_punctual",
+    "scatter/march/lights.wgsl:nearest_approach",
+    "scatter/march/lights.wgsl:project_ray",
+    "scatter/march/lights.wgsl:sinh_integrand",
+    "scatter/march/lights.wgsl:sinh_parameter",
+    "scatter/march/ray.wgsl:in_scatter_directional",
+    "scatter/march/ray.wgsl:in_scatter_punctual",
+    "scatter/march/ray.wgsl:sampled_pixel",
+    "scatter/march/steps.wgsl:cascade_weight",
+    "scatter/march/steps.wgsl:equiangular_angle",
+    "scatter/march/steps.wgsl:equiangular_integrand",
     "scatter/march/steps.wgsl:first_step",
-    "scatter/march/steps.wgsl:on_disc",
-    "scatter/march/steps.wgsl:passed",
-    "scatter/march/tile.wgsl:tile_at",
-    "scatter/march/tile.wgsl:tiles_along",
-    "scatter/march/tiles.wgsl:rounded",
-    "scatter/march/upsample.wgsl:apart",
-    "scatter/march/walk.wgsl:way",
+    "scatter/march/steps.wgsl:vogel_disc",
+    "scatter/march/upsample.wgsl:relative_difference",
+    "scatter/march/walk.wgsl:line_to_t",
     # the article and the passes of scenes
     "pygfx/merge.wgsl:filmic",
     "pygfx/merge.wgsl:lines",
@@ -66,10 +68,15 @@ LACKING: set[str] = {
 # Files whose comments name twins in another form, or such as do not exist: to be emptied.
 UNNAMED: set[str] = {
     # the march
+    "lights/irradiance.wgsl",
+    "medium/phase.wgsl",
+    "medium/transmittance.wgsl",
+    "scatter/march/build_hierarchy.wgsl",
+    "scatter/march/hierarchy.wgsl",
     "scatter/march/lights.wgsl",
-    "scatter/march/ray.wgsl",
-    "scatter/march/scene.wgsl",
+    "scatter/march/steps.wgsl",
     "scatter/march/upsample.wgsl",
+    "scatter/march/walk.wgsl",
     # the article and the passes of scenes
     "pygfx/merge.wgsl",
     "pygfx/merged.wgsl",
@@ -166,7 +173,7 @@ def test_this_finds_functions() -> None:
     """The rule itself: there are many pure functions, and entry points and reads of textures are not among them."""
     names = set(pure())
     assert len(names) > 50
-    assert {("wgsl/half.wgsl", "nearest_half"), ("look/rays.wgsl", "polar"), ("scatter/march/scene.wgsl", "phase")} <= names
+    assert {("wgsl/half.wgsl", "nearest_half"), ("look/rays.wgsl", "polar"), ("medium/phase.wgsl", "phase")} <= names
     assert not {("look/bands.wgsl", "scan"), ("viewer/show.wgsl", "between"), ("scatter/epipolar/scan.wgsl", "store_sum")} & names
     broken = Function("polar", "Find it. Twin: reference/look.py:no_such_name.", False, (), "f32", "")
     assert problem("look/rays.wgsl", broken) and problem("look/rays.wgsl", Function("polar", "", False, (), "f32", ""))

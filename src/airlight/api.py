@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from airlight.arrays import encode, to_linear
 from airlight.colour import is_neutral
-from airlight.composite.blend import Rule, measured_on, resolve, sample_step
+from airlight.composite.blend import CompositeSettings, auto_levels_of, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture
@@ -23,11 +23,11 @@ from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
-from airlight.look.settle import Settled
+from airlight.look.resolve import ResolvedLook
 from airlight.luminance import luminance
 from airlight.notebook_image import shown
+from airlight.occlusion.automatic import auto_threshold
 from airlight.occlusion.automatic import check as _check
-from airlight.occlusion.automatic import settled
 from airlight.options import Composite, Look, Parameters, chosen_look
 from airlight.planes import by_rows
 from airlight.reference import fallback
@@ -93,14 +93,14 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     return Parameters(**named), mask
 
 
-def _settled(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
-    """The parameters for an array: `settled` on some 100,000 of its pixels where it holds integers, or is adapted."""
+def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
+    """The parameters for an array: `auto_threshold` on some 100,000 of its pixels where it holds integers, or is adapted."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
     if is_float and not adapts:
         return p
     step = sample_step(array.shape[1], array.shape[0])
-    return settled(p, to_linear(array[every(array.shape[0], step), every(array.shape[1], step)])[0], lights, bounded=not is_float)
+    return auto_threshold(p, to_linear(array[every(array.shape[0], step), every(array.shape[1], step)])[0], lights, bounded=not is_float)
 
 
 def _layer(
@@ -144,10 +144,18 @@ def gpu_inputs(
 
 
 def _codes(
-    image: Any, alpha: Any, lights: list[Light], p: Parameters, rule: Rule, mask: Any, depth: Any, device: PictureRenderer, **options: Any
-) -> tuple[Any, Rule]:
+    image: Any,
+    alpha: Any,
+    lights: list[Light],
+    p: Parameters,
+    settings: CompositeSettings,
+    mask: Any,
+    depth: Any,
+    device: PictureRenderer,
+    **options: Any,
+) -> tuple[Any, CompositeSettings]:
     """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
-    rule as measured."""
+    settings as measured."""
     has_alpha = image.shape[2] == 4
     _check(p, has_alpha or alpha is not None, depth is not None)
     codes = image
@@ -155,8 +163,8 @@ def _codes(
         codes = np.empty((*image.shape[:2], 4), np.uint8)
         codes[..., :3] = image[..., :3]
         codes[..., 3] = 255 if alpha is None else np.rint(255 * np.clip(alpha, 0, 1))
-    out, rule = render_codes(device, codes, lights, p, rule, mask=mask, depth=depth, **options)
-    return np.ascontiguousarray(out[..., :3]), rule
+    out, settings = render_codes(device, codes, lights, p, settings, mask=mask, depth=depth, **options)
+    return np.ascontiguousarray(out[..., :3]), settings
 
 
 def light_shafts(
@@ -185,7 +193,7 @@ def _shafts(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
         lights,
-        _settled(p, image, lights, adapts),
+        _auto_threshold(p, image, lights, adapts),
         _plane("mask", given if given is not None else mask, shape),
         _plane("depth", depth, shape),
         device,
@@ -259,8 +267,8 @@ def add_light_shafts(
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
         lights = as_lights(place)
     done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
-    if done.settled.message:
-        warnings.warn(done.settled.message, AirlightWarning, stacklevel=2)
+    if done.resolved.message:
+        warnings.warn(done.resolved.message, AirlightWarning, stacklevel=2)
     if done.codes is not None:
         return shown(done.codes if array.shape[2] == 3 else np.concatenate([done.codes, array[..., 3:]], axis=2))
     if rgb is None:
@@ -304,21 +312,21 @@ def _add_sum(
 ) -> Any:
     """The image with the sum's layer on it."""
     is_float = array.dtype.kind == "f"
-    rule = resolve(composite, is_float)
+    settings = resolve(composite, is_float)
     chosen = _renderer(device)
     plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
-    if chosen is not None and plain and not rule.adapt:
+    if chosen is not None and plain and not settings.adapt:
         p, _ = _parameters(array, dict(named))
         shape = array.shape[:2]
         emits = _plane("mask", mask, shape)
         opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
         lights = as_lights(light)
-        codes, _ = _codes(array, opaque, lights, _settled(p, array, lights), rule, emits, far, chosen)
+        codes, _ = _codes(array, opaque, lights, _auto_threshold(p, array, lights), settings, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
-    layer = _shafts(array, light, alpha, depth, mask, named, chosen, rule.adapt > 0)
+    layer = _shafts(array, light, alpha, depth, mask, named, chosen, settings.adapt > 0)
     linear, _ = to_linear(array)
-    out, added = blend_layer(linear, layer, rule)
-    return shown(_encoded(array, out, _lit(added) | (rule.adapt > 0)))
+    out, added = blend_layer(linear, layer, settings)
+    return shown(_encoded(array, out, _lit(added) | (settings.adapt > 0)))
 
 
 def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
@@ -354,7 +362,7 @@ def occlusion_fraction(
     )
     if METHODS[p.method].stencilled:  # eight bits are too few for a fraction
         plain = msgspec.structs.replace(plain, method="radial")
-    plain = _settled(plain, image, lights)
+    plain = _auto_threshold(plain, image, lights)
     lit = _layer(
         rgb,
         _plane("alpha", own if alpha is None else alpha, shape),
@@ -377,7 +385,7 @@ class Rendered:
     layer: FloatArray | None = None
     changed: npt.NDArray[np.bool_] | None = None
     encoded: npt.NDArray[np.uint8] | None = None
-    held: Rule | Settled | None = None  # what was measured: for the next frame
+    held: CompositeSettings | ResolvedLook | None = None  # what was measured: for the next frame
     message: str = ""  # one line for the user
 
 
@@ -385,7 +393,7 @@ def render_picture(
     picture: Picture,
     lights: list[Light],
     parameters: Parameters,
-    composite: Composite | Rule | None = None,
+    composite: Composite | CompositeSettings | None = None,
     *,
     mask: Any = None,
     depth: Any = None,
@@ -394,26 +402,26 @@ def render_picture(
     float_output: bool = False,
     codes_only: bool = False,
 ) -> Rendered:
-    """The classic look of a picture from a file, its parameters `settled`.
+    """The classic look of a picture from a file, its parameters `auto_threshold`.
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """
-    rule = composite if isinstance(composite, Rule) else resolve(composite or Composite(), float_output)
+    settings = composite if isinstance(composite, CompositeSettings) else resolve(composite or Composite(), float_output)
     shape = (picture.height, picture.width)
     planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
     chosen = _renderer(device)
     options = {} if chosen is None else {"profile": profile}
-    if chosen is not None and codes_only and _is_plain(picture) and not rule.adapt:
-        encoded, rule = _codes(picture.codes, None, lights, parameters, rule, *planes, chosen, **options)
-        return Rendered(encoded=encoded, held=rule)
+    if chosen is not None and codes_only and _is_plain(picture) and not settings.adapt:
+        encoded, settings = _codes(picture.codes, None, lights, parameters, settings, *planes, chosen, **options)
+        return Rendered(encoded=encoded, held=settings)
     rgb = picture.linear()
     layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
-    rule = measured_on(rgb, layer, rule, picture.luminance)
-    pixels, added = blend_layer(rgb, layer, rule, picture.luminance)
-    changed = _lit(added) | (rule.adapt > 0)
+    settings = auto_levels_of(rgb, layer, settings, picture.luminance)
+    pixels, added = blend_layer(rgb, layer, settings, picture.luminance)
+    changed = _lit(added) | (settings.adapt > 0)
     if picture.alpha is not None and not picture.associated:
         added *= picture.alpha[..., None]
-    return Rendered(pixels, added, changed, held=rule)
+    return Rendered(pixels, added, changed, held=settings)
 
 
 def _is_plain(picture: Picture) -> bool:
@@ -431,7 +439,7 @@ def render_look(
     depth: Any = None,
     subject: Any = None,
     near_range: tuple[float, float] = NEAR_RANGE,
-    held: Settled | None = None,
+    held: ResolvedLook | None = None,
     device: Where = None,
     profile: Any = None,
     float_output: bool = False,
@@ -450,11 +458,11 @@ def render_look(
     options: dict[str, Any] = {"near": near, "masked": _plane("mask", mask, shape), "held": held, "quality": quality, "profile": profile}
     options["grey"] = picture.colour_codes.shape[2] == 1
     done = apply_look(chosen, pixels, coarse, lights, look, float_output=float_output, **options)
-    message = done.settled.message
+    message = done.resolved.message
     if done.codes is not None:
-        return Rendered(encoded=done.codes, held=done.settled, message=message)
+        return Rendered(encoded=done.codes, held=done.resolved, message=message)
     if done.added is None or done.taken is None:
-        return dataclasses.replace(_untouched(picture, codes_only), held=done.settled, message=message)
+        return dataclasses.replace(_untouched(picture, codes_only), held=done.resolved, message=message)
     added = picture.from_rec709(done.added)
     out = picture.linear()
 
@@ -468,7 +476,7 @@ def render_look(
     changed = _lit(added) | (done.taken != 0)
     if picture.alpha is not None and not picture.associated:
         added = added * picture.alpha[..., None]
-    return Rendered(out, added, changed, held=done.settled, message=message)
+    return Rendered(out, added, changed, held=done.resolved, message=message)
 
 
 def _untouched(picture: Picture, codes_only: bool) -> Rendered:

@@ -35,7 +35,7 @@ def view(
     device: PictureRenderer | str | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> Array:
-    """Compute one view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `settled`.
+    """Compute one view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `auto_threshold`.
 
     source: I m, what is summed. mask: m. fraction: D(phi) of Eq. 2. lines: the epipolar lines and nodes over the picture, every
     k-th. moments: the steps of every k-th line, coloured by their length. say gets what a picture cannot show, powers among it.

@@ -207,7 +207,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask],
 
 
 def _with_first(todo: list[PictureTask], done: list[PictureTask]) -> list[PictureTask]:
-    """Put the first of each sequence's frames that are done in its place: what it settled holds for the rest."""
+    """Put the first of each sequence's frames that are done in its place: what it resolved holds for the rest."""
     going = {task.clip for task in todo} - {None}
     firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
     return sorted([*todo, *firsts.values()], key=lambda task: task.number)
@@ -318,7 +318,7 @@ class _Work:
 
     def _resolved(self, picture: "Picture") -> Any:
         """(lights in the display window, parameters with nothing unset, None) of a picture."""
-        from airlight.occlusion.automatic import settled
+        from airlight.occlusion.automatic import auto_threshold
 
         r, integer = self.request, picture.codes.dtype.kind == "u"
         settles = self.look is None and (integer or self.composite.adapt > 0)
@@ -327,7 +327,7 @@ class _Work:
         written = resolve_lights(r.lights, picture, r.origin, coarse, self.many)
         if not settles or coarse is None:
             return written, self.parameters, None
-        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+        return written, auto_threshold(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
 
     def write(self, task: PictureTask, loaded: _Loaded, rendered: Any) -> None:
         """Write the picture, and what goes beside it."""

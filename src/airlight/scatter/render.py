@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from airlight.composite.blend import Rule
+from airlight.composite.blend import CompositeSettings
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
-from airlight.gpu.recycling import Recycling
+from airlight.gpu.reusing import ReusingDevice
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import Light, as_lights
@@ -122,7 +122,7 @@ class Moving:
 
     def __init__(self, device: Device, size: tuple[int, int], p: Parameters, source: Any, layer: Any) -> None:
         self.size, self.p, self.source, self.layer = size, p, source, layer
-        self.device = Recycling(device)
+        self.device = ReusingDevice(device)
         self.plans: list[Any] = []
 
     def aim(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
@@ -187,16 +187,16 @@ class ImagePlan(TimedSubmits):
         self.source.write(mask, depth, self.scale, luminance)
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
 
-    def codes(self, rule: Rule, profile: list[tuple[str, float]] | None = None) -> tuple[Array, Rule]:
-        """The picture's codes with the layer on them, (H, W, 4) uint8, and the rule as it was measured."""
-        key = rule.blend, rule.veil > 0
+    def codes(self, settings: CompositeSettings, profile: list[tuple[str, float]] | None = None) -> tuple[Array, CompositeSettings]:
+        """The picture's codes with the layer on them, (H, W, 4) uint8, and the settings as measured."""
+        key = settings.blend, settings.haze_floor > 0
         if key not in self.composites:
-            self.composites[key] = CodesComposite(self.device, self.picture, self.layer, rule)
+            self.composites[key] = CodesComposite(self.device, self.picture, self.layer, settings)
         composite = self.composites[key]
-        rule = composite.measure(rule)
+        settings = composite.measure(settings)
         self.submit(composite.record, profile=profile)
         width, height, _ = self.picture.size
-        return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4), rule
+        return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4), settings
 
 
 class PictureRenderer:
@@ -308,8 +308,8 @@ def render_source(renderer: PictureRenderer, picture: Array, p: Parameters, **op
 
 
 def render_codes(
-    renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, rule: Rule, **options: Any
-) -> tuple[Array, Rule]:
-    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the rule as measured. Options as render_layer."""
+    renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, settings: CompositeSettings, **options: Any
+) -> tuple[Array, CompositeSettings]:
+    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the settings as measured. Options as render_layer."""
     with _within_memory(renderer.device, picture):
-        return _planned(renderer, picture, lights, p, options).codes(rule, options.get("profile"))
+        return _planned(renderer, picture, lights, p, options).codes(settings, options.get("profile"))
