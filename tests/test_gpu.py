@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 import airlight
 from airlight.colour import encode_codes, srgb_decode
-from airlight.composite.blend import Rule, blend
+from airlight.composite.blend import CompositeSettings, blend
+from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.device import Device, choose, open_device
-from airlight.gpu.quick_types import quicken
 from airlight.lights import Light
 from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
@@ -27,7 +27,7 @@ def test_types_are_looked_up_as_cffi_parses_them() -> None:
     for ffi in (plain, quick):
         ffi.cdef("typedef struct Foo { int a; struct Foo const *next; } Foo; typedef Foo *Bar; typedef enum Kind { ONE, TWO } Kind;")
     before = quick._parser.parse_type_and_quals
-    quicken(quick)
+    cache_simple_types(quick)
     assert quick._parser.parse_type_and_quals != before
     parsed = []
     slow = quick._parser._parse
@@ -43,7 +43,7 @@ def test_wgpu_s_types_are_quickened() -> None:
     open_device()
     from wgpu.backends.wgpu_native._ffi import ffi
 
-    assert ffi._parser.parse_type_and_quals.__module__ == "airlight.gpu.quick_types"
+    assert ffi._parser.parse_type_and_quals.__module__ == "airlight.gpu.cffi_type_cache"
 
 
 @pytest.fixture(scope="module")
@@ -85,15 +85,18 @@ def test_every_pixel_is_written_once_and_alike(pretended: Device, place: tuple[f
     assert np.abs(out[0] - out[1]).max() < 0.06 and np.abs(out[0] - out[1]).mean() < 1e-3
 
 
-@pytest.mark.parametrize("rule", [Rule("screen", 1.0, 0.2), Rule("add", 0.7, 0.0), Rule("screen", 0.4, 0.0), Rule("add", 0.0, 0.3)])
-def test_codes_are_composited_as_in_numpy(rule: Rule) -> None:
+SETTINGS = [CompositeSettings(*s) for s in (("screen", 1.0, 0.2), ("add", 0.7, 0.0), ("screen", 0.4, 0.0), ("add", 0.0, 0.3))]
+
+
+@pytest.mark.parametrize("composite", SETTINGS)
+def test_codes_are_composited_as_in_numpy(composite: CompositeSettings) -> None:
     codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
     codes[:20, :60, :3] = 0
     renderer, light, p = PictureRenderer(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
-    done, _ = render_codes(renderer, codes, light, p, rule)
+    done, _ = render_codes(renderer, codes, light, p, composite)
     layer = render_layer(renderer, codes, light, p)
     image = srgb_decode(codes[..., :3] / 255).astype(np.float32)
-    pixels, added = blend(image, layer, rule)
+    pixels, added = blend(image, layer, composite)
     changed = (added != 0).any(axis=-1)
     expected = np.where(changed[..., None], encode_codes(pixels, np.uint8), codes[..., :3])
     off = np.abs(done[..., :3].astype(int) - expected)

@@ -48,8 +48,8 @@ def test_a_disc_in_a_clear_sky_is_left_as_it_is(renderer: airlight.Renderer, cod
     """Nothing stands before it, and a line says so."""
     picture = encode_codes(sky(), np.uint8) if codes else sky()
     change = shone(renderer, picture, DISC)
-    assert np.array_equal(change.after, change.before) and not change.applied.settled.changes
-    assert change.applied.settled.message.startswith("nothing stands before the light")
+    assert np.array_equal(change.after, change.before) and not change.applied.resolved.changes
+    assert change.applied.resolved.message.startswith("nothing stands before the light")
 
 
 @pytest.mark.parametrize("colour", [WARM, BLUE, GREY])
@@ -60,7 +60,7 @@ def test_bars_before_a_disc(
     """The contrast that is asked for, within 5 %, in a picture that is hardly brighter, and nowhere newly above code 254."""
     change = shone(renderer, barred(colour), DISC, Look(strength=strength))
     assert change.contrast == pytest.approx(contrast, rel=0.05)
-    assert change.applied.settled.contrast == pytest.approx(contrast, rel=0.02)
+    assert change.applied.resolved.contrast == pytest.approx(contrast, rel=0.02)
     assert abs(change.brightening) < brighter
     assert np.all(change.after <= np.maximum(change.before, WHITE) + 1e-6) and change.after.min() >= 0
 
@@ -82,7 +82,7 @@ def test_strength_is_monotone_and_none_is_the_identity(renderer: airlight.Render
     assert np.all(np.diff([np.abs(c.codes).mean() for c in changes]) > 0)
     for look, light in ((Look(strength=0.0), DISC), (Look(), Light(LIGHT, strength=0.0, kind="disc"))):
         none = shone(renderer, barred(), light, look)
-        assert np.array_equal(none.after, none.before) and not none.applied.settled.changes
+        assert np.array_equal(none.after, none.before) and not none.applied.resolved.changes
 
 
 def test_black_stays_black(renderer: airlight.Renderer) -> None:
@@ -137,7 +137,7 @@ def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name:
     change = shone(renderer, picture, Light((0.5, 0.44), kind=kind))
     assert np.array_equal(change.after, change.before)
     black = name == "a square on black"
-    assert change.applied.settled.message.endswith("brighten the shadows first" if black else "draws some")
+    assert change.applied.resolved.message.endswith("brighten the shadows first" if black else "draws some")
 
 
 def test_half_the_size_is_the_half(renderer: airlight.Renderer) -> None:
@@ -261,7 +261,7 @@ def test_extremes_give_numbers(renderer: airlight.Renderer, name: str, gpu: bool
     lights = [Light((0.4, 0.3)), Light((0.5, -0.5)), Light((0.0, 0.0)), Light((1e6, 3.0))]
     for light in lights if gpu else lights[:2]:
         found = apply(renderer if gpu else None, picture, picture, [light], Look(rays=24, mist=1.0), float_output=True)
-        assert all(math.isfinite(v) for v in (found.settled.strength, found.settled.contrast, found.settled.wanted))
+        assert all(math.isfinite(v) for v in (found.resolved.strength, found.resolved.contrast, found.resolved.wanted))
         if found.added is not None:
             sane = np.isfinite(picture).all(axis=2)
             assert np.isfinite(found.added[sane]).all() and np.isfinite(found.taken[sane]).all()  # type: ignore[index]
@@ -269,7 +269,7 @@ def test_extremes_give_numbers(renderer: airlight.Renderer, name: str, gpu: bool
         if light == lights[0] and picture.min() >= 0 and picture.max() <= 1:
             codes = encode_codes(picture, np.uint8)
             found = apply(renderer if gpu else None, codes, picture, [light], Look(rays=24, mist=1.0), float_output=False)
-            assert math.isfinite(found.settled.strength)
+            assert math.isfinite(found.resolved.strength)
             if found.added is not None:
                 assert np.isfinite(found.added).all()
 
@@ -302,9 +302,9 @@ def test_alpha_is_ignored_and_the_picture_is_not_changed(renderer: airlight.Rend
 def test_held_settings_are_kept(renderer: airlight.Renderer) -> None:
     """A frame of a sequence takes strength, colour and tones from the one before, whatever it shows itself."""
     first = shone(renderer, barred(), DISC)
-    again = shone(renderer, 0.7 * barred(), DISC, held=first.applied.settled)
-    assert again.applied.settled == first.applied.settled
-    same = shone(renderer, barred(), DISC, held=first.applied.settled)
+    again = shone(renderer, 0.7 * barred(), DISC, held=first.applied.resolved)
+    assert again.applied.resolved == first.applied.resolved
+    same = shone(renderer, barred(), DISC, held=first.applied.resolved)
     np.testing.assert_allclose(same.added, first.added, atol=1e-6)
 
 
@@ -315,7 +315,7 @@ def test_several_lights(renderer: airlight.Renderer) -> None:
     assert one.added is not None and with_none.added is not None
     np.testing.assert_allclose(with_none.added, one.added, atol=1e-3)
     twice = apply(renderer, barred(), barred(), [DISC, DISC], Look(), float_output=True)
-    assert twice.added is not None and twice.settled.contrast == pytest.approx(8, rel=0.02)
+    assert twice.added is not None and twice.resolved.contrast == pytest.approx(8, rel=0.02)
     assert np.abs(twice.added - one.added).mean() < 0.05 * one.added.mean()
 
 

@@ -30,7 +30,7 @@ def changes(renderer: airlight.Renderer) -> dict[str, Change]:
 
 def test_rays_are_most_of_the_change(changes: dict[str, Change]) -> None:
     """What varies within 12 degrees is .6 of the change or more, on average and in each; of a white screen it is .29."""
-    shares = {name: rays_share(change, LIGHTS[name].position) for name, change in changes.items() if change.applied.settled.changes}
+    shares = {name: rays_share(change, LIGHTS[name].position) for name, change in changes.items() if change.applied.resolved.changes}
     assert len(shares) == 6 and np.mean(list(shares.values())) > 0.75 and min(shares.values()) > 0.6
 
 
@@ -39,28 +39,28 @@ def test_rays_are_most_of_the_change(changes: dict[str, Change]) -> None:
 def test_the_asked_contrast_is_reached(renderer: airlight.Renderer, changes: dict[str, Change], name: str, strength: float) -> None:
     """Within 5 %."""
     change = changes[name] if strength == 1 else changed(renderer, name, 640, strength)
-    wanted = change.applied.settled.wanted
+    wanted = change.applied.resolved.wanted
     assert wanted == pytest.approx(8 * strength, rel=0.02) and change.contrast == pytest.approx(8 * strength, rel=0.05)
 
 
 def test_a_sun_over_the_sea_is_left_as_it_is(renderer: airlight.Renderer, changes: dict[str, Change]) -> None:
     change = changes["sea-sunset"]
     assert np.array_equal(change.after, change.before)
-    assert change.applied.settled.message == "nothing stands before the light: no shafts; --rays 24 draws some"
+    assert change.applied.resolved.message == "nothing stands before the light: no shafts; --rays 24 draws some"
     assert shone(renderer, photograph("sea-sunset", 640), LIGHTS["sea-sunset"]).applied.codes is None
 
 
 def test_a_dark_room_is_left_dark(changes: dict[str, Change]) -> None:
     change = changes["dark-room-opening"]
-    assert np.array_equal(change.after, change.before) and "black" in change.applied.settled.message
+    assert np.array_equal(change.after, change.before) and "black" in change.applied.resolved.message
 
 
 def test_mist_without_gaps_gets_drawn_rays(changes: dict[str, Change]) -> None:
     """Tea gardens only, and a line says so."""
     for name, change in changes.items():
         drawn = name == "tea-gardens-mist"
-        assert change.applied.settled.lights[0].rays == (24 if drawn else 0)
-        assert ("24 rays drawn" in change.applied.settled.message) == drawn
+        assert change.applied.resolved.lights[0].rays == (24 if drawn else 0)
+        assert ("24 rays drawn" in change.applied.resolved.message) == drawn
 
 
 @pytest.mark.parametrize("name", LIGHTS)

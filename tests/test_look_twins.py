@@ -220,7 +220,7 @@ def fields(renderer: Any, codes: bool, near: bool, places: list[str], picture: n
     for number, name in enumerate(places):
         grid, parts = RayGrid(SIZE, PLACES[name]), np.ones(small.y.shape)
         seen.append(Passes(plan, grid, parts, plan.see(number, grid, TONES, parts, 0.45), number))
-    plan.settle([settings_of(one.grid, one.number) for one in seen], 0.7, 0.8, (0.12, 0.35))
+    plan.set_lights([settings_of(one.grid, one.number) for one in seen], 0.7, 0.8, (0.12, 0.35))
     return plan, (small, hidden.astype(np.float16).astype(float)), seen
 
 
@@ -312,8 +312,8 @@ def test_the_whole_look_without_a_gpu(renderer: airlight.Renderer, place: str, c
     lights = [Light(PLACES[place], kind="glow")]
     one = apply(renderer, picture, linear, lights, Look(), float_output=False)
     other = apply(None, picture, linear, lights, Look(), float_output=False)
-    assert one.settled.strength == pytest.approx(other.settled.strength, rel=2e-3)
-    assert one.settled.changes and other.added is not None and other.taken is not None
+    assert one.resolved.strength == pytest.approx(other.resolved.strength, rel=2e-3)
+    assert one.resolved.changes and other.added is not None and other.taken is not None
     expected = 255 * srgb_encode(np.clip(linear * (1 - other.taken)[..., None] + other.added, 0, 1))
     if codes:
         found = one.codes.astype(float)

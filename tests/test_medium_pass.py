@@ -1,5 +1,6 @@
 """A medium in pygfx's scenes: how the pass puts it on the picture, its units beside those of surfaces, and scenes from end to end."""
 
+import dataclasses
 import gc
 import logging
 from collections.abc import Iterator
@@ -11,16 +12,16 @@ import numpy as np
 import pytest
 import wgpu
 
-from airlight.composite.scene import SceneLayer, measured_step
+from airlight.composite.scene import measured_step
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
-from airlight.scatter.methods import of_medium
+from airlight.scatter.methods import METHODS, of_medium
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.projection import pixel_rays  # noqa: E402
-from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402
 from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 
@@ -78,24 +79,21 @@ def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
 
 
 class Known:
-    """In the place of shadow maps and a march: a layer that is known."""
+    """A method whose layer is known."""
 
-    def __init__(self, device: Any, scene: Any, method: str, size: tuple[int, int]) -> None:
+    def __init__(self, device: Any, size: tuple[int, int]) -> None:
         rng = np.random.default_rng(5)
         layer = np.concatenate([rng.uniform(0, 2, (size[1], size[0], 3)), rng.uniform(1, 60, (size[1], size[0], 1))], axis=2)
-        self.key, self.resolved = (method, size), None
-        light, transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
-        device.write(light, layer.astype(np.float32), size[0] * 16)
-        device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
-        self.layer = SceneLayer(radiance=light, transmittance=transmittance)
-
-    def record(self, *_: Any) -> None:
-        pass
+        self.layer, self.transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
+        device.write(self.layer, layer.astype(np.float32), size[0] * 16)
+        device.write(self.transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
+        self.aim = self.record = lambda *_, **__: None
+        self.resolve = lambda medium: medium
 
 
 @pytest.fixture
 def known(stage: Stage, monkeypatch: Any) -> Stage:
-    monkeypatch.setattr(effect, "MediumState", Known)
+    monkeypatch.setitem(METHODS, "march", dataclasses.replace(METHODS["march"], plan_by=Known))
     return stage
 
 
@@ -127,7 +125,7 @@ def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
     seen = known.frame(shafts)
     y = twin.through_medium(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
     ramp, _ = twin.balance(y[:: measured_step(SIZE), :: measured_step(SIZE)])
-    found = np.frombuffer(shafts.device.queue.read_buffer(shafts.balance), np.float32)[:2]
+    found = np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[:2]
     np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
 
 

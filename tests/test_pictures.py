@@ -11,7 +11,7 @@ from airlight.detect import find_light
 from airlight.files import read_image
 from airlight.lights import Light
 from airlight.luminance import REC709_F32
-from airlight.occlusion.automatic import settled
+from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters
 
 PHOTOS = sorted((Path(__file__).parent.parent / "examples" / "photos").glob("*.jpg"))
@@ -63,12 +63,12 @@ def test_dark_light_settles_the_threshold() -> None:
     image = np.full((80, 120, 3), 0.02, np.float32)
     image[20:50, 40:70] = 0.7
     light = [Light((0.45, 0.45))]
-    p = settled(Parameters(), image, light)
+    p = auto_threshold(Parameters(), image, light)
     assert p.threshold == pytest.approx(0.85 * 0.7) and p.smoothness == pytest.approx(0.2 * 0.7)
     image[20:50, 40:70] = 3.0
-    assert settled(Parameters(), image, light).threshold == 0.85
-    assert settled(Parameters(threshold=0.4), image, light).threshold == 0.4
-    assert settled(Parameters(occlusion="none"), image, light).threshold is None
+    assert auto_threshold(Parameters(), image, light).threshold == 0.85
+    assert auto_threshold(Parameters(threshold=0.4), image, light).threshold == 0.4
+    assert auto_threshold(Parameters(occlusion="none"), image, light).threshold is None
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert settled(Parameters(), np.zeros((1, 1, 3), np.float32), light).threshold == pytest.approx(0.85 * 0.05)
+        assert auto_threshold(Parameters(), np.zeros((1, 1, 3), np.float32), light).threshold == pytest.approx(0.85 * 0.05)

@@ -8,7 +8,7 @@ import thumbs
 from look_commands import LIGHT, codes, refused, run
 
 import airlight
-from airlight.composite.blend import blend, measured_on, resolve
+from airlight.composite.blend import auto_levels_of, blend, resolve
 from airlight.files import encode, read_settings, to_linear, write_image
 from airlight.options import Composite
 
@@ -146,7 +146,7 @@ def test_the_classic_look_is_what_the_default_was(photo, tmp_path, capsys, dtype
         assert np.array_equal(classic, image + layer)
         return
     values = to_linear(image)[0]
-    out, added = blend(values, layer, measured_on(values, layer, resolve(Composite(), False)))
+    out, added = blend(values, layer, auto_levels_of(values, layer, resolve(Composite(), False)))
     expected = encode(out, dtype, added.any(axis=2), image)
     assert np.abs(expected.astype(int) - classic.astype(int)).max() <= (1 if dtype == np.uint8 else 300)
     if dtype == np.uint8:

@@ -151,7 +151,7 @@ def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, mon
     inside = np.s_[y : y + height, x : x + width]
     assert seen_change(draft[inside], before[inside]) == pytest.approx(seen_change(rest[inside], before[inside]), rel=0.1)
     assert np.abs(draft[inside].astype(int) - rest[inside]).mean() < 1.5
-    assert view.whole.settled.contrast == pytest.approx(8, rel=0.02)
+    assert view.whole.resolved.contrast == pytest.approx(8, rel=0.02)
 
 
 class Places:

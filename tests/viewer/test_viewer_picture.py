@@ -9,7 +9,7 @@ from viewer_driver import CLASSIC, Driver
 
 from airlight.cli import main
 from airlight.colour import srgb_encode
-from airlight.composite.blend import Rule, blend
+from airlight.composite.blend import CompositeSettings, blend
 from airlight.composite.mix import LinearComposite
 from airlight.files import read_image, write_image
 from airlight.gpu.device import open_device
@@ -57,7 +57,7 @@ def test_linear_composite_equals_its_twin() -> None:
         rgba[..., :3] = pixels
         textures.append(device.texture(60, 40, format))
         device.write(textures[-1], rgba, 60 * rgba[0, 0].nbytes)
-    for rule in (Rule("add", 0.6, 0.0), Rule("screen", 1.0, 0.3), Rule("add", None, 0.5)):
+    for rule in (CompositeSettings("add", 0.6, 0.0), CompositeSettings("screen", 1.0, 0.3), CompositeSettings("add", None, 0.5)):
         composite = LinearComposite(device, *textures, rule, 1.0)
         composite.measure(rule)
         encoder = device.encoder()
@@ -125,15 +125,16 @@ def test_without_shafts_the_picture_as_it_was(hands: Driver, codes: np.ndarray) 
 
 def test_debug_views(hands: Driver, codes: np.ndarray) -> None:
     from airlight import Renderer
-    from airlight.occlusion.automatic import settled
+    from airlight.occlusion.automatic import auto_threshold
     from airlight.options import Parameters
-    from airlight.scatter.render import render_source
+    from airlight.scatter.render import emitted, source_pixels
 
     hands.choose("debug", "occlusion")
     seen = read_image(hands.viewer.screenshot()).codes
     rgba = np.dstack([codes, np.full(codes.shape[:2], 255, np.uint8)])
-    p = settled(Parameters(), hands.viewer.picture.coarse, [hands.state.lights[0].image_light()])
-    mask = render_source(Renderer(), rgba, p, fraction=True)[..., 0]
+    p = auto_threshold(Parameters(), hands.viewer.picture.coarse, [hands.state.lights[0].image_light()])
+    gpu = Renderer()
+    mask = source_pixels(gpu, *emitted(gpu, rgba, p, fraction=True), rgba.shape[1])[..., 0]
     assert np.abs(seen[..., 0] / 255.0 - mask).max() < 0.01 and mask.max() > 0.9 > 0.1 > mask.min()
     hands.choose("debug", "source")
     assert not np.array_equal(read_image(hands.viewer.screenshot()).codes, seen)

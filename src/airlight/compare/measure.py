@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.api import gpu_inputs
 from airlight.bench.measure import Passes, _times
 from airlight.compare.result import PictureComparison, PictureRow
 from airlight.compare.variants import Variant, limit, limit_key, source_key
@@ -16,8 +15,9 @@ from airlight.errors import AirlightError
 from airlight.files import Picture
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
+from airlight.layers import gpu_inputs
 from airlight.lights import Light
-from airlight.occlusion.automatic import settled
+from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters
 from airlight.reference import radial as reference
 from airlight.scatter.render import PictureRenderer, emitted, plan
@@ -89,7 +89,7 @@ def compare(
     gpu = open_device(device)
     integers = picture.codes.dtype.kind == "u"
     coarse = picture.linear(coarse=True) if integers else None
-    parameters = [settled(v.parameters, coarse, lights) if integers else v.parameters for v in variants]
+    parameters = [auto_threshold(v.parameters, coarse, lights) if integers else v.parameters for v in variants]
     pixels, planes = gpu_inputs(picture, parameters, mask, depth)
     height, width = pixels.shape[:2]
     at = _away(width, height, lights)

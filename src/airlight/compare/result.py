@@ -28,7 +28,7 @@ class Row:
 
 @dataclass
 class PictureRow(Row):
-    parameters: Parameters  # the threshold settled
+    parameters: Parameters  # the threshold resolved
     reference_error: float
     best_error: float  # rmse of what the difference is against
 

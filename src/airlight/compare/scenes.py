@@ -13,7 +13,7 @@ from airlight.compare import rule
 from airlight.compare.measure import fit
 from airlight.compare.result import SceneComparison, SceneRow, Truth
 from airlight.compare.variants import Variant
-from airlight.composite.adapt import adapt, measured
+from airlight.composite.adapt import adapt, measure_ramp
 from airlight.errors import AirlightError
 from airlight.gpu.timing import run_ms
 from airlight.luminance import REC709_F32
@@ -96,7 +96,7 @@ class View:
         color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
-            adapt(color, measured(np.asarray(color @ REC709_F32)), v.composite.adapt)
+            adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
         return np.asarray(reference.filmic(color) if v.in_scene.tone == "filmic" else color.clip(0, 1), np.float32)
 
     # ------------------------------------------------------------ truths

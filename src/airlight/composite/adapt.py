@@ -25,7 +25,7 @@ class Ramp:
         return np.asarray(np.float32(self.scale) * (1 + y * np.float32(self.white**-2)) / (1 + y), np.float32)
 
 
-def measured(luminances: FloatArray) -> Ramp:
+def measure_ramp(luminances: FloatArray) -> Ramp:
     """Find the ramp for a picture of these luminances, linear. Scaling them changes nothing but the ramp's scale, inversely.
 
     The least and the greatest are the 0.1th and 99.9th percentile of those above zero, the average is that of their logarithms. The

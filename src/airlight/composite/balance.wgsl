@@ -1,5 +1,5 @@
 // Light adaptation (13.8): average, least and greatest luminance of the picture with its shafts, followed over time, and the ramp for
-// them. Twin: reference/scene.py:balance. Twin: composite/adapt.py:measured. One workgroup; nothing is read back.
+// them. Twin: reference/scene.py:balance. Twin: composite/adapt.py:measure_ramp. One workgroup; nothing is read back.
 //! include "wgsl/luminance.wgsl"
 //! include "composite/scene.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from airlight.errors import AirlightError, MachineError
-from airlight.gpu.quick_types import quicken
+from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.shader import bindings, load
 
 CURE = {
@@ -34,7 +34,7 @@ def _wgpu() -> Any:
     with contextlib.suppress(ImportError):  # elsewhere in another version: only slower
         from wgpu.backends.wgpu_native._ffi import ffi
 
-        quicken(ffi)
+        cache_simple_types(ffi)
     return wgpu
 
 

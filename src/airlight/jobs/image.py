@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, MachineError
 from airlight.jobs import doubts, tasks
 from airlight.jobs.finding import resolve_lights, show_candidates
 from airlight.jobs.light_text import LightText, place
@@ -207,7 +207,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask],
 
 
 def _with_first(todo: list[PictureTask], done: list[PictureTask]) -> list[PictureTask]:
-    """Put the first of each sequence's frames that are done in its place: what it settled holds for the rest."""
+    """Put the first of each sequence's frames that are done in its place: what it resolved holds for the rest."""
     going = {task.clip for task in todo} - {None}
     firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
     return sorted([*todo, *firsts.values()], key=lambda task: task.number)
@@ -253,7 +253,7 @@ class _Work:
         return loaded
 
     def render(self, task: PictureTask, loaded: _Loaded) -> Any:
-        """Give (api.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
+        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
         wanted."""
         from airlight.occlusion.automatic import check
 
@@ -291,8 +291,8 @@ class _Work:
         return done, fraction, self.request.settings.text(written, chosen)
 
     def _shone(self, task: PictureTask, loaded: _Loaded, lights: list[Any], parameters: Any, held: Any) -> Any:
-        """Render one picture, api.Rendered."""
-        from airlight import api
+        """Render one picture, pictures.Rendered."""
+        from airlight import pictures
 
         picture, r = loaded.picture, self.request
         real = _is_float(task.output, picture)
@@ -304,10 +304,10 @@ class _Work:
             "codes_only": task.layer is None and picture.bits == 8 and not real,
         }
         if self.look is None and lights:
-            return api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
+            return pictures.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
         options |= {"subject": loaded.subject, "depth": loaded.far if r.depth_hides else None, "held": held}
         options |= {"near_range": read_range(r.near_range), "quality": self.parameters.quality}
-        return api.render_look(picture, lights, self.look or Look(), **options)
+        return pictures.render_look(picture, lights, self.look or Look(), **options)
 
     def _fraction(self, loaded: _Loaded, lights: list[Any], parameters: Any) -> "np.ndarray":
         from airlight import api
@@ -318,7 +318,7 @@ class _Work:
 
     def _resolved(self, picture: "Picture") -> Any:
         """(lights in the display window, parameters with nothing unset, None) of a picture."""
-        from airlight.occlusion.automatic import settled
+        from airlight.occlusion.automatic import auto_threshold
 
         r, integer = self.request, picture.codes.dtype.kind == "u"
         settles = self.look is None and (integer or self.composite.adapt > 0)
@@ -327,7 +327,7 @@ class _Work:
         written = resolve_lights(r.lights, picture, r.origin, coarse, self.many)
         if not settles or coarse is None:
             return written, self.parameters, None
-        return written, settled(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+        return written, auto_threshold(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
 
     def write(self, task: PictureTask, loaded: _Loaded, rendered: Any) -> None:
         """Write the picture, and what goes beside it."""
@@ -366,10 +366,10 @@ class _Work:
 
 def _renderer(device: str | None) -> Any:
     """Open a renderer to keep; without an adapter, what makes the API say so and go on without."""
-    from airlight import MachineError, Renderer
+    from airlight.scatter.render import PictureRenderer
 
     try:
-        return Renderer(device, keep=1)
+        return PictureRenderer(device, keep=1)
     except MachineError:
         return device
 

@@ -13,7 +13,7 @@ from airlight.lights import Light
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
-from airlight.look.settle import Settled, settle
+from airlight.look.resolve import ResolvedLook, resolve
 from airlight.luminance import luminance
 from airlight.options import Look
 from airlight.planes import by_rows, shrink, shrink_to, shrunk_size
@@ -28,7 +28,7 @@ class Applied:
     """Holds a picture's look. codes: (H, W, 3) uint8, where codes were given and a GPU is there; else added (H, W, 3) float32 and taken (H,
     W) float32: the picture becomes picture (1 - taken) + added. Neither where nothing changes."""
 
-    settled: Settled
+    resolved: ResolvedLook
     codes: npt.NDArray[np.uint8] | None = None
     added: npt.NDArray[np.float32] | None = None
     taken: npt.NDArray[np.float32] | None = None
@@ -44,7 +44,7 @@ def apply(
     float_output: bool,
     near: Array | None = None,
     masked: Array | None = None,
-    held: Settled | None = None,
+    held: ResolvedLook | None = None,
     grey: bool = False,
     quality: str = "normal",
     profile: Any = None,
@@ -53,7 +53,7 @@ def apply(
 
     renderer: scatter.render.Renderer, or None; pixels: (H, W, 3 or 4) uint8 sRGB codes, or float32 linear Rec. 709; coarse: the same
     picture as float32 linear Rec. 709 (h, w, 3), perhaps fewer of its pixels; near: (H, W), 1 for what shafts pass behind; masked: (H, W),
-    what may emit; held: what was settled for a frame before; grey: the picture has no colours;
+    what may emit; held: what was resolved for a frame before; grey: the picture has no colours;
     quality: how fine the copy is on which rays are found, see `plan.FIELDS`.
     """
     height, width = pixels.shape[:2]
@@ -73,10 +73,10 @@ def apply(
         else:
             copy = np.clip(np.nan_to_num(shrink(linear, FIELDS[quality]) / white), 0, HALF_MAX).astype(np.float64)
         planes = _Reference(copy)
-        settled = settle(small, (width, height), lights, look, planes.bands, **options)
-        if not settled.changes:
-            return Applied(settled)
-        return Applied(settled, None, *planes.layer(linear, small, settled, hidden, white))
+        resolved = resolve(small, (width, height), lights, look, planes.bands, **options)
+        if not resolved.changes:
+            return Applied(resolved)
+        return Applied(resolved, None, *planes.layer(linear, small, resolved, hidden, white))
     plan = renderer.look_plan((width, height), is_codes, near is not None, quality)
     given = pixels
     if pixels.shape[2] == 3:
@@ -89,13 +89,13 @@ def apply(
         seen: tuple[Array, Array] = plan.see(number, grid, tones, parts, fineness, pattern, profile)
         return seen
 
-    settled = settle(small, (width, height), lights, look, bands, **options)
-    if not settled.changes:
-        return Applied(settled)
-    plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade, settled.dark)
+    resolved = resolve(small, (width, height), lights, look, bands, **options)
+    if not resolved.changes:
+        return Applied(resolved)
+    plan.set_lights([one.settings for one in resolved.lights], resolved.strength, resolved.shade, resolved.dark)
     found = plan.read(profile)
     if is_codes:
-        return Applied(settled, np.ascontiguousarray(found[..., :3]))
+        return Applied(resolved, np.ascontiguousarray(found[..., :3]))
     added, taken = np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
 
     def rows(first: int, last: int) -> None:
@@ -104,7 +104,7 @@ def apply(
         taken[first:last] = found[first:last, :, 3]
 
     by_rows(rows, height)
-    return Applied(settled, None, added, taken)
+    return Applied(resolved, None, added, taken)
 
 
 def twin_pixels(pixels: Array) -> Array:
@@ -128,17 +128,17 @@ class _Reference:
         self.found[number] = rays, emits
         return twin.at_points(rays, grid, *map(measure.few, points(parts.shape[1], parts.shape[0])))
 
-    def layer(self, linear: Array, small: measure.Small, settled: Settled, near: Array | None, white: float) -> tuple[Array, Array]:
+    def layer(self, linear: Array, small: measure.Small, resolved: ResolvedLook, near: Array | None, white: float) -> tuple[Array, Array]:
         height, width = self.y.shape
         added_light, missing = np.zeros((height, width, 3)), np.zeros((height, width))
-        for (rays, emits), one in zip(self.found.values(), settled.lights, strict=True):
+        for (rays, emits), one in zip(self.found.values(), resolved.lights, strict=True):
             s = one.settings
             amount = twin.amounts_at(rays, s, *points(width, height)) * (1 - twin.EMITTER * emits)
             added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
             missing += np.maximum(-amount, 0)
         guide = twin.resized(small.guide, width, height)
         base = guide[..., 0] * twin.lightness(self.y) + guide[..., 1]
-        add, take = twin.change(base, added_light, missing, settled.strength, settled.shade, settled.dark)
+        add, take = twin.change(base, added_light, missing, resolved.strength, resolved.shade, resolved.dark)
         field = np.concatenate([add, take[..., None]], axis=-1)
         added, taken = np.empty(linear.shape, np.float32), np.empty(linear.shape[:2], np.float32)
         full = linear.shape[1], linear.shape[0]

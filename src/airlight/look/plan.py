@@ -69,7 +69,7 @@ class LookPlan(TimedSubmits):
     """Plans all passes for pictures of one size and kind, with their textures: a further picture, light or setting allocates nothing.
 
     picture: rgba8unorm (sRGB codes, `is_codes`) or rgba32float (linear), the caller's own if given; small_size: of the copy that is
-    measured. Call `upload`, for each light `see`, then `settle` and `read`.
+    measured. Call `upload`, for each light `see`, then `set_lights` and `read`.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class LookPlan(TimedSubmits):
         seen = np.frombuffer(queue.read_buffer(self.seen), np.float32).reshape(height, width, 4).astype(np.float64)
         return seen[..., :3], seen[..., 3]
 
-    def settle(self, lights: Sequence[RaySettings], strength: float, shade: float, dark: tuple[float, float] = DARK) -> None:
+    def set_lights(self, lights: Sequence[RaySettings], strength: float, shade: float, dark: tuple[float, float] = DARK) -> None:
         """Set what was measured of the lights seen, in their order. dark: `reference.look.darkness`."""
         for rays, s in zip(self.lights, lights, strict=False):
             v = rays.values

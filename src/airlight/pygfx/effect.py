@@ -137,12 +137,12 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._state.resolved if isinstance(self._state, MediumState) else None
 
     @property
-    def balance(self) -> Any:
+    def levels(self) -> Any:
         """The buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops, float32."""
         return self._merge.balance
 
     @property
-    def looked(self) -> Any:
+    def statistics(self) -> Any:
         """The buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
         return self._merge.looked
 

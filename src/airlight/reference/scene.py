@@ -156,8 +156,9 @@ def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], l
 
 
 def balance(luminances: Array, before: Array | None = None, follow: float = 1.0) -> tuple[Ramp, Array]:
-    """Find the ramp for a picture of these luminances, as composite.adapt.measured but by a histogram of an eighth of a stop; and what the
-    next frame follows: average, least and greatest, in stops. before: the same of the last frame; follow: share of the way to the new."""
+    """Find the ramp for a picture of these luminances, as composite.adapt.measure_ramp but by a histogram of an eighth of a stop; and what
+    the next frame follows: average, least and greatest, in stops. before: the same of the last frame; follow: share of the way to the
+    new."""
     lit = luminances[np.isfinite(luminances) & (luminances > 0)]
     bins = np.clip((np.log2(lit) - LOWEST) * BINS, 0, COUNT - 1).astype(int)
     counts = np.bincount(bins, minlength=COUNT).astype(float)

@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.colour import srgb_decode, srgb_encode
 from airlight.composite import adapt
-from airlight.composite.blend import Rule, resolve
+from airlight.composite.blend import CompositeSettings, resolve
 from airlight.composite.codes import CodesComposite
 from airlight.composite.mix import LinearComposite
 from airlight.debug import DIM, draw
@@ -18,7 +18,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.look.measure import Small, small_copy, white_of
 from airlight.luminance import REC709_F32
-from airlight.occlusion.automatic import settled
+from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Look, Parameters
 from airlight.planes import shrink_to, shrunk_size
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
@@ -94,7 +94,7 @@ class PictureView:
         else:
             pixels = np.rint(255 * np.clip(self.linear, 0, 1)).astype(np.uint8)
             pixels[..., :3] = encode(self.linear[..., :3], np.dtype(np.uint8))
-        self.picture_scale = adapt.measured(self.coarse @ REC709_F32).scale
+        self.picture_scale = adapt.measure_ramp(self.coarse @ REC709_F32).scale
         self.texture = device.texture(*self.size, "rgba8unorm" if self.bounded else "rgba32float", target=False)
         self.pixels = pixels
         device.write(self.texture, np.ascontiguousarray(pixels), pixels.shape[1] * pixels[0, 0].nbytes)
@@ -103,9 +103,9 @@ class PictureView:
         self.plans: dict[Any, ImagePlan] = {}
         self.composites: dict[Any, Any] = {}
         self.done: Any = None  # what the layer was computed for
-        self.rule: Rule | None = None
+        self.settings: CompositeSettings | None = None
         self.ramp = adapt.Ramp(1.0, 1.0)
-        self.late = False  # the rule was measured on the frame before
+        self.late = False  # the settings were measured on the frame before
         self.debugs: dict[str, Any] = {}
         self.binds: dict[Any, Any] = {}
         self.pair: Pair | None = None
@@ -218,11 +218,11 @@ class PictureView:
         if state.parameters.occlusion not in state.allowed["occlusion"]:
             what = "has no transparency" if state.parameters.occlusion == "alpha" else "comes without depths"
             raise AirlightError(f"occlusion {state.parameters.occlusion}: this picture {what}; choose another")
-        rule = resolve(state.composite, not self.bounded)
+        settings = resolve(state.composite, not self.bounded)
         p = state.parameters
-        if self.bounded or rule.adapt:
+        if self.bounded or settings.adapt:
             step = max(1, max(self.coarse.shape) // COARSE) if hurried else 1
-            p = settled(p, self.coarse[::step, ::step], lights, bounded=self.bounded)
+            p = auto_threshold(p, self.coarse[::step, ::step], lights, bounded=self.bounded)
         plan = self._plan(p)
         steps: list[Any] = []
         if fresh:
@@ -232,39 +232,40 @@ class PictureView:
             self.debugs.clear()
         if fresh or state.timing:
             steps.append(plan.record)
-        composite = self._composite(rule)
-        first = self.rule is None or not hurried
+        composite = self._composite(settings)
+        first = self.settings is None or not hurried
         passes: list[tuple[str, float]] | None = [] if state.timing else None
         if first and steps:
             plan.submit(*steps, profile=passes)
             steps = []
-        before = self.rule, self.ramp
-        self.rule = self._measure(composite, rule, plan.scale)
+        before = self.settings, self.ramp
+        self.settings = self._measure(composite, settings, plan.scale)
         plan.submit(*steps, composite.record, profile=passes)
-        if rule.adapt and isinstance(composite, LinearComposite):
+        if settings.adapt and isinstance(composite, LinearComposite):
             self.ramp = composite.ramp()
-        self.late = hurried and (fresh or before != (self.rule, self.ramp))
+        self.late = hurried and (fresh or before != (self.settings, self.ramp))
         self.done, self.plan, self.composite, self.p = wanted, plan, composite, p
         self.version += 1
         self.pair = Pair(self.texture, composite.result, not self.bounded, not self.bounded or isinstance(composite, LinearComposite))
         if passes is not None:
             state.passes = passes
-        state.automatic = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.rule.mix or 0.0}
-        state.automatic["veil"], state.automatic["jitter"] = self.rule.veil, p.offset
+        state.automatic = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.settings.mix or 0.0}
+        state.automatic["veil"], state.automatic["jitter"] = self.settings.haze_floor, p.offset
         return self.late
 
-    def _composite(self, rule: Rule) -> Any:
-        codes = self.bounded and not rule.adapt
-        key = codes, rule.blend, rule.veil > 0
+    def _composite(self, settings: CompositeSettings) -> Any:
+        codes = self.bounded and not settings.adapt
+        key = codes, settings.blend, settings.haze_floor > 0
         if key not in self.composites:
             if codes:
-                self.composites[key] = CodesComposite(self.device, self.texture, self.layer, rule)
+                self.composites[key] = CodesComposite(self.device, self.texture, self.layer, settings)
             else:
-                self.composites[key] = LinearComposite(self.device, self.texture, self.layer, rule, self.picture_scale)
+                self.composites[key] = LinearComposite(self.device, self.texture, self.layer, settings, self.picture_scale)
         return self.composites[key]
 
-    def _measure(self, composite: Any, rule: Rule, scale: float) -> Rule:
-        measured: Rule = composite.measure(rule, scale) if isinstance(composite, LinearComposite) else composite.measure(rule)
+    def _measure(self, composite: Any, settings: CompositeSettings, scale: float) -> CompositeSettings:
+        scales = (scale,) if isinstance(composite, LinearComposite) else ()
+        measured: CompositeSettings = composite.measure(settings, *scales)
         return measured
 
     def _debug(self, name: str) -> tuple[Any, bool, int]:
@@ -322,14 +323,14 @@ class PictureView:
         split = 1.0 if not state.is_lit else (state.split or 0.0)
         sides = BEFORE if split >= 1 else AFTER if split <= 0 else BOTH
         size = int(area[2]), int(area[3])
-        ramp = {} if state.is_smart or self.rule is None else self._ramp(self.rule)
+        ramp = {} if state.is_smart or self.settings is None else self._ramp(self.settings)
         if size != (pair.before.width, pair.before.height):
             pair, ramp = self._scaled(pair, size, ramp), {}
         self._draw(pair, target, format, area, sides, split=area[0] + split * area[2], **ramp)
 
-    def _ramp(self, rule: Rule) -> dict[str, float]:
+    def _ramp(self, settings: CompositeSettings) -> dict[str, float]:
         """Find what adapts the picture with its shafts."""
-        return {"scale": self.ramp.scale, "white": self.ramp.white, "strength": rule.adapt} if rule.adapt else {}
+        return {"scale": self.ramp.scale, "white": self.ramp.white, "strength": settings.adapt} if settings.adapt else {}
 
     def _scaled(self, pair: Pair, size: tuple[int, int], ramp: dict[str, float]) -> Pair:
         """Encode the two as codes in the size in which they are seen, made anew where they changed, so that other frames are cheap."""
@@ -399,7 +400,7 @@ def _within(area: Area, size: tuple[int, int, int]) -> tuple[int, int, int, int]
 
 def _drawn_as(whole: LookView, look: Look) -> Look:
     """Give the look as many drawn rays as the picture was given last, lest they come and go in a drag."""
-    known = whole.settled
+    known = whole.resolved
     if look.rays is not None or known is None or not any(one.kind == "beyond" for one in known.lights):
         return look
     return msgspec.structs.replace(look, rays=max(one.rays for one in known.lights))

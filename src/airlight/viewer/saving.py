@@ -53,8 +53,8 @@ def free_name(path: str, folder: str) -> str:
 
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
     """Make what writes an array with the lights and parameters of the state as it is now."""
-    from airlight.api import render_look, render_picture
-    from airlight.occlusion.automatic import settled
+    from airlight.occlusion.automatic import auto_threshold
+    from airlight.pictures import render_look, render_picture
 
     lights = [control.image_light() for control in state.lights]
     p, composite, look = state.parameters, state.composite, state.look if state.is_smart else None
@@ -66,7 +66,7 @@ def _array_writer(state: ViewerState, picture: Picture, path: str, device: str |
             done = render_look(picture, lights, look, quality=p.quality, float_output=not bounded, **options)
         else:
             coarse = picture.rec709(picture.linear(coarse=True))
-            fit = settled(p, coarse, lights, bounded=bounded) if bounded or composite.adapt > 0 else p
+            fit = auto_threshold(p, coarse, lights, bounded=bounded) if bounded or composite.adapt > 0 else p
             done = render_picture(picture, lights, fit, composite, **options)
         write_image(path, done.pixels, alpha=picture.alpha, encoded=done.encoded, bits=8 if picture.bits == 8 else 16)
 

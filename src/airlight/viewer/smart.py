@@ -13,7 +13,7 @@ from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Small
 from airlight.look.plan import LookPlan
-from airlight.look.settle import FINENESS, Settled, settle
+from airlight.look.resolve import FINENESS, ResolvedLook, resolve
 from airlight.options import Look
 from airlight.reference.look import Tones
 
@@ -40,7 +40,7 @@ class LookView:
         self.quality, self.grey = quality, grey
         self.before, self.lit = self.plan.picture, self.plan.result
         self.done: Any = None  # what it shows
-        self.settled: Settled | None = None
+        self.resolved: ResolvedLook | None = None
         self._haze: Array | None = None
         self._seen: dict[int, dict[Any, tuple[Array, Array]]] = {}  # by light, by what was requested
         self._held: dict[int, Any] = {}  # by light, of which bands the plan holds
@@ -62,7 +62,7 @@ class LookView:
     @property
     def result(self) -> Any:
         """Give the texture of the picture with its shafts."""
-        return self.lit if self.settled is not None and self.settled.changes else self.before
+        return self.lit if self.resolved is not None and self.resolved.changes else self.before
 
     def update(self, lights: Sequence[Light], look: Look, passes: list[tuple[str, float]] | None = None) -> None:
         """Settle the look for these lights, and put it on the picture. passes: takes the time of each."""
@@ -80,14 +80,14 @@ class LookView:
             wanted[number] = BandRequest(number, grid, tones, parts, fineness, pattern)
             return self._see(wanted[number], passes)
 
-        settled = settle(self.small, self.size, lights, look, bands, additive=not self.is_codes, grey=self.grey)
-        if settled.changes:
+        resolved = resolve(self.small, self.size, lights, look, bands, additive=not self.is_codes, grey=self.grey)
+        if resolved.changes:
             for number, last in wanted.items():
                 if self._held.get(number) != last.key:  # others were requested since, and these were known
                     self._see(last, passes, again=True)
-            self.plan.settle([one.settings for one in settled.lights], settled.strength, settled.shade, settled.dark)
+            self.plan.set_lights([one.settings for one in resolved.lights], resolved.strength, resolved.shade, resolved.dark)
             self.plan.submit(self.plan.record, *(() if self.is_codes else (self._record_lay,)), profile=passes)
-        self.settled = settled
+        self.resolved = resolved
 
     def _see(self, request: "BandRequest", passes: Any, again: bool = False) -> tuple[Array, Array]:
         """Find the bands of a light; the last two that were needed are known. again: the plan has to hold them."""
@@ -106,22 +106,22 @@ class LookView:
     @property
     def message(self) -> str:
         """Find what there is to say about the picture, as the panel says it."""
-        text = "" if self.settled is None else self.settled.message
+        text = "" if self.resolved is None else self.resolved.message
         for option, word in WORDS:
             text = text.replace(option, word)
         return text
 
     def unset(self) -> dict[str, Any]:
         """Tell what unset parameters are for the first light."""
-        if self.settled is None or not self.settled.lights:
+        if self.resolved is None or not self.resolved.lights:
             return {}
-        one = self.settled.lights[0]
+        one = self.resolved.lights[0]
         ring = measure.ring_color(self.small, one.settings.tones, one.settings.grid)
         return {
             "warmth": 0.0 if self.grey else measure.own_warmth(ring, one.kind),
             "length": float(f"{one.settings.length:.3g}"),
             "fineness": FINENESS,
-            "shade": self.settled.shade,
+            "shade": self.resolved.shade,
             "rays": one.rays,
         }
 

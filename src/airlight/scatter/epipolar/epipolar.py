@@ -11,9 +11,9 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
 from airlight.lights import Light
 from airlight.options.shafts import Parameters
+from airlight.scatter.epipolar.gather import EpipolarGather
 from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
-from airlight.scatter.epipolar.wayback import WayBack
 from airlight.scatter.radial.radial import RadialPlan
 from airlight.scatter.screen import Target, gains
 
@@ -169,7 +169,7 @@ class EpipolarPlan:
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((bind, len(bundles)))
         rest = {"density": density, "lam": lam, "apron": apron, "before": before, "gain": gain, "base": base}
-        self.back = WayBack(device, self.grid, self.sums, source, layer, **rest)
+        self.back = EpipolarGather(device, self.grid, self.sums, source, layer, **rest)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the gather."""

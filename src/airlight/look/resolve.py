@@ -24,7 +24,7 @@ Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Arra
 
 @dataclass(frozen=True)
 class LightLook:
-    """Holds what was settled for one light; frames of a sequence keep it."""
+    """Holds what was resolved for one light; frames of a sequence keep it."""
 
     settings: RaySettings
     kind: str
@@ -33,7 +33,7 @@ class LightLook:
 
 
 @dataclass(frozen=True)
-class Settled:
+class ResolvedLook:
     """Holds what a look is for one picture. strength: solved; contrast: that it gives, of `wanted`; message: a line for the user, or ""."""
 
     lights: tuple[LightLook, ...]
@@ -54,7 +54,7 @@ class Settled:
         return self.strength > 0 and bool(self.lights)
 
 
-def settle(
+def resolve(
     small: Small,
     size: tuple[int, int],
     lights: Sequence[Light],
@@ -64,8 +64,8 @@ def settle(
     additive: bool = False,
     grey: bool = False,
     masked: Array | None = None,
-    held: Settled | None = None,
-) -> Settled:
+    held: ResolvedLook | None = None,
+) -> ResolvedLook:
     """Look at each light through `bands`, and solve the strength.
 
     size: (width, height) of the whole picture; additive: nothing is to be taken from it unless a shade is given; grey: it has no colours,
@@ -74,7 +74,7 @@ def settle(
     shade = look.shade if look.shade is not None else 0.0 if additive else SHADE
     strengths = [light.strength if max(light.color) > 0 else 0.0 for light in lights]
     if max(strengths) <= 0 or look.strength <= 0:
-        return Settled((), 0.0, shade, 0.0, 0.0)
+        return ResolvedLook((), 0.0, shade, 0.0, 0.0)
     if held is not None and not held.changes:
         return dataclasses.replace(held, message="")
     fineness = FINENESS if look.fineness is None else look.fineness
@@ -127,16 +127,17 @@ def settle(
     if share < LEAST:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
         if masked is not None and all(not one.emits.any() for one in seen):
-            return Settled(found_lights, 0.0, shade, 0.0, 0.0, "the mask lets nothing shine: make it white where light is, or invert it")
+            nothing = "the mask lets nothing shine: make it white where light is, or invert it"
+            return ResolvedLook(found_lights, 0.0, shade, 0.0, 0.0, nothing)
         black = "what lies round the light is black: no air shows there; brighten the shadows first"
         clear = "nothing stands before the light: no shafts; --rays 24 draws some"
-        return Settled(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
+        return ResolvedLook(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
     wanted = measure.VISIBLE * look.strength * share
     strength, contrast = Contrast(small, *measure.sums(small, pairs), shade, twin.darkness(seen[0].tones)).solve(wanted)
     drawn = max(rays)
     message = f"no gaps for light to come through: {drawn} rays drawn; --rays 0 for none" if drawn and look.rays is None else ""
-    return Settled(found_lights, strength, shade, wanted, contrast, message)
+    return ResolvedLook(found_lights, strength, shade, wanted, contrast, message)
 
 
 def _tint(light: Light) -> tuple[float, float, float] | None:

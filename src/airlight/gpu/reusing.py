@@ -1,4 +1,4 @@
-"""What a plan made anew takes over from the one before it, so that lights move without allocation."""
+"""Reuse of textures, buffers and bind groups by a plan made anew, so that lights move without allocation."""
 
 from typing import Any
 
@@ -7,9 +7,11 @@ from airlight.gpu.device import Device
 ROOM = 1.25  # of what is needed, where a resource is made anew because it was too small
 
 
-class Recycling(Device):
-    """A device as a plan sees it. After `again`, it hands out once more, in the same order, what it made before, where that is large
-    enough; buffers get their new data. So a plan may be made for each frame: while its shape stays, nothing is allocated or bound."""
+class ReusingDevice(Device):
+    """Hands out after `again`, in the same order, what it made before, where that is large enough; buffers get their new data.
+
+    So a plan may be made for each frame: while its shape stays, nothing is allocated or bound.
+    """
 
     def __init__(self, device: Device) -> None:
         self.__dict__.update(device.__dict__)  # one cache of what is compiled
@@ -32,7 +34,7 @@ class Recycling(Device):
         return new
 
     def texture(self, width: int, height: int, format: str, *, target: bool = True, roomy: bool = False) -> Any:
-        """As Device.texture."""
+        """Create or reuse a texture, as Device.texture."""
         made, at = self._next(("texture", format, target, roomy or (width, height)))
         if at < len(made):
             w, h, _ = made[at].size
@@ -42,7 +44,7 @@ class Recycling(Device):
         return self._replace(made, at, super().texture(width, height, format, target=target))
 
     def buffer(self, data: Any = None, size: int = 0, uniform: bool = False) -> Any:
-        """As Device.buffer; one given by its size holds what it held."""
+        """Create or reuse a buffer, as Device.buffer; one given by its size holds what it held."""
         made, at = self._next(("buffer", uniform, data is None))
         need = size if data is None else len(data)
         if at == len(made) or made[at].size < need:
@@ -53,7 +55,7 @@ class Recycling(Device):
         return made[at]
 
     def bind(self, path: str, *resources: Any) -> Any:
-        """As Device.bind."""
+        """Create or reuse a bind group, as Device.bind."""
         key = path, *map(id, resources)
         if key not in self._binds:
             self._binds[key] = resources, super().bind(path, *resources)  # the resources are held, so that no id is used again

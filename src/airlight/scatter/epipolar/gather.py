@@ -105,7 +105,7 @@ def corners(grid: Grid) -> Array:
     return joined(out, CORNER)
 
 
-class WayBack:
+class EpipolarGather:
     """Plans the pass that writes a light's layer from its sums; it allocates nothing when recorded."""
 
     def __init__(

@@ -11,7 +11,7 @@ from typing import Any
 _SIMPLE = re.compile(r"\s*(\w+)\s*(\*|\[\s*\])?\s*")
 
 
-def quicken(ffi: Any) -> None:
+def cache_simple_types(ffi: Any) -> None:
     """Let an `FFI` look simple types up; leaves it alone where cffi is not as known (tests/test_gpu.py tells)."""
     with contextlib.suppress(AttributeError, ImportError):
         from cffi import model
