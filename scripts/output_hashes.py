@@ -68,7 +68,7 @@ def main(folder: str) -> None:
         for path in written if command[0] != "compare" else []:
             digest.update(path.name.encode() + pixels(path))
         if command[0] == "compare":
-            digest.update("".join(re.findall(r"error .*?max \S+ %", done.stdout)).encode())
+            digest.update("".join(re.findall(r"error .*?max\s+\S+ %", done.stdout)).encode())
         print(f"{name:20} {done.returncode} {digest.hexdigest()[:16]} {len(written)} files", flush=True)
         if done.returncode:
             print("   ", done.stderr.strip().splitlines()[-1:], flush=True)

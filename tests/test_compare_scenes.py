@@ -20,11 +20,11 @@ from airlight.gpu.device import shared_device
 from airlight.options import Composite
 from airlight.reference import tracer
 from airlight.reference.medium import Layer
-from airlight.reference.triangles import world_triangles
 from airlight.scatter.methods import of_medium
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot
 from airlight.scenes.replay import Replay
+from airlight.scenes.triangles import world_triangles
 
 SIZE = (64, 36)
 EXACT = "method=march,steps=exact,resolution=1,shadow_size=2048"

@@ -202,14 +202,14 @@ def test_a_library_call_is_interrupted_too(capsys):
 
 
 def test_a_sum_in_slices_is_the_same(monkeypatch):
-    from airlight.scatter.render import Renderer, render_layer
+    from airlight.scatter.render import PictureRenderer, render_layer
 
     picture = np.random.default_rng(6).random((40, 150, 4), np.float32)
     lights, p = [Light((0.4, 0.3)), Light((1.2, 0.3))], Parameters(method="radial", occlusion="none", samples=50)
-    whole = render_layer(Renderer(keep=0), picture, lights, p)
+    whole = render_layer(PictureRenderer(keep=0), picture, lights, p)
     monkeypatch.setattr(radial, "TAPS_A_DISPATCH", 2 * 50 * 150)  # two rows
     profile: list[tuple[str, float]] = []
-    sliced_by = Renderer(keep=0)
+    sliced_by = PictureRenderer(keep=0)
     sliced = render_layer(sliced_by, picture, lights, p, profile=profile)
     assert np.array_equal(whole, sliced) and whole.max() > 0
     if sliced_by.device.timestamps:

@@ -13,7 +13,7 @@ from airlight.gpu.device import Device, choose, open_device
 from airlight.lights import Light
 from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
-from airlight.scatter.render import Renderer, render_codes, render_layer
+from airlight.scatter.render import PictureRenderer, render_codes, render_layer
 from airlight.scatter.screen import Target
 
 RNG = np.random.default_rng(5)
@@ -92,7 +92,7 @@ SETTINGS = [CompositeSettings(*s) for s in (("screen", 1.0, 0.2), ("add", 0.7, 0
 def test_codes_are_composited_as_in_numpy(composite: CompositeSettings) -> None:
     codes = RNG.integers(0, 256, (70, 130, 4), dtype=np.uint8)
     codes[:20, :60, :3] = 0
-    renderer, light, p = Renderer(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
+    renderer, light, p = PictureRenderer(), [Light((0.4, 0.3))], Parameters(threshold=0.5)
     done, _ = render_codes(renderer, codes, light, p, composite)
     layer = render_layer(renderer, codes, light, p)
     image = srgb_decode(codes[..., :3] / 255).astype(np.float32)
@@ -115,5 +115,5 @@ def test_codes_and_floats_make_one_source() -> None:
     """The shader's sRGB curve against the table that floats are made by."""
     codes = np.broadcast_to(np.arange(256, dtype=np.uint8)[None, :, None], (4, 256, 4)).copy()
     p = Parameters(occlusion="none", method="radial", samples=1, exposure=1.0)
-    layer = render_layer(Renderer(), codes, [Light((0.5, 0.5))], p)
+    layer = render_layer(PictureRenderer(), codes, [Light((0.5, 0.5))], p)
     np.testing.assert_allclose(layer[1, :, 0], srgb_decode(np.arange(256) / 255), rtol=6e-4, atol=1e-7)

@@ -10,7 +10,7 @@ from airlight.files import to_linear
 from airlight.lights import Light
 from airlight.options import Parameters
 from airlight.reference import radial as reference
-from airlight.scatter.render import Renderer, render_codes, render_layer
+from airlight.scatter.render import PictureRenderer, render_codes, render_layer
 
 LIGHT = (0.5, 0.1)
 
@@ -72,7 +72,7 @@ def test_contrast_of_codes_is_that_of_their_light() -> None:
     p = Parameters(occlusion="contrast", density=0.9)
     floats = np.ones((130, 200, 4), np.float32)
     floats[..., :3] = to_linear(codes)[0]
-    renderer = Renderer()
+    renderer = PictureRenderer()
     one = render_layer(renderer, codes, [Light(LIGHT)], p)
     np.testing.assert_allclose(one, render_layer(renderer, floats, [Light(LIGHT)], p), atol=2e-3 * one.max())
     rule = airlight.api.resolve(airlight.Composite(), False)

@@ -14,7 +14,7 @@ from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.options import Composite, Parameters, SceneOptions
 from airlight.reference import scene as twin
-from airlight.scatter.render import Renderer, plan, render_layer
+from airlight.scatter.render import PictureRenderer, plan, render_layer
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
@@ -189,7 +189,7 @@ def test_the_shafts_are_those_of_the_image_path(stage: Stage, settings: dict[str
     picture = np.ones((*source.shape[:2], 4), np.float32)
     picture[..., :3] = source
     flat = Parameters(**{**settings, "occlusion": "none", "scale": 1.0})
-    layer = render_layer(Renderer(shafts.device), picture, [Light(at.position, (1, 0.8, 0.5), 1.3)], flat)
+    layer = render_layer(PictureRenderer(shafts.device), picture, [Light(at.position, (1, 0.8, 0.5), 1.3)], flat)
     assert layer.max() > 0.1
     close(seen["layer"], layer)
 

@@ -11,9 +11,9 @@ from airlight.medium.resolve import ResolvedMedium
 from airlight.options import March, Medium, Parameters, build
 from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
-from airlight.reference.triangles import world_triangles
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot, Studio
+from airlight.scenes.triangles import world_triangles
 
 SIZE = 480, 270
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller

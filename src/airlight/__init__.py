@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from airlight.api import Renderer as Renderer
     from airlight.api import add_light_shafts as add_light_shafts
     from airlight.api import light_shafts as light_shafts
     from airlight.api import occlusion_fraction as occlusion_fraction
@@ -16,17 +17,15 @@ if TYPE_CHECKING:
     from airlight.lights import Light as Light
     from airlight.options import Composite as Composite
     from airlight.options import Parameters as Parameters
-    from airlight.scatter.render import Renderer as Renderer
     from airlight.viewer.app import view as view
 
 __version__ = "0.1.0"
 _HOME = {
-    "api": ("add_light_shafts", "light_shafts", "occlusion_fraction"),
+    "api": ("Renderer", "add_light_shafts", "light_shafts", "occlusion_fraction"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),
     "options": ("Composite", "Parameters"),
-    "scatter.render": ("Renderer",),
     "viewer.app": ("view",),
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names}

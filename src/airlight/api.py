@@ -25,25 +25,42 @@ from airlight.look.near import RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
 from airlight.look.resolve import ResolvedLook
 from airlight.luminance import luminance
+from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
 from airlight.occlusion.automatic import check as _check
 from airlight.options import Composite, Look, Parameters, chosen_look
 from airlight.planes import by_rows
 from airlight.reference import fallback
 from airlight.scatter.methods import METHODS
-from airlight.scatter.render import Renderer, render_codes, render_layer
-from airlight.shown import shown
+from airlight.scatter.render import PictureRenderer, render_codes, render_layer
 
 FloatArray = npt.NDArray[np.float32]
-Where = Renderer | Device | str | None  # None: the fastest adapter
+Where = PictureRenderer | Device | str | None  # None: the fastest adapter
 
 
-def _renderer(device: Any) -> Renderer | None:
+class Renderer(PictureRenderer):
+    """Renders many pictures on one device; plans of the last few kinds of picture are kept. Give it as `device` to the functions of
+    airlight, or call its methods of the same names. Not to be shared between threads; several may share a device.
+
+    device: the name of an adapter, a `Device`, or a wgpu.GPUDevice; None for the fastest adapter. keep: number of plans.
+    Raises MachineError where there is no adapter.
+    """
+
+    def light_shafts(self, image: Any, light: Any, **keywords: Any) -> FloatArray:
+        """Compute shafts as airlight.light_shafts."""
+        return light_shafts(image, light, device=self, **keywords)
+
+    def add_light_shafts(self, image: Any, light: Any = "auto", **keywords: Any) -> Any:
+        """Add shafts as airlight.add_light_shafts."""
+        return add_light_shafts(image, light, device=self, **keywords)
+
+
+def _renderer(device: Any) -> PictureRenderer | None:
     """What to compute on; None, with a warning that says how to get one, where there is no adapter."""
-    if isinstance(device, Renderer):
+    if isinstance(device, PictureRenderer):
         return device
     try:
-        return Renderer(device, keep=0)
+        return PictureRenderer(device, keep=0)
     except MachineError as error:
         warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
         return None
@@ -87,7 +104,7 @@ def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool
 
 
 def _layer(
-    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: Renderer | None, **options: Any
+    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: PictureRenderer | None, **options: Any
 ) -> FloatArray:
     """The layer by the GPU, or by the reference where there is none. options: fraction, profile, luminance as `render_layer`."""
     _check(p, alpha is not None, depth is not None)
@@ -134,7 +151,7 @@ def _codes(
     settings: CompositeSettings,
     mask: Any,
     depth: Any,
-    device: Renderer,
+    device: PictureRenderer,
     **options: Any,
 ) -> tuple[Any, CompositeSettings]:
     """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
@@ -166,9 +183,9 @@ def light_shafts(
 
 
 def _shafts(
-    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, parameters: dict[str, Any], device: Renderer | None, adapts: bool = False
+    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, named: dict[str, Any], device: PictureRenderer | None, adapts: bool = False
 ) -> FloatArray:
-    p, given = _parameters(image, dict(parameters))
+    p, given = _parameters(image, dict(named))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
     lights = as_lights(light)

@@ -15,7 +15,7 @@ from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.epipolar.grid import Grid, Quadrant
 from airlight.scatter.epipolar.moments import Mixture
 from airlight.scatter.methods import METHODS
-from airlight.scatter.render import Renderer, emitted, plan, render_source
+from airlight.scatter.render import PictureRenderer, emitted, plan, render_source
 
 Array = npt.NDArray[Any]
 DIM = 0.25  # factor of the picture below lines
@@ -32,7 +32,7 @@ def view(
     parameters: Parameters,
     mask: Any = None,
     depth: Any = None,
-    device: Renderer | str | None = None,
+    device: PictureRenderer | str | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> Array:
     """Compute one view: source, lines, moments (H, W, 3), linear; mask, fraction (H, W), 0..1. Its parameters `auto_threshold`.
@@ -45,7 +45,7 @@ def view(
         keys = {field: getattr(parameters, field) for field in parameters.__struct_fields__}
         image = picture.rec709(picture.linear())
         return api.occlusion_fraction(image, lights, alpha=picture.alpha, depth=depth, mask=mask, device=device, **keys)
-    gpu = device if isinstance(device, Renderer) else Renderer(device)
+    gpu = device if isinstance(device, PictureRenderer) else PictureRenderer(device)
     pixels, planes = api.gpu_inputs(picture, [parameters], mask, depth)
     if name in ("source", "mask"):
         seen = render_source(gpu, pixels, parameters, fraction=name == "mask", **planes)

@@ -64,7 +64,7 @@ def test_what_is_not_allowed_is_dropped(view, caplog):
         taking(client, lambda: "resize" in view.kinds() and view.canvas.get_physical_size() == (64, 48))
         active = view.canvas._active_client
         for text in WRONG:
-            assert browser.understood(text) is None, text
+            assert browser.decode_message(text) is None, text
             client.send(text)
             second.send(text)
         client.send(b"\x00" * 100)
@@ -83,26 +83,26 @@ NUMBER = st.floats() | st.integers() | st.sampled_from([1e308, -1e308, 10**400, 
 
 @given(st.text(max_size=200) | ANY.map(json.dumps))
 def test_whatever_is_said_is_refused_or_harmless(text):
-    assert browser.understood(text) is None or json.loads(text)["type"] in (*KINDS, "key_down", "key_up", "char", "_framefeedback")
+    assert browser.decode_message(text) is None or json.loads(text)["type"] in (*KINDS, "key_down", "key_up", "char", "_framefeedback")
 
 
 @given(NUMBER, NUMBER, NUMBER, NUMBER)
 def test_numbers_are_finite_and_bounded(a, b, c, d):
-    size = browser.understood(json.dumps({**SIZE, "pwidth": a, "pheight": b, "ratio": c, "width": d}))
+    size = browser.decode_message(json.dumps({**SIZE, "pwidth": a, "pheight": b, "ratio": c, "width": d}))
     if size is not None:
         assert isinstance(size.pwidth, int) and isinstance(size.pheight, int)
         assert 1 <= size.pwidth <= 4096 and 1 <= size.pheight <= 4096 and size.pwidth * size.pheight <= 3840 * 2160
         assert 0 < size.ratio <= 10 and math.isclose(size.width, size.pwidth / size.ratio) and math.isfinite(size.height)
-    wheel = browser.understood(json.dumps(dict(type="wheel", x=a, y=b, dx=c, dy=d, buttons=[], modifiers=[], timestamp=a)))
+    wheel = browser.decode_message(json.dumps(dict(type="wheel", x=a, y=b, dx=c, dy=d, buttons=[], modifiers=[], timestamp=a)))
     if wheel is not None:
         assert max(abs(wheel.x), abs(wheel.y)) <= 8192 and max(abs(wheel.dx), abs(wheel.dy)) <= 10_000 and 0 <= wheel.timestamp <= 1e10
 
 
 def test_a_huge_window_has_fewer_pixels_but_the_same_points():
-    size = browser.understood(json.dumps({**SIZE, "pwidth": 5120, "pheight": 2880, "ratio": 2}))
+    size = browser.decode_message(json.dumps({**SIZE, "pwidth": 5120, "pheight": 2880, "ratio": 2}))
     assert size.pwidth * size.pheight <= 3840 * 2160 and size.pwidth / size.pheight == pytest.approx(16 / 9, rel=1e-3)
     assert (size.width, size.height) == (pytest.approx(2560, rel=1e-3), pytest.approx(1440, rel=1e-3))
-    plain = browser.understood(json.dumps({**SIZE, "pwidth": 3840, "pheight": 2160, "ratio": 2}))
+    plain = browser.decode_message(json.dumps({**SIZE, "pwidth": 3840, "pheight": 2160, "ratio": 2}))
     assert (plain.pwidth, plain.pheight, plain.ratio, plain.width) == (3840, 2160, 2, 1920)
 
 

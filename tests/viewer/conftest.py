@@ -11,7 +11,7 @@ from viewer_driver import CLASSIC, SCENE_SIZE, SIZE, Driver, stage
 from airlight import scenes
 from airlight.files import write_image
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp
+from airlight.viewer.state import LightControl
 
 
 @pytest.fixture(autouse=True)
@@ -54,7 +54,7 @@ def kept(photo: str, folder: Path) -> Driver:
 
 @pytest.fixture
 def hands(kept: Driver, photo: str) -> Driver:
-    kept.viewer.open(photo, [Lamp((0.3, 0.4))])
+    kept.viewer.open(photo, [LightControl((0.3, 0.4))])
     kept.state.shafts, kept.state.timing = True, False
     kept.state.sources = (*scenes.NAMES, photo)
     kept.state.command = kept.state.path = ""
@@ -90,7 +90,7 @@ def forest(folder: Path, trees: np.ndarray) -> str:
 def smart(hands: Driver, forest: str) -> Driver:
     """A picture as it is shown unless the sum is asked for, its light where the sun is."""
     st.reset(hands.state)
-    hands.viewer.open(forest, [Lamp((0.3, 0.4), kind="disc")])
+    hands.viewer.open(forest, [LightControl((0.3, 0.4), kind="disc")])
     hands.state.held = False
     hands.state.candidates_shown = True
     hands.frame(2)

@@ -15,7 +15,7 @@ from airlight.look.measure import oklab
 from airlight.options import presets
 from airlight.viewer import app, controls
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp, ViewerState
+from airlight.viewer.state import LightControl, ViewerState
 
 
 def seen_change(after: np.ndarray, before: np.ndarray) -> float:
@@ -28,7 +28,7 @@ def test_a_picture_has_the_smart_look_at_once(smart: Driver, forest: str, trees:
     smart.viewer.open(forest)
     smart.frame(2)
     state = smart.state
-    assert state.is_smart and st.values(state) == {} and state.lamps[0].place == pytest.approx((0.3, 0.4), abs=0.06)
+    assert state.is_smart and st.values(state) == {} and state.lights[0].position == pytest.approx((0.3, 0.4), abs=0.06)
     seen = read_image(smart.viewer.screenshot()).codes
     assert np.array_equal(seen, applied(smart, trees).codes)
     words = st.command_line(state)[1:]
@@ -42,8 +42,8 @@ def test_sliders_of_the_look(smart: Driver, trees: np.ndarray) -> None:
     state = smart.state
     smart.drag(smart.where("strength", 0.5), smart.where("strength", 0.25))
     assert state.look.strength == pytest.approx(0.5, abs=0.06)
-    assert state.resolved["warmth"] == pytest.approx(0.6 * 0.35, abs=0.15)
-    shown = state.resolved["warmth"]
+    assert state.automatic["warmth"] == pytest.approx(0.6 * 0.35, abs=0.15)
+    shown = state.automatic["warmth"]
     smart.click("warmth auto")
     assert state.look.warmth == pytest.approx(shown, abs=1e-3)
     smart.frame(2)
@@ -92,7 +92,7 @@ def test_what_names_the_sum_shows_the_sum(values: dict[str, Any]) -> None:
 def test_floats_and_sixteen_bits_have_the_smart_look(smart: Driver, folder: Path, trees: np.ndarray) -> None:
     linear = ((trees / 255.0) ** 2.2 * 3).astype(np.float32)
     write_image(folder / "look.exr", linear, overwrite=True, bits=32)
-    smart.viewer.open(str(folder / "look.exr"), [Lamp((0.3, 0.4), kind="disc")])
+    smart.viewer.open(str(folder / "look.exr"), [LightControl((0.3, 0.4), kind="disc")])
     smart.frame(2)
     found = applied(smart, linear)
     wanted = srgb_encode(np.clip(linear * (1 - found.taken[..., None]) + found.added, 0, 1))
@@ -102,7 +102,7 @@ def test_floats_and_sixteen_bits_have_the_smart_look(smart: Driver, folder: Path
     smart.drag(light, (light[0] + 20, light[1]))
     deep = trees.astype(np.uint16) * 257
     write_image(folder / "look16.png", None, encoded=deep, overwrite=True, bits=16)
-    smart.viewer.open(str(folder / "look16.png"), [Lamp((0.3, 0.4), kind="disc")])
+    smart.viewer.open(str(folder / "look16.png"), [LightControl((0.3, 0.4), kind="disc")])
     smart.frame(2)
     assert np.abs(read_image(smart.viewer.screenshot()).codes.astype(int) - applied(smart, trees).codes).max() <= 1
 
@@ -112,7 +112,7 @@ def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarra
 
     source, out = str(folder / "grey-trees.png"), str(folder / "grey-out.png")
     oiio.ImageBuf(np.ascontiguousarray(trees[..., 1:2])).write(source)
-    smart.viewer.open(source, [Lamp((0.3, 0.4), kind="disc")])
+    smart.viewer.open(source, [LightControl((0.3, 0.4), kind="disc")])
     smart.frame(2)
     seen = read_image(smart.viewer.screenshot()).codes
     words = st.command_line(smart.state)[1:]
@@ -120,13 +120,13 @@ def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarra
     assert main(words) == 0
     off = np.abs(seen.astype(int) - read_image(out).codes)  # by another dither
     assert np.ptp(seen, axis=2).max() <= 1 and off.max() <= 2 and off.mean() < 0.6
-    assert np.abs(seen.astype(int) - trees[..., 1:2]).max() > 10 and smart.state.resolved["warmth"] == 0
+    assert np.abs(seen.astype(int) - trees[..., 1:2]).max() > 10 and smart.state.automatic["warmth"] == 0
 
 
 def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
     """A photograph larger than the canvas; the machine is a GPU or none."""
     source = str(Path(__file__).parents[2] / "examples/photos/beacon-street-sunset.jpg")
-    smart.viewer.open(source, [Lamp((0.872, 0.459), kind="disc")])
+    smart.viewer.open(source, [LightControl((0.872, 0.459), kind="disc")])
     smart.frame(3)
     view, device = smart.viewer.picture, smart.viewer.device
     assert view.view is view.whole and max(view.draft.size) < 1000  # it waits
@@ -172,7 +172,7 @@ def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: p
     smart.viewer.open(forest)
     smart.frame(2)
     state, viewer = smart.state, smart.viewer
-    assert "unsure: perhaps at 0.30,0.40 (0.38)" in state.doubt and "message" in smart.places and state.lamps[0].kind == "glow"
+    assert "unsure: perhaps at 0.30,0.40 (0.38)" in state.doubt and "message" in smart.places and state.lights[0].kind == "glow"
     assert [number for number, _ in viewer.dots()] == [1, 2]
     dots = smart.frame()
     smart.click("candidates")
@@ -182,16 +182,16 @@ def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: p
     assert beyond[1] == viewer.area()[1] + app.EDGE and away == pytest.approx((0, -1))
     smart.drag(beyond, beyond, 1)
     smart.event("double_click", beyond, button=1)  # the same click, perhaps
-    assert (state.lamps[0].place, state.lamps[0].kind, state.ask) == ((0.5, -0.4), "beyond", "")
+    assert (state.lights[0].position, state.lights[0].kind, state.ask) == ((0.5, -0.4), "beyond", "")
     smart.frame(2)
     smart.drag(viewer.dots()[1][1], viewer.dots()[1][1], 1)
-    assert (state.lamps[0].place, state.lamps[0].kind) == ((0.7, 0.2), "opening")
+    assert (state.lights[0].position, state.lights[0].kind) == ((0.7, 0.2), "opening")
     light = controls.to_canvas((0.7, 0.2), viewer.area())
     smart.drag(light, (light[0] + 8, light[1]))
-    assert state.lamps[0].kind == "opening"  # still at it
-    light = controls.to_canvas(state.lamps[0].place, viewer.area())
+    assert state.lights[0].kind == "opening"  # still at it
+    light = controls.to_canvas(state.lights[0].position, viewer.area())
     smart.drag(light, (light[0] - 120, light[1] + 60))
-    assert state.lamps[0].kind is None
+    assert state.lights[0].kind is None
 
 
 def test_a_picture_without_a_light_asks_for_it(smart: Driver, folder: Path, codes: np.ndarray) -> None:
@@ -199,7 +199,7 @@ def test_a_picture_without_a_light_asks_for_it(smart: Driver, folder: Path, code
     write_image(folder / "grey.png", None, encoded=grey, overwrite=True)
     smart.viewer.open(str(folder / "grey.png"))
     smart.frame(2)
-    assert "no light found" in smart.state.doubt and smart.state.lamps[0].place == (0.5, 0.25) and "message" in smart.places
+    assert "no light found" in smart.state.doubt and smart.state.lights[0].position == (0.5, 0.25) and "message" in smart.places
     smart.event("double_click", controls.to_canvas((0.6, 0.7), smart.viewer.area()), button=1)
     smart.frame(2)
     assert "no light" not in smart.state.doubt and "nothing stands before the light" in smart.state.doubt  # it declines
@@ -251,7 +251,7 @@ def test_the_source_of_the_look_and_two_lights(smart: Driver, trees: np.ndarray)
     assert np.ptp(emits, axis=2).max() == 0 and emits[72, 84, 0] > 200 and emits[150, 250, 0] < 60
     smart.choose("debug", "none")
     smart.open_group("View")
-    smart.state.lamps.append(Lamp((0.8, 0.2), (1.0, 0.5, 0.2)))
+    smart.state.lights.append(LightControl((0.8, 0.2), (1.0, 0.5, 0.2)))
     smart.frame(2)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
     at = controls.to_canvas((0.8, 0.2), smart.viewer.area())

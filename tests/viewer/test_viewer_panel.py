@@ -70,7 +70,7 @@ def test_methods_by_their_list(hands: Driver) -> None:
 
 def test_unset_parameters_show_what_they_are(hands: Driver) -> None:
     hands.open_group("Occlusion")
-    found = hands.state.resolved["threshold"]
+    found = hands.state.automatic["threshold"]
     assert 0.02 < found < 1
     hands.click("threshold auto")
     assert hands.state.parameters.threshold == pytest.approx(found, rel=1e-3)
@@ -138,7 +138,7 @@ def test_bad_files_are_a_line_in_the_panel(hands: Driver, folder: Path, photo: s
     hands.frame()
     assert hands.state.is_error and "densitty" in hands.state.message and "message" in hands.places
     for missing in (str(folder / "none.png"), str(folder / "none.glb"), str(bad)):
-        hands.state.asked.append(("open", missing))
+        hands.state.requests.append(("open", missing))
         hands.frame(2)
         assert hands.state.is_error and os.path.basename(missing) in hands.state.message
         assert hands.state.source == photo
@@ -152,7 +152,7 @@ def test_open_by_its_field(hands: Driver, folder: Path, codes: np.ndarray) -> No
     hands.click("open")
     hands.frame(2)
     assert hands.state.source == str(other) and str(other) in hands.state.sources
-    assert hands.state.lamps[0].place == pytest.approx((0.7, 0.4), abs=0.03)  # found
+    assert hands.state.lights[0].position == pytest.approx((0.7, 0.4), abs=0.03)  # found
 
 
 def test_save_and_load(hands: Driver, folder: Path) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from viewer_driver import CLASSIC, Driver, app_light
+from viewer_driver import CLASSIC, Driver
 
 from airlight.cli import main
 from airlight.colour import srgb_encode
@@ -15,7 +15,7 @@ from airlight.files import read_image, write_image
 from airlight.gpu.device import open_device
 from airlight.viewer import controls
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp
+from airlight.viewer.state import LightControl
 
 
 def test_marks_beyond_the_canvas_are_drawn_at_its_border() -> None:
@@ -39,7 +39,7 @@ def test_a_float_picture_is_that_of_airlight_image(folder: Path, hands: Driver, 
     options = options | CLASSIC
     args = [word for key, v in options.items() for word in (f"--{key}", str(v))]
     assert main(["image", str(source), "-o", str(out), "--light", "0.3,0.4", "-y", *args]) == 0
-    hands.viewer.open(str(source), [Lamp((0.3, 0.4))])
+    hands.viewer.open(str(source), [LightControl((0.3, 0.4))])
     st.set_values(hands.state, options)
     hands.frame(3)
     seen = read_image(hands.viewer.screenshot()).codes / 255
@@ -73,31 +73,31 @@ def test_dragging_the_light(hands: Driver) -> None:
     start = controls.to_canvas((0.3, 0.4), area)
     before = hands.frame()
     hands.drag(start, controls.to_canvas((0.7, 0.2), area))
-    assert hands.state.lamps[0].place == pytest.approx((0.7, 0.2), abs=0.01)
+    assert hands.state.lights[0].position == pytest.approx((0.7, 0.2), abs=0.01)
     assert np.abs(hands.frame().astype(int) - before).max() > 20
     hands.drag(controls.to_canvas((0.5, 0.9), area), controls.to_canvas((0.1, 0.9), area))  # not at the light
-    assert hands.state.lamps[0].place == pytest.approx((0.7, 0.2), abs=0.01)
+    assert hands.state.lights[0].position == pytest.approx((0.7, 0.2), abs=0.01)
 
 
 def test_a_light_below_the_panel_is_not_dragged(hands: Driver) -> None:
-    hands.state.lamps[0].place = controls.to_picture(hands.where("samples"), hands.viewer.area())
-    place = hands.state.lamps[0].place
+    hands.state.lights[0].position = controls.to_picture(hands.where("samples"), hands.viewer.area())
+    place = hands.state.lights[0].position
     hands.drag(hands.where("samples"), hands.where("samples", 0.8))
-    assert hands.state.lamps[0].place == place
+    assert hands.state.lights[0].position == place
     assert hands.state.parameters.samples > 200
 
 
 def test_a_double_click_puts_the_light_there(hands: Driver) -> None:
     hands.event("double_click", controls.to_canvas((0.6, 0.7), hands.viewer.area()), button=1)
-    assert hands.state.lamps[0].place == pytest.approx((0.6, 0.7), abs=0.01)
+    assert hands.state.lights[0].position == pytest.approx((0.6, 0.7), abs=0.01)
     hands.event("double_click", hands.where("samples"), button=1)  # of the panel
-    assert hands.state.lamps[0].place == pytest.approx((0.6, 0.7), abs=0.01)
+    assert hands.state.lights[0].position == pytest.approx((0.6, 0.7), abs=0.01)
 
 
 def test_light_colour_and_strength(hands: Driver) -> None:
     bright = hands.frame(2)[:, 400:].astype(int)
     hands.drag(hands.where("strength 0", 0.25), hands.where("strength 0", 0.0))
-    assert hands.state.lamps[0].strength == 0
+    assert hands.state.lights[0].strength == 0
     dark = hands.frame(2)[:, 400:].astype(int)
     assert (dark <= bright + 1).all() and (bright - dark).max() > 5
 
@@ -132,7 +132,7 @@ def test_debug_views(hands: Driver, codes: np.ndarray) -> None:
     hands.choose("debug", "occlusion")
     seen = read_image(hands.viewer.screenshot()).codes
     rgba = np.dstack([codes, np.full(codes.shape[:2], 255, np.uint8)])
-    p = auto_threshold(Parameters(), hands.viewer.picture.coarse, [app_light(hands)])
+    p = auto_threshold(Parameters(), hands.viewer.picture.coarse, [hands.state.lights[0].image_light()])
     mask = render_source(Renderer(), rgba, p, fraction=True)[..., 0]
     assert np.abs(seen[..., 0] / 255.0 - mask).max() < 0.01 and mask.max() > 0.9 > 0.1 > mask.min()
     hands.choose("debug", "source")

@@ -11,7 +11,7 @@ from airlight.cli import main
 from airlight.files import read_image, write_image
 from airlight.viewer import app
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp
+from airlight.viewer.state import LightControl
 
 
 @pytest.mark.parametrize("look", ["smart", "classic"])
@@ -22,7 +22,7 @@ def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, code
     alpha = np.linspace(0.2, 1, codes.shape[0] * codes.shape[1], dtype=np.float32).reshape(codes.shape[:2])
     write_image(deep, None, encoded=codes.astype(np.uint16) * 257, alpha=alpha, bits=16)
     for source in (jpeg, deep):
-        smart.viewer.open(str(source), [Lamp((0.31, 0.42))])
+        smart.viewer.open(str(source), [LightControl((0.31, 0.42))])
         st.change(smart.state, "look", look)
         smart.canvas.submit_event({"event_type": "key_down", "key": "s", "modifiers": ("Control",)})
         smart.frame()
@@ -35,15 +35,15 @@ def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, code
         assert main([*words, "-y"]) == 0
         assert ours.read_bytes() == theirs.read_bytes()
     assert read_image(ours).bits == 16 and read_image(ours).alpha is not None
-    smart.state.asked.append(("save", ""))
+    smart.state.requests.append(("save", ""))
     assert saved(smart) == f"{folder / look}16-shafts-2.png saved"
     deep.unlink()
-    smart.state.asked.append(("save", ""))
+    smart.state.requests.append(("save", ""))
     assert "not saved" in saved(smart) and smart.state.is_error
 
 
 def test_saving_an_array(folder: Path, codes: np.ndarray) -> None:
-    other = Driver(app.from_array(codes), folder, lamps=[Lamp((0.3, 0.4))], values=CLASSIC)
-    other.state.asked.append(("save", ""))
+    other = Driver(app.from_array(codes), folder, lights=[LightControl((0.3, 0.4))], values=CLASSIC)
+    other.state.requests.append(("save", ""))
     assert saved(other) == f"{folder / 'array-shafts.png'} saved"
     assert np.array_equal(read_image(folder / "array-shafts.png").codes, read_image(other.viewer.screenshot()).codes)

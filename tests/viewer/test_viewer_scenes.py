@@ -79,7 +79,7 @@ def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(l
     assert lit.state.parameters.jitter == "gradient"
     lit.choose("jitter", "auto (gradient)")
     lit.frame()
-    assert lit.state.parameters.jitter is None and lit.state.resolved["jitter"] == "blue"
+    assert lit.state.parameters.jitter is None and lit.state.automatic["jitter"] == "blue"
     for group in groups:
         lit.open_group(group)
 
@@ -87,12 +87,12 @@ def test_each_parameter_of_a_medium_has_a_widget_only_where_it_means_something(l
 def test_three_numbers_a_word_and_a_truth(lit: Driver) -> None:
     state = lit.state
     lit.open_group("March")
-    assert state.medium.sigma_t is None and state.resolved["sigma_t"] == pytest.approx([0.5 / 6] * 3, rel=1e-2)  # of a radius of 3 m
+    assert state.medium.sigma_t is None and state.automatic["sigma_t"] == pytest.approx([0.5 / 6] * 3, rel=1e-2)  # of a radius of 3 m
     lit.click("sigma_t auto")
-    assert state.medium.sigma_t == state.resolved["sigma_t"]
+    assert state.medium.sigma_t == state.automatic["sigma_t"]
     lit.drag(lit.where("sigma_t", 0.5), lit.where("sigma_t", 0.42))
     red, green, blue = state.medium.sigma_t
-    assert red == blue == state.resolved["sigma_t"][0] and 0 < green < red
+    assert red == blue == state.automatic["sigma_t"][0] and 0 < green < red
     lit.drag(lit.where("albedo", 0.9), lit.where("albedo", 0.83))
     assert state.medium.albedo[:2] == (0.9, 0.9) and 0.2 < state.medium.albedo[2] < 0.8
     lit.click("extinction", 0.1)
@@ -101,7 +101,7 @@ def test_three_numbers_a_word_and_a_truth(lit: Driver) -> None:
     lit.click("steps exact", 0.1)
     assert isinstance(state.march.steps, int)
     lit.click("steps auto", 0.1)
-    assert state.march.steps is None and state.resolved["steps"] == 64
+    assert state.march.steps is None and state.automatic["steps"] == 64
     lit.click("steps auto", 0.1)
     lit.click("steps exact", 0.1)
     assert state.march.steps == "exact"
@@ -172,7 +172,7 @@ def test_the_light_of_a_scene_is_dragged(scene: Driver) -> None:
     scene.drag(mark, (mark[0] + 60, mark[1] - 40))
     now = scene.viewer.marks()[0]
     assert now == pytest.approx((mark[0] + 60, mark[1] - 40), abs=2)
-    x, y, z = scene.state.lamps[0].place
+    x, y, z = scene.state.lights[0].position
     assert x > 0.1 and y > 0.55 and not scene.state.eye.moved
     assert np.allclose(scene.viewer.scene.stage.lights[0].target.world.position, (x, y, z), atol=1e-4)
 
@@ -220,7 +220,7 @@ def test_debug_views_and_times_of_a_scene(scene: Driver) -> None:
 
 def test_scene_picture_scene(scene: Driver, photo: str) -> None:
     seen = scene.frame(2)
-    scene.state.asked.append(("open", photo))
+    scene.state.requests.append(("open", photo))
     scene.frame(3)
     assert scene.state.is_image
     scene.choose("source", "flying")

@@ -14,7 +14,7 @@ from airlight.cli.options import gather
 from airlight.errors import AirlightError
 from airlight.options import presets
 from airlight.viewer import state as st
-from airlight.viewer.state import Lamp, ViewerState
+from airlight.viewer.state import LightControl, ViewerState
 
 
 def test_what_does_not_go_with_a_method_is_reset_or_told() -> None:
@@ -45,7 +45,7 @@ def test_the_command_says_what_is_shown(wanted: dict[str, Any], places: list[tup
         st.set_values(state, wanted)
     except AirlightError:
         return
-    state.lamps = [Lamp(place, (1.0, 0.5, 0.25), 2.0) for place in places]
+    state.lights = [LightControl(place, (1.0, 0.5, 0.25), 2.0) for place in places]
     words = shlex.split(st.as_text(st.command_line(state)))
     assert words[:2] == ["airlight", "image"]
     with image_command.image.make_context("image", words[2:]) as ctx:
@@ -68,8 +68,8 @@ def test_the_command_of_a_scene(scene: Driver) -> None:
     scene.frame(2)
     _, said = read_by_render(scene.state)
     assert (said["camera"], said["time"]) == ("side", 1.25)
-    scene.state.lamps[0].place = (-1.0, 2.0, -3.0)
-    scene.state.lamps[0].color = (1.0, 0.5, 0.25)
+    scene.state.lights[0].position = (-1.0, 2.0, -3.0)
+    scene.state.lights[0].color = (1.0, 0.5, 0.25)
     scene.state.eye.moved = True
     scene.frame(2)
     _, said = read_by_render(scene.state)
@@ -86,7 +86,7 @@ def test_the_command_of_a_scene_says_all(wanted: dict[str, Any], azimuth: float,
     except AirlightError:
         return
     turn, up = np.radians([azimuth, elevation])
-    state.lamps = [Lamp((np.sin(turn) * np.cos(up), np.sin(up), -np.cos(turn) * np.cos(up)), direction=True)]
+    state.lights = [LightControl((np.sin(turn) * np.cos(up), np.sin(up), -np.cos(turn) * np.cos(up)), direction=True)]
     values, said = read_by_render(state)
     assert values == {d.name: st.value(state, d.name) for d in st.shown(state) if st.value(state, d.name) != d.default}
     assert [float(v) for v in said["sun"][0].split(",")] == pytest.approx((azimuth, elevation), abs=1e-3)

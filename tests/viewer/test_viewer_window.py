@@ -62,7 +62,7 @@ def test_an_array_in_a_notebook(codes: np.ndarray, monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "rendercanvas.anywidget", types.SimpleNamespace(RenderCanvas=Canvas))
     shown = airlight.view(codes, (0.2, 0.3), size=(640, 400), density=0.5)
     assert shown._repr_mimebundle_() == {"text/plain": "shown"}
-    assert shown.state.lamps[0].place == (0.2, 0.3) and shown.state.parameters.density == 0.5
+    assert shown.state.lights[0].position == (0.2, 0.3) and shown.state.parameters.density == 0.5
     assert shown.canvas.draw().shape == (400, 640, 4)
     monkeypatch.setitem(sys.modules, "rendercanvas.anywidget", None)
     with pytest.raises(AirlightError, match=r"airlight\[notebook\]"):
@@ -78,7 +78,7 @@ def test_memory_does_not_grow(hands: Driver, look: str) -> None:
 
     def turn(i: int) -> None:
         state = hands.state
-        state.lamps[0].place = (0.1 + 0.8 * (i % 10) / 10, 0.4)
+        state.lights[0].position = (0.1 + 0.8 * (i % 10) / 10, 0.4)
         if look == "smart":
             st.change(state, "look", "smart")
             st.change(state, "strength", 0.5 + 0.1 * (i % 10))

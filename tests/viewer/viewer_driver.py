@@ -12,7 +12,6 @@ from hypothesis import strategies as some
 
 from airlight.cli import render as render_command
 from airlight.cli.options import gather
-from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.options import Look, declared
 from airlight.viewer import app
@@ -103,7 +102,7 @@ def applied(driver: Driver, pixels: np.ndarray, **look: Any) -> Any:
     from airlight import Renderer
     from airlight.files import to_linear
 
-    lights = [Light(lamp.place, lamp.color, lamp.strength, kind=lamp.kind) for lamp in driver.state.lamps]
+    lights = [control.image_light() for control in driver.state.lights]
     linear = to_linear(pixels)[0] if pixels.dtype == np.uint8 else pixels
     return apply(Renderer(), pixels, linear, lights, Look(**look), float_output=pixels.dtype != np.uint8)
 
@@ -112,17 +111,10 @@ def saved(driver: Driver) -> str:
     """The line that says what became of saving."""
     for _ in range(2000):
         driver.frame()
-        if driver.viewer.saving is None and not driver.state.asked:
+        if driver.viewer.saving is None and not driver.state.requests:
             return driver.state.message
         time.sleep(0.02)
     pytest.fail("it does not end")
-
-
-def app_light(hands: Driver) -> Any:
-    from airlight.lights import Light
-
-    lamp = hands.state.lamps[0]
-    return Light(lamp.place, lamp.color, lamp.strength)
 
 
 def some_values(scenes: bool = True) -> Any:

@@ -13,7 +13,7 @@ from airlight.lights import Light
 from airlight.look.apply import apply
 from airlight.options import Look
 from airlight.reference.scenes import foliage
-from airlight.scatter.render import Renderer
+from airlight.scatter.render import PictureRenderer
 
 SIZE = (1920, 1080)
 SUM = "sum"  # the pass that any method of the kind needs; the rest is the look's own
@@ -24,7 +24,7 @@ def look(device: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
     codes = encode_codes(np.minimum(foliage(*SIZE), 1.0).astype(np.float32), np.uint8, dither=False)
     linear = to_linear(codes)[0]
     passes = Passes(device, device.texture(*SIZE, "rgba16float"), device.texture(*SIZE, "rgba16float"))
-    copy, renderer = passes.copy(), Renderer(device, keep=1)
+    copy, renderer = passes.copy(), PictureRenderer(device, keep=1)
     times: dict[str, list[float]] = {"copy": []}
     for turn in range(runs + 1):
         found: list[tuple[str, float]] = []

@@ -62,11 +62,11 @@ def view(
         from airlight.viewer import app
     except ImportError as error:
         raise AirlightError(f"the viewer needs more packages ({error}): pip install airlight[viewer]") from None
-    lamps = _lamps(written, source)
+    lights = _light_controls(written, source)
 
     def make(canvas: Any) -> Any:
         try:
-            return app.Viewer(canvas, source, values=values, lamps=lamps, device=device)
+            return app.Viewer(canvas, source, values=values, lights=lights, device=device)
         except ImportError as error:
             raise AirlightError(f"the viewer needs more packages ({error}): {app.MISSING}") from None
 
@@ -80,11 +80,11 @@ def view(
         app.in_window(make)
 
 
-def _lamps(written: Sequence[LightText], source: str) -> list[Any]:
+def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
     """The lights of --light in the picture's own pixels."""
     from airlight.jobs.light_text import place
     from airlight.scenes import is_scene
-    from airlight.viewer.state import Lamp
+    from airlight.viewer.state import LightControl
 
     given = [light for light in written if light.searched is None or light.searched[0]]
     if not given:
@@ -97,4 +97,4 @@ def _lamps(written: Sequence[LightText], source: str) -> list[Any]:
     picture = read_image(source)
     coarse = picture.rec709(picture.linear(coarse=True)) if any(light.searched for light in given) else None
     placed = [place(light, picture) for light in resolve_lights(given, picture, "top", coarse)]
-    return [Lamp(one.position, one.color, one.strength, kind=one.kind) for one in placed]
+    return [LightControl(one.position, one.color, one.strength, kind=one.kind) for one in placed]

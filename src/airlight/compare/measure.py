@@ -20,7 +20,7 @@ from airlight.lights import Light
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters
 from airlight.reference import radial as reference
-from airlight.scatter.render import Renderer, emitted, plan
+from airlight.scatter.render import PictureRenderer, emitted, plan
 
 Array = npt.NDArray[Any]
 POINTS = 4000  # random pixels at which the error is measured
@@ -107,7 +107,7 @@ def compare(
     def recorded(p: Parameters) -> tuple[Callable[[Any], None], float]:
         """What records the passes of p into the layer, and the factor in it."""
         if source_key(p) not in sources:
-            sources[source_key(p)] = emitted(Renderer(gpu, keep=0), pixels, p, **planes)
+            sources[source_key(p)] = emitted(PictureRenderer(gpu, keep=0), pixels, p, **planes)
         source, scale = sources[source_key(p)]
         plans, _ = plan(gpu, (width, height), lights, p, source, layer)
 

@@ -23,11 +23,11 @@ from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
-from airlight.reference.triangles import world_triangles
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
+from airlight.scenes.triangles import world_triangles
 
 Array = npt.NDArray[Any]
 MOST = 1e9  # triangles x lamps x pixels up to which the tracer is asked, some minutes

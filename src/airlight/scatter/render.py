@@ -199,9 +199,9 @@ class ImagePlan(TimedSubmits):
         return np.frombuffer(self.device.read(composite.result, 4), np.uint8).reshape(height, width, 4), settings
 
 
-class Renderer:
-    """Renders many pictures on one device; plans of the last few kinds of picture are kept. Give it as `device` to the functions of
-    airlight, or call its methods of the same names. Not to be shared between threads; several may share a device.
+class PictureRenderer:
+    """Renders many pictures on one device; plans of the last few kinds of picture are kept. Not to be shared between threads; several
+    may share a device.
 
     device: the name of an adapter, a `Device`, or a wgpu.GPUDevice; None for the fastest adapter. keep: number of plans.
     Raises MachineError where there is no adapter.
@@ -240,18 +240,6 @@ class Renderer:
             self._looks[key] = found
         return found
 
-    def light_shafts(self, image: Any, light: Any, **keywords: Any) -> Array:
-        """As airlight.light_shafts."""
-        from airlight import api
-
-        return api.light_shafts(image, light, device=self, **keywords)
-
-    def add_light_shafts(self, image: Any, light: Any = "auto", **keywords: Any) -> Any:
-        """As airlight.add_light_shafts."""
-        from airlight import api
-
-        return api.add_light_shafts(image, light, device=self, **keywords)
-
     def texture_plan(self, picture: Any, layer: Any, light: Any, **parameters: Any) -> ImagePlan:
         """For textures that the caller holds, of this renderer's device: nothing is copied.
 
@@ -272,7 +260,7 @@ def _within_memory(device: Device, picture: Array) -> Iterator[None]:
         raise MachineError(f"{device.name} has not enough memory for an image of {size} pixels: scale it down") from None
 
 
-def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, options: dict[str, Any]) -> ImagePlan:
+def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, options: dict[str, Any]) -> ImagePlan:
     """The plan of a picture that is uploaded and whose layer is submitted."""
     mask, depth = options.get("mask"), options.get("depth")
     height, width = picture.shape[:2]
@@ -283,7 +271,7 @@ def _planned(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Par
     return found
 
 
-def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
+def render_layer(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
     """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
     options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
@@ -303,14 +291,14 @@ def render_layer(renderer: Renderer, picture: Array, lights: Sequence[Light], p:
     return out
 
 
-def emitted(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
+def emitted(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
     """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
     with _within_memory(renderer.device, picture):
         done = _planned(renderer, picture, [], p, options)
     return done.source.texture, done.scale
 
 
-def render_source(renderer: Renderer, picture: Array, p: Parameters, **options: Any) -> Array:
+def render_source(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> Array:
     """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
     source, scale = emitted(renderer, picture, p, **options)
     width, height, _ = source.size
@@ -320,7 +308,7 @@ def render_source(renderer: Renderer, picture: Array, p: Parameters, **options: 
 
 
 def render_codes(
-    renderer: Renderer, picture: Array, lights: Sequence[Light], p: Parameters, settings: CompositeSettings, **options: Any
+    renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, settings: CompositeSettings, **options: Any
 ) -> tuple[Array, CompositeSettings]:
     """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the settings as measured. Options as render_layer."""
     with _within_memory(renderer.device, picture):

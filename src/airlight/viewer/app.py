@@ -4,6 +4,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.saving import Saving
-from airlight.viewer.state import Lamp, ViewerState
+from airlight.viewer.state import LightControl, ViewerState
 
 SIZE = (1280, 720)
 TITLE = "Airlight"
@@ -46,7 +47,7 @@ class Viewer:
         source: str | Picture,
         *,
         values: dict[str, Any] | None = None,
-        lamps: Sequence[Lamp] = (),
+        lights: Sequence[LightControl] = (),
         device: str | None = None,
         folder: str = ".",
     ) -> None:
@@ -72,7 +73,7 @@ class Viewer:
             st.set_values(self.state, values)
         if self.state.is_image:
             check_picture(self.state.parameters.method)
-        self.open(source, lamps)
+        self.open(source, lights)
         context = canvas.get_wgpu_context()
         self.format: str = context.get_preferred_format(self.device.device.adapter)
         self.panel = Panel(self.device.device, canvas, self.state)
@@ -86,7 +87,7 @@ class Viewer:
 
     # what is shown
 
-    def open(self, source: str | Picture, lamps: Sequence[Lamp] = ()) -> None:
+    def open(self, source: str | Picture, lights: Sequence[LightControl] = ()) -> None:
         """Show another picture or scene. Raises AirlightError, and goes on showing the one before."""
         state = self.state
         before = state.parameters.method
@@ -99,21 +100,21 @@ class Viewer:
             view = PictureView(self.device, picture)
             self.picture, state.is_image, self.read = view, True, picture
             found = st.find_candidates(state, view.coarse)
-            state.lamps = [Lamp(lamp.place, lamp.color, lamp.strength, kind=lamp.kind) for lamp in lamps] or [found]
-            if lamps:
+            state.lights = [replace(control, movable=True, direction=False) for control in lights] or [found]
+            if lights:
                 state.ask, state.unplaced = "", False
             (x, y), (right, bottom) = (found_at(picture, corner)[:2] for corner in ((0.0, 0.0), (1.0, 1.0)))
             state.frame = (x, y, right - x, bottom - y)
             state.duration, state.path_drawn = 0.0, None
             unfit = ("method",) if METHODS[before].lights_medium else ()
-            st.stand(state, {}, unfit)
+            st.open_defaults(state, {}, unfit)
         else:
             stage = _open_scene(path)
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
                 self.scene = SceneView(self.canvas)
-            state.resolved = {}
+            state.automatic = {}
             self.scene.open(stage, state)
             self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
@@ -141,7 +142,7 @@ class Viewer:
     def draw(self) -> None:
         """Draw one frame: called by the canvas."""
         state = self.state
-        self._do_asked()
+        self._serve_requests()
         self._follow_saving()
         width, height = self.canvas.get_physical_size()
         if width < 2 or height < 2:
@@ -167,7 +168,7 @@ class Viewer:
         self.panel.render()
         self.linger -= 1
         settling = not state.is_image and state.composite.adapt > 0
-        if again or hurried or self.linger > 0 or state.asked or (state.playing and state.duration) or settling:
+        if again or hurried or self.linger > 0 or state.requests or (state.playing and state.duration) or settling:
             self.canvas.request_draw()
 
     def _draw_picture(self, hurried: bool) -> bool:
@@ -215,7 +216,7 @@ class Viewer:
         """Find where the lights that can be dragged are on the canvas, logical px."""
         state, area = self.state, self.area()
         if self.picture is not None:
-            return [controls.to_canvas(lamp.place, area) for lamp in state.lamps]
+            return [controls.to_canvas(control.position, area) for control in state.lights]
         marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
         return marks
 
@@ -229,7 +230,7 @@ class Viewer:
         state = self.state
         if self.picture is None or not state.candidates_shown or self.dragging is not None or not state.is_smart:
             return []
-        places = [lamp.place for lamp in state.lamps]
+        places = [control.position for control in state.lights]
         free = [(i, c) for i, c in enumerate(state.candidates) if all(np.hypot(*np.subtract(c.position, p)) > APART for p in places)]
         return [(i, controls.to_canvas(c.position, self.area())) for i, c in free]
 
@@ -254,14 +255,14 @@ class Viewer:
             self._drag(at)
         elif kind == "pointer_up" and self.dragging is not None:
             if state.is_image and isinstance(self.dragging, int) and self.moved:
-                st.move(state, self.dragging, state.lamps[self.dragging].place)  # of what kind it is there
+                st.move(state, self.dragging, state.lights[self.dragging].position)  # of what kind it is there
             self.dragging, self.moved = None, False
             return
         if self.picture is None and self.dragging is None and self.scene is not None:
             self.scene.handle(event)
         beside = at[0] >= self.panel.width  # the panel lets double clicks through
         again = time.perf_counter() - self.taken < DOUBLE
-        if kind == "double_click" and beside and state.is_image and len(state.lamps) == 1 and not again:
+        if kind == "double_click" and beside and state.is_image and len(state.lights) == 1 and not again:
             st.move(state, 0, controls.to_picture(at, self.area()))
 
     moved = False  # whether the light was since it was taken hold of
@@ -273,7 +274,7 @@ class Viewer:
         if key == " " and state.is_image:
             state.held = is_down
         elif is_down and key == "s" and ("Control" in modifiers or "Meta" in modifiers) and state.is_image:
-            state.asked.append(("save", ""))
+            state.requests.append(("save", ""))
         elif is_down and key == "h":
             self.panel.visible = not self.panel.visible
         elif is_down and key == "b" and state.is_image:
@@ -309,19 +310,19 @@ class Viewer:
         elif isinstance(self.dragging, int):
             st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
 
-    def _do_asked(self) -> None:
+    def _serve_requests(self) -> None:
         state = self.state
-        asked, state.asked = state.asked, []
-        for what, said in asked:
+        requests, state.requests = state.requests, []
+        for request, argument in requests:
             try:
-                if what == "open":
-                    self.open(said)
-                elif what == "screenshot":
+                if request == "open":
+                    self.open(argument)
+                elif request == "screenshot":
                     st.tell(state, f"{self.screenshot()} saved")
-                elif what == "save":
+                elif request == "save":
                     self._save()
-                elif what == "copy":
-                    self._copy(said)
+                elif request == "copy":
+                    self._copy(argument)
             except AirlightError as error:
                 st.tell(state, str(error), error=True)
 
@@ -337,16 +338,16 @@ class Viewer:
     def _save(self) -> None:
         """Begin to write the whole picture with its shafts as a new file."""
         if self.saving is not None:
-            st.tell(self.state, f"{self.saving.name_written} is still being saved")
+            st.tell(self.state, f"{self.saving.path} is still being saved")
             return
         self.saving = Saving(self.state, self.read, self.folder, self.adapter, self.canvas.request_draw)
-        st.tell(self.state, f"saving {self.saving.name_written} ...")
+        st.tell(self.state, f"saving {self.saving.path} ...")
         self.saving.start()
 
     def _follow_saving(self) -> None:
         """Tell what became of a picture that was being saved."""
-        if self.saving is not None and self.saving.said is not None:
-            text, is_error = self.saving.said
+        if self.saving is not None and self.saving.outcome is not None:
+            text, is_error = self.saving.outcome
             self.saving = None
             st.tell(self.state, text, error=is_error)
 
@@ -424,9 +425,9 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
         raise AirlightError(f"a notebook's view needs more packages ({error}): pip install airlight[notebook]") from None
     from airlight.lights import as_lights
 
-    lamps = [] if light is None else [Lamp(one.position, one.color, one.strength, kind=one.kind) for one in as_lights(light)]
+    lights = [] if light is None else [LightControl(one.position, one.color, one.strength, kind=one.kind) for one in as_lights(light)]
     shown = os.fspath(source) if isinstance(source, (str, os.PathLike)) else from_array(source)
-    return Viewer(RenderCanvas(size=size), shown, values=parameters, lamps=lamps, device=device)
+    return Viewer(RenderCanvas(size=size), shown, values=parameters, lights=lights, device=device)
 
 
 def from_array(array: Any) -> Picture:

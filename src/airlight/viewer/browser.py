@@ -141,8 +141,8 @@ class _Feedback(_Message, tag="_framefeedback"):
     localtime: float
 
 
-Said = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | _Feedback
-_DECODER = msgspec.json.Decoder(Said)
+ClientMessage = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | _Feedback
+_DECODER = msgspec.json.Decoder(ClientMessage)
 _SPANS = {
     **dict.fromkeys(("x", "y"), (-2.0 * MOST_SIDE, 2.0 * MOST_SIDE)),
     **dict.fromkeys(("dx", "dy"), (-10_000.0, 10_000.0)),
@@ -151,10 +151,10 @@ _SPANS = {
 }
 
 
-def understood(text: str) -> Said | None:
+def decode_message(text: str) -> ClientMessage | None:
     """Decode a client's message, its numbers clamped; None where it is none that a client may send."""
     try:
-        message: Said = _DECODER.decode(text)
+        message: ClientMessage = _DECODER.decode(text)
     except (msgspec.DecodeError, UnicodeError, RecursionError):
         return None
     for name in message.__struct_fields__:
@@ -221,7 +221,7 @@ class _Client:
                 continue
             if not self._may_speak():
                 return 1008, "too many messages"
-            message = understood(event.get("text") or "")
+            message = decode_message(event.get("text") or "")
             if isinstance(message, _Feedback):
                 if not self.confirmed < message.index <= self.sent:
                     continue
@@ -243,11 +243,11 @@ class _Client:
 
     async def _send(self, event: Any) -> None:
         if "text" in event:
-            told = msgspec.json.decode(event["text"], type=_Sent)
-            if told.type == "framebufferdata":
+            message = msgspec.json.decode(event["text"], type=_Sent)
+            if message.type == "framebufferdata":
                 if self.sent == self.confirmed:
                     self._wait(PATIENCE)
-                self.sent = told.index
+                self.sent = message.index
         await self.give(event)
 
 

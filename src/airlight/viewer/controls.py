@@ -13,8 +13,8 @@ def to_picture(at: tuple[float, float], area: Area) -> tuple[float, float]:
     return (at[0] - area[0]) / area[2], (at[1] - area[1]) / area[3]
 
 
-def to_canvas(place: Sequence[float], area: Area) -> tuple[float, float]:
-    return area[0] + place[0] * area[2], area[1] + place[1] * area[3]
+def to_canvas(position: Sequence[float], area: Area) -> tuple[float, float]:
+    return area[0] + position[0] * area[2], area[1] + position[1] * area[3]
 
 
 def clamped(at: tuple[float, float], area: Area, margin: float) -> tuple[tuple[float, float], tuple[float, float] | None]:

@@ -123,10 +123,10 @@ class Panel:
         still = imgui.WindowFlags_.no_scrollbar | imgui.WindowFlags_.no_scroll_with_mouse
         imgui.begin("Airlight", None, fixed | still | imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_saved_settings)
         foot = 0.0
-        told = self.state.message or self.state.doubt
-        if told:
+        message = self.state.message or self.state.doubt
+        if message:
             wide = imgui.get_content_region_avail().x
-            foot = imgui.calc_text_size(told, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
+            foot = imgui.calc_text_size(message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
         if self.state.is_smart:
             self._smart()
@@ -135,11 +135,11 @@ class Panel:
         self._settings()
         self._times()
         imgui.end_child()
-        if told:
+        if message:
             imgui.separator()
             color = (1.0, 0.45, 0.38, 1.0) if self.state.is_error else (0.72, 0.76, 0.8, 1.0)
             imgui.push_style_color(imgui.Col_.text, color)
-            imgui.text_wrapped(told)
+            imgui.text_wrapped(message)
             imgui.pop_style_color()
             self._seen("message")
         imgui.end()
@@ -155,7 +155,7 @@ class Panel:
         imgui.same_line()
         s.candidates_shown = self._toggle("candidates", "Candidates", s.candidates_shown)
         if self._button("save picture", "Save picture", -1):
-            s.asked.append(("save", ""))
+            s.requests.append(("save", ""))
         imgui.push_style_color(imgui.Col_.text, DIM)
         imgui.text_wrapped(HINT)
         imgui.pop_style_color()
@@ -243,8 +243,8 @@ class Panel:
         read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
         names = tuple(read)
         if d.default is None:
-            resolved = self.state.resolved.get(d.name)
-            unset = "auto" if resolved is None else f"auto ({resolved})"
+            automatic = self.state.automatic.get(d.name)
+            unset = "auto" if automatic is None else f"auto ({automatic})"
             read, names = {unset: (), **read}, (unset, *names)
         name = unset if now is None else f"{now:g}" if d.slider else now
         chosen = self._choose(d.name, name, names)
@@ -283,7 +283,7 @@ class Panel:
     def _optional(self, d: Option, now: Any) -> Any:
         """Draw a parameter that may be unset: () is that."""
         unset = now is None
-        guess: Any = "#101010" if d.kind is str else self.state.resolved.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
+        guess: Any = "#101010" if d.kind is str else self.state.automatic.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
         if self._tick(d.name, "auto", unset):
             if not unset:
                 return ()
@@ -324,13 +324,13 @@ class Panel:
         self._label("Show")
         chosen = self._choose("source", Path(s.source).name, tuple(dict.fromkeys((*s.sources,))))
         if chosen:
-            s.asked.append(("open", chosen))
+            s.requests.append(("open", chosen))
         self._label("Open")
         imgui.set_next_item_width(-52)
         s.path = self._text("path", s.path, "picture, .glb or .gltf")
         imgui.same_line()
         if self._button("open", "Open", -1) and s.path:
-            s.asked.append(("open", s.path))
+            s.requests.append(("open", s.path))
         if s.is_image:
             return
         if len(s.eye.names) > 1:
@@ -358,36 +358,36 @@ class Panel:
 
     def _lights(self, opened: bool) -> None:
         s = self.state
-        if not s.lamps or not self._header("Light", opened):
+        if not s.lights or not self._header("Light", opened):
             return
-        for i, lamp in enumerate(s.lamps):
-            if len(s.lamps) > 1:
+        for i, control in enumerate(s.lights):
+            if len(s.lights) > 1:
                 imgui.text_disabled(f"{i + 1}")
             imgui.push_id(i)
-            if lamp.movable:
-                self._label("Towards" if lamp.direction else "Position", "also by dragging it in the picture")
-                if len(lamp.place) == 2:
-                    changed, place = imgui.drag_float2("##place", list(lamp.place), 0.002, -10, 10, "%.3f")
+            if control.movable:
+                self._label("Towards" if control.direction else "Position", "also by dragging it in the picture")
+                if len(control.position) == 2:
+                    changed, place = imgui.drag_float2("##place", list(control.position), 0.002, -10, 10, "%.3f")
                 else:
-                    changed, place = imgui.drag_float3("##place", list(lamp.place), 0.01, -1e4, 1e4, "%.2f")
+                    changed, place = imgui.drag_float3("##place", list(control.position), 0.01, -1e4, 1e4, "%.2f")
                 self._seen(f"light {i}")
                 if changed:
                     st.move(s, i, tuple(place))
             if s.is_smart:
                 self._label("Kind", "a disc, an opening, a glow, lamps, or a light beyond the frame; auto: told by what is there")
-                kind = self._choose(f"kind {i}", lamp.kind or AUTO, (AUTO, *KINDS))
+                kind = self._choose(f"kind {i}", control.kind or AUTO, (AUTO, *KINDS))
                 if kind:
-                    lamp.kind = None if kind == AUTO else kind
+                    control.kind = None if kind == AUTO else kind
             self._label("Colour", "white: the picture's own" if s.is_smart else "")
-            changed, color = imgui.color_edit3("##color", list(lamp.color), imgui.ColorEditFlags_.float)
+            changed, color = imgui.color_edit3("##color", list(control.color), imgui.ColorEditFlags_.float)
             self._seen(f"color {i}")
             if changed:
-                lamp.color = (round(color[0], 3), round(color[1], 3), round(color[2], 3))
+                control.color = (round(color[0], 3), round(color[1], 3), round(color[2], 3))
             self._label("Strength")
-            changed, strength = imgui.slider_float("##strength", lamp.strength, 0, 4, "%.2f")
+            changed, strength = imgui.slider_float("##strength", control.strength, 0, 4, "%.2f")
             self._seen(f"strength {i}")
             if changed:
-                lamp.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
+                control.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
             imgui.pop_id()
 
     def _view(self, opened: bool) -> None:
@@ -403,13 +403,13 @@ class Panel:
             s.debug = None if chosen == "none" else chosen
         half = (imgui.get_content_region_avail().x - imgui.get_style().item_spacing.x) / 2
         if self._button("screenshot", "Screenshot", half):
-            s.asked.append(("screenshot", ""))
+            s.requests.append(("screenshot", ""))
         imgui.same_line()
         if self._button("copy", "Copy command", -1):
             s.command = st.as_text(st.command_line(s))  # which from now on is kept up to date
-            s.asked.append(("copy", s.command))
+            s.requests.append(("copy", s.command))
         if s.is_image and not s.is_smart and self._button("save picture", "Save picture", -1):
-            s.asked.append(("save", ""))
+            s.requests.append(("save", ""))
         if s.command:
             s.command = st.as_text(st.command_line(s))
             imgui.set_next_item_width(-1)

@@ -1,6 +1,6 @@
 """A picture with its shafts on the canvas, computed anew whenever a light or a parameter changes; the pixels stay on the GPU."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
@@ -16,7 +16,6 @@ from airlight.errors import AirlightError
 from airlight.files import Picture, encode
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
-from airlight.lights import Light
 from airlight.look.measure import Small, small_copy, white_of
 from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import auto_threshold
@@ -137,7 +136,7 @@ class PictureView:
         """Compute what changed. hurried: something is being dragged, and a draft will do; seen: px of the canvas that the picture takes.
         True if it has to be called again. Raises AirlightError for parameters that this picture cannot have."""
         if self.was_smart != state.is_smart:
-            self.was_smart, self.done, state.resolved = state.is_smart, None, {}
+            self.was_smart, self.done, state.automatic = state.is_smart, None, {}
             if self.whole is not None:
                 self.whole.done = None
         return self._update_look(state, hurried, seen or self.size) if state.is_smart else self._update_sum(state, hurried)
@@ -145,10 +144,10 @@ class PictureView:
     def _update_look(self, state: ViewerState, hurried: bool, seen: tuple[int, int]) -> bool:
         """Put the smart look on the picture; on the copy for drags while hurried."""
         if state.unplaced:
-            state.doubt, state.resolved = state.ask, {}
+            state.doubt, state.automatic = state.ask, {}
             self.pair = Pair(self.texture, self.texture, not self.bounded, not self.bounded)
             return False
-        lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength, kind=lamp.kind) for lamp in state.lamps]
+        lights = [control.image_light() for control in state.lights]
         wanted = lights, state.look
         whole = self._whole(state.parameters.quality)
         is_draft = hurried and whole.done != wanted
@@ -160,7 +159,7 @@ class PictureView:
             view.done, state.passes = wanted, passes or []
             self.version += 1
         if fresh and not is_draft:
-            state.resolved = view.unset()
+            state.automatic = view.unset()
         stale = not hurried and (self.draft is None or self.draft.size != self._draft_size(seen))
         if stale and not fresh and self.seen == seen:  # there is time
             self._draft(seen, whole.white)
@@ -211,7 +210,7 @@ class PictureView:
         """Put the sum's layer on the picture; while hurried the automatic mix follows a frame late."""
         state.doubt = ""
         state.allowed = {"occlusion": ("luminance", "contrast", "none", *(("alpha",) if self.has_alpha else ()))}
-        lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength) for lamp in state.lamps]
+        lights = [replace(control, kind=None).image_light() for control in state.lights]
         wanted = (lights, state.parameters, state.composite, hurried)
         fresh = wanted != self.done
         if not fresh and not self.late and not state.timing:
@@ -250,8 +249,8 @@ class PictureView:
         self.pair = Pair(self.texture, composite.result, not self.bounded, not self.bounded or isinstance(composite, LinearComposite))
         if passes is not None:
             state.passes = passes
-        state.resolved = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.settings.mix or 0.0}
-        state.resolved["veil"], state.resolved["jitter"] = self.settings.haze_floor, p.offset
+        state.automatic = {"threshold": sum(p.knee) / 2, "smoothness": (p.knee[1] - p.knee[0]) / 2, "mix": self.settings.mix or 0.0}
+        state.automatic["veil"], state.automatic["jitter"] = self.settings.haze_floor, p.offset
         return self.late
 
     def _composite(self, settings: CompositeSettings) -> Any:

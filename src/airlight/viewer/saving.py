@@ -9,35 +9,34 @@ from typing import Any
 
 from airlight.files import Picture, write_image
 from airlight.jobs.image import run_image
-from airlight.lights import Light
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
 
 class Saving(threading.Thread):
-    """Writes one picture. `name_written` is its file; `said` becomes (text, whether it is an error) at the end, then `then` is called.
+    """Writes one picture. `path` is its file; `outcome` becomes (text, whether it is an error) at the end, then `then` is called.
 
     state: as it is now; picture: as it was read; folder: where to write if the picture's own cannot be written to; device: of its name.
     """
 
     def __init__(self, state: ViewerState, picture: Picture, folder: str, device: str | None, then: Callable[[], Any]) -> None:
         super().__init__(name="saving")
-        self.said: tuple[str, bool] | None = None
+        self.outcome: tuple[str, bool] | None = None
         self.then = then
         is_array = picture.spec is None  # there is no file that the command could read
-        self.name_written = free_name(os.path.join(folder, st.output(state)) if is_array else st.output(state), folder)
+        self.path = free_name(os.path.join(folder, st.output(state)) if is_array else st.output(state), folder)
         if is_array:
-            self.write: Callable[[], object] = _array_writer(state, picture, self.name_written, device)
+            self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
-        request = st.image_request(state, self.name_written, device)
+        request = st.image_request(state, self.path, device)
         self.write = functools.partial(run_image, request)
 
     def run(self) -> None:
         try:
             self.write()
-            self.said = f"{self.name_written} saved", False
+            self.outcome = f"{self.path} saved", False
         except Exception as error:  # whatever it is, the viewer goes on and says so
-            self.said = f"not saved: {error or type(error).__name__}", True
+            self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:
             self.then()
 
@@ -57,7 +56,7 @@ def _array_writer(state: ViewerState, picture: Picture, path: str, device: str |
     from airlight.api import render_look, render_picture
     from airlight.occlusion.automatic import auto_threshold
 
-    lights = [Light((lamp.place[0], lamp.place[1]), lamp.color, lamp.strength, kind=lamp.kind) for lamp in state.lamps]
+    lights = [control.image_light() for control in state.lights]
     p, composite, look = state.parameters, state.composite, state.look if state.is_smart else None
     bounded = picture.codes.dtype.kind == "u"
     options: dict[str, Any] = {"device": device, "codes_only": picture.bits == 8}

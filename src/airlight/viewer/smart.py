@@ -42,7 +42,7 @@ class LookView:
         self.done: Any = None  # what it shows
         self.resolved: ResolvedLook | None = None
         self._haze: Array | None = None
-        self._seen: dict[int, dict[Any, tuple[Array, Array]]] = {}  # by light, by what was asked for
+        self._seen: dict[int, dict[Any, tuple[Array, Array]]] = {}  # by light, by what was requested
         self._held: dict[int, Any] = {}  # by light, of which bands the plan holds
         if not self.is_codes:
             self.lit = device.texture(width, height, "rgba16float")
@@ -72,32 +72,32 @@ class LookView:
         if hazy != (self.small.near is not None):
             self.small.near = self._haze if hazy else None
             self.plan.hide(self.small.guide, self.small.near)
-        wanted: dict[int, _Asked] = {}
+        wanted: dict[int, BandRequest] = {}
         if passes is not None:
             self._seen.clear()
 
         def bands(number: int, grid: RayGrid, tones: Tones, parts: Array, fineness: float, pattern: Array | None) -> tuple[Array, Array]:
-            wanted[number] = _Asked(number, grid, tones, parts, fineness, pattern)
+            wanted[number] = BandRequest(number, grid, tones, parts, fineness, pattern)
             return self._see(wanted[number], passes)
 
         resolved = resolve(self.small, self.size, lights, look, bands, additive=not self.is_codes, grey=self.grey)
         if resolved.changes:
             for number, last in wanted.items():
-                if self._held.get(number) != last.key:  # others were asked for since, and these were known
+                if self._held.get(number) != last.key:  # others were requested since, and these were known
                     self._see(last, passes, again=True)
             self.plan.set_lights([one.settings for one in resolved.lights], resolved.strength, resolved.shade, resolved.dark)
             self.plan.submit(self.plan.record, *(() if self.is_codes else (self._record_lay,)), profile=passes)
         self.resolved = resolved
 
-    def _see(self, asked: "_Asked", passes: Any, again: bool = False) -> tuple[Array, Array]:
+    def _see(self, request: "BandRequest", passes: Any, again: bool = False) -> tuple[Array, Array]:
         """Find the bands of a light; the last two that were needed are known. again: the plan has to hold them."""
-        key, known = asked.key, self._seen.setdefault(asked.number, {})
+        key, known = request.key, self._seen.setdefault(request.number, {})
         if key not in known or again:
             while len(known) > 1:
                 del known[next(iter(known))]
-            rest = asked.grid, asked.tones, asked.parts, asked.fineness, asked.pattern
-            known[key] = self.plan.see(asked.number, *rest, passes)
-            self._held[asked.number] = key
+            rest = request.grid, request.tones, request.parts, request.fineness, request.pattern
+            known[key] = self.plan.see(request.number, *rest, passes)
+            self._held[request.number] = key
         return known[key]
 
     def _record_lay(self, encoder: Any, timer: Any = None) -> None:
@@ -131,7 +131,7 @@ class LookView:
 
 
 @dataclass
-class _Asked:
+class BandRequest:
     """Says which bands of a light are needed; the arguments of `plan.see`."""
 
     number: int

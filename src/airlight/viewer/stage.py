@@ -12,7 +12,7 @@ from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.private import extent
 from airlight.viewer import controls
-from airlight.viewer.state import Eye, Lamp, ViewerState, settle_medium, stand
+from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
 STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
@@ -42,10 +42,10 @@ class SceneView:
         names = tuple(stage.cameras)
         state.eye = Eye(name=names[0], names=names)
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
-        state.lamps = [self._lamp(light, light is stage.movable) for light in stage.lights]
-        state.lamps_before = [replace(lamp) for lamp in state.lamps]
-        stand(state, stage.settings)
-        state.path_drawn, state.resolved = (False if stage.path is not None else None), {"mix": 1.0}
+        state.lights = [self._light_control(light, light is stage.movable) for light in stage.lights]
+        state.lights_before = [replace(control) for control in state.lights]
+        open_defaults(state, stage.settings)
+        state.path_drawn, state.automatic = (False if stage.path is not None else None), {"mix": 1.0}
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
@@ -55,30 +55,30 @@ class SceneView:
         self.dt, self.moved = 0.0, False
 
     @staticmethod
-    def _lamp(light: SceneLight, movable: bool) -> Lamp:
+    def _light_control(light: SceneLight, movable: bool) -> LightControl:
         place = light.homogeneous()
-        where = tuple(round(float(v), 5) for v in place[:3])
-        return Lamp(where, light.color, light.strength, movable, direction=bool(place[3] == 0))
+        position = tuple(round(float(v), 5) for v in place[:3])
+        return LightControl(position, light.color, light.strength, movable, direction=bool(place[3] == 0))
 
-    def _apply_lamps(self, state: ViewerState) -> None:
-        for light, lamp, before in zip(self.stage.lights, state.lamps, state.lamps_before, strict=True):
-            light.color, light.strength = lamp.color, lamp.strength
-            if not lamp.movable or (lamp.place == before.place and not self.moved):
+    def _apply_lights(self, state: ViewerState) -> None:
+        for light, control, before in zip(self.stage.lights, state.lights, state.lights_before, strict=True):
+            light.color, light.strength = control.color, control.strength
+            if not control.movable or (control.position == before.position and not self.moved):
                 continue
             self.moved = True  # then it has to be put back, too
             if light.target is None and light.position is not None:
-                light.position = triple(lamp.place)
+                light.position = triple(control.position)
             elif light.target is None:
-                if any(lamp.place):
-                    light.direction = triple(lamp.place)
+                if any(control.position):
+                    light.direction = triple(control.position)
             elif isinstance(light.target, gfx.DirectionalLight):
                 towards = light.homogeneous()[:3]
                 about = np.asarray(light.target.world.position) - towards
-                if any(lamp.place):
-                    way = np.asarray(lamp.place) / np.linalg.norm(lamp.place)
+                if any(control.position):
+                    way = np.asarray(control.position) / np.linalg.norm(control.position)
                     light.target.world.position = about + way * np.linalg.norm(towards)
             else:
-                light.target.world.position = lamp.place
+                light.target.world.position = control.position
 
     def _steer(self, state: ViewerState) -> None:
         """Choose the camera and the controller that the state says."""
@@ -114,10 +114,10 @@ class SceneView:
         camera.width, camera.height = camera.width * scale, camera.height * scale
 
     def _pose(self, state: ViewerState) -> None:
-        asked = (state.time, state.eye.name, state.eye.moved)
-        if asked != self.posed:
+        pose = (state.time, state.eye.name, state.eye.moved)
+        if pose != self.posed:
             self.stage.pose(state.time, None if state.eye.moved else self.camera)
-            self.posed = asked
+            self.posed = pose
 
     def handle(self, event: dict[str, Any]) -> None:
         """Steer by an event of the canvas."""
@@ -132,7 +132,7 @@ class SceneView:
         if moving:
             state.eye.moved = self.was_moved = True
         self._pose(state)
-        self._apply_lamps(state)
+        self._apply_lights(state)
         if self.stage.path is not None:
             self.stage.path.visible = bool(state.path_drawn)
         eye, camera = state.eye, self.camera
@@ -141,8 +141,8 @@ class SceneView:
         ahead = np.asarray(camera.world.forward, float)
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
         eye.target = triple(np.asarray(eye.eye) + distance * ahead)
-        settle_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
-        state.resolved["jitter"], state.resolved["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
+        resolve_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
+        state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
     def show(self, state: ViewerState) -> None:
@@ -164,19 +164,19 @@ class SceneView:
     def marks(self, state: ViewerState, area: Area) -> list[tuple[float, float] | None]:
         """Find where the movable lights are on the canvas."""
         if self.camera is None:
-            return [None for _ in state.lamps]
+            return [None for _ in state.lights]
         clip, eye = self.clip, np.asarray(state.eye.eye)
         return [
-            None if lamp.place is None else controls.project(eye + np.asarray(lamp.place) if lamp.direction else lamp.place, clip, area)
-            for lamp in state.lamps
+            controls.project(eye + np.asarray(control.position) if control.direction else control.position, clip, area)
+            for control in state.lights
         ]
 
     def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area) -> Triple:
         """Put a light by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
-        lamp = state.lamps[number]
-        if lamp.direction:
+        control = state.lights[number]
+        if control.direction:
             return controls.toward_in_view(to, self.clip, state.eye.eye, area)
-        return controls.drag_in_view(lamp.place, to, self.clip, area)
+        return controls.drag_in_view(control.position, to, self.clip, area)
 
     def pixels_shown(self) -> np.ndarray:
         """Read back the last frame without the panel: (H, W, 3) float32 linear."""

@@ -13,6 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
 from airlight.jobs.image import AUTO, ImageRequest
 from airlight.jobs.light_text import LightText, read_light
+from airlight.lights import Light
 from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
     NOT_IN_SCENES,
@@ -41,15 +42,19 @@ SAME = 0.06  # picture sizes within which a light is the candidate that lies the
 
 
 @dataclass
-class Lamp:
-    """A light as the panel shows it. place: x, y of a picture, normalised; or x, y, z of a scene, its world's or a direction."""
+class LightControl:
+    """A light as the panel shows it. position: x, y of a picture, normalised; or x, y, z of a scene, its world's or a direction."""
 
-    place: tuple[float, ...]
+    position: tuple[float, ...]
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
     movable: bool = True
-    direction: bool = False  # place says towards what, as of a sun
+    direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.Light`
+
+    def image_light(self) -> Light:
+        """Make the light of a picture that this shows."""
+        return Light((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind)
 
 
 @dataclass
@@ -84,8 +89,8 @@ class ViewerState:
     unplaced: bool = False  # no light was found, and none put anywhere: the picture stays as it is
     frame: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)  # x, y, width, height of the picture in its display window
     held: bool = False  # a key is held that shows the picture without shafts
-    lamps: list[Lamp] = field(default_factory=list)
-    lamps_before: list[Lamp] = field(default_factory=list)  # as the scene has them
+    lights: list[LightControl] = field(default_factory=list)
+    lights_before: list[LightControl] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
     sources: tuple[str, ...] = scenes.NAMES  # to choose from
     size: tuple[int, int] = (0, 0)
@@ -98,8 +103,8 @@ class ViewerState:
     path_drawn: bool | None = None  # of a scene in which something flies along one, else None
     timing: bool = False
     passes: list[tuple[str, float]] = field(default_factory=list)  # (label, ms) of the last frame, if timing
-    resolved: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
-    standing: dict[str, Any] = field(default_factory=dict)  # defaults that a scene has of its own
+    automatic: dict[str, Any] = field(default_factory=dict)  # what unset parameters are for this picture
+    scene_defaults: dict[str, Any] = field(default_factory=dict)  # defaults that a scene has of its own
     allowed: dict[str, tuple[str, ...]] = field(default_factory=dict)  # choices that this picture has, where not all
     preset: str = ""
     file: str = "settings.toml"
@@ -109,7 +114,7 @@ class ViewerState:
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
     # what the app has to do: ("open", path), ("screenshot", ""), ("save", ""), ("copy", text)
-    asked: list[tuple[str, str]] = field(default_factory=list)
+    requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
     def structs(self) -> tuple[Parameters, Composite, SceneOptions, Medium, March, Look]:
@@ -144,7 +149,7 @@ def value(state: ViewerState, name: str) -> Any:
 
 def default(state: ViewerState, d: Option) -> Any:
     """Find the value of a parameter that the user leaves alone: the scene's own, else the declared one."""
-    return state.standing.get(d.name, d.default)
+    return state.scene_defaults.get(d.name, d.default)
 
 
 def values(state: ViewerState) -> dict[str, Any]:
@@ -152,11 +157,11 @@ def values(state: ViewerState) -> dict[str, Any]:
     return {d.name: value(state, d.name) for d in declared(scenes=True) if value(state, d.name) != default(state, d)}
 
 
-def stand(state: ViewerState, settings: dict[str, Any], dropped: tuple[str, ...] = ()) -> None:
+def open_defaults(state: ViewerState, settings: dict[str, Any], dropped: tuple[str, ...] = ()) -> None:
     """Show another scene, or a picture: `settings` are what it is meant for, and hold for what the user left alone. dropped: parameters
     that it cannot have."""
     changed = {name: v for name, v in values(state).items() if name not in dropped}
-    state.standing = settings
+    state.scene_defaults = settings
     set_values(state, changed)
 
 
@@ -167,7 +172,7 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     """
     if state.is_image and new.get("look") is None and not OF_SUM.isdisjoint(new):
         new = {**new, "look": "classic"}
-    built = build(state.standing | {name: v for name, v in new.items() if v is not None or name not in state.standing})
+    built = build(state.scene_defaults | {name: v for name, v in new.items() if v is not None or name not in state.scene_defaults})
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
 
@@ -239,13 +244,13 @@ def load_medium(state: ViewerState, name: str) -> None:
     tell(state, "")
 
 
-def settle_medium(state: ViewerState, distance: float, radius: float) -> None:
+def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
     """Say what is unset of a medium, and what is doubtful about it. distance: from the eye to the scene's centre, metres; radius: its."""
     if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
     air = resolve(state.medium, state.march, state.parameters.quality, radius)
-    state.resolved |= {
+    state.automatic |= {
         "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
         "max_distance": air.max_distance,
         "lamp_distance": air.max_distance,
@@ -271,19 +276,19 @@ def save(state: ViewerState, path: str) -> None:
 
 def light_words(state: ViewerState) -> list[str]:
     """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
-    if (not state.is_image and state.lamps == state.lamps_before) or (state.is_smart and state.unplaced):
+    if (not state.is_image and state.lights == state.lights_before) or (state.is_smart and state.unplaced):
         return []
     words = []
-    for lamp in state.lamps:
-        name, place = "--light", lamp.place
-        if lamp.direction:
-            x, y, z = lamp.place
-            name, place = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
+    for control in state.lights:
+        name, numbers = "--light", control.position
+        if control.direction:
+            x, y, z = control.position
+            name, numbers = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
         if state.is_image:
             x, y, width, height = state.frame
-            place = (x + place[0] * width, y + place[1] * height)
-        kind = lamp.kind if state.is_smart else None
-        text = LightText(",".join(_number(v) for v in place), lamp.color, lamp.strength, kind=kind).text
+            numbers = (x + numbers[0] * width, y + numbers[1] * height)
+        kind = control.kind if state.is_smart else None
+        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
         words.append(f"{name}={text}")
     return words
 
@@ -345,23 +350,23 @@ def as_text(words: list[str]) -> str:
     return shlex.join(words)
 
 
-def move(state: ViewerState, number: int, place: tuple[float, ...], held: bool = False) -> None:
+def move(state: ViewerState, number: int, position: tuple[float, ...], held: bool = False) -> None:
     """Put a light elsewhere. held: it is on its way, and stays of its kind."""
-    state.lamps[number].place = tuple(round(float(v), 5) for v in place)
+    state.lights[number].position = tuple(round(float(v), 5) for v in position)
     state.ask, state.current, state.unplaced = "", number, False
     if state.is_image and not held:
-        near = (c for c in state.candidates if math.dist(c.position, place) < SAME)
-        state.lamps[number].kind = next((c.kind for c in near), None)
+        near = (c for c in state.candidates if math.dist(c.position, position) < SAME)
+        state.lights[number].kind = next((c.kind for c in near), None)
 
 
 def take(state: ViewerState, number: int) -> None:
     """Put the light that was moved last at a candidate."""
     candidate = state.candidates[number]
-    move(state, min(state.current, len(state.lamps) - 1), candidate.position)
-    state.lamps[state.current].kind = candidate.kind
+    move(state, min(state.current, len(state.lights) - 1), candidate.position)
+    state.lights[state.current].kind = candidate.kind
 
 
-def find_candidates(state: ViewerState, coarse: Any) -> Lamp:
+def find_candidates(state: ViewerState, coarse: Any) -> LightControl:
     """Look for the light of a picture, and say what is not sure. Returns the likeliest, or one near the top where nothing speaks for any.
 
     coarse: (h, w, 3) linear Rec. 709.
@@ -370,11 +375,11 @@ def find_candidates(state: ViewerState, coarse: Any) -> Lamp:
     state.unplaced = not state.candidates
     if state.unplaced:
         state.ask = "no light found: drag the ring to where it is, or click there twice"
-        return Lamp((0.5, 0.25))
+        return LightControl((0.5, 0.25))
     best = state.candidates[0]
     x, y = best.position
     if best.confidence < ACT:
         state.ask = f"unsure: perhaps at {x:.2f},{y:.2f} ({best.confidence:.2f}): click a dot or drag the light"
     elif best.guess:
         state.ask = f"light by a guess above the frame: {x:.2f},{y:.2f}"
-    return Lamp((round(x, 5), round(y, 5)), kind=best.kind)
+    return LightControl((round(x, 5), round(y, 5)), kind=best.kind)

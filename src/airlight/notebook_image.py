@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 
-class Shown(np.ndarray):
+class NotebookImage(np.ndarray):
     """Behaves as a NumPy array that a notebook shows: (H, W) or (H, W, 1, 3 or 4), floats as linear light."""
 
     def _repr_png_(self) -> bytes | None:
@@ -20,10 +20,10 @@ class Shown(np.ndarray):
         rgb, _ = to_linear(codes)
         same = codes.dtype == np.uint8 and codes.ndim == 3 and codes.shape[2] >= 3
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "shown.png")
+            path = Path(folder, "image.png")
             write_image(path, rgb, encoded=np.ascontiguousarray(codes[..., :3]) if same else None)
             return path.read_bytes()
 
 
 def shown(array: np.ndarray) -> Any:
-    return array.view(Shown)
+    return array.view(NotebookImage)
