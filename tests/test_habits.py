@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from airlight.scatter.methods import METHODS
+
 TESTS = Path(__file__).parent
 SOURCE = TESTS.parent / "src" / "airlight"
 
@@ -120,3 +122,38 @@ def test_descriptions_are_found(tmp_path: Path) -> None:
     (tmp_path / "b.wgsl").write_text("/// A ray,\n/// whether it is lit.\nfn a() {}\n// Where\n")
     assert beginning_with("What|Where|Whether|How", False, tmp_path) == ["a.py:1: How it is.", "a.py:4: What is."]
     assert beginning_with("The|A|An", True, tmp_path) == ["b.wgsl:1: A ray,"]
+
+
+def compared_names(text: str, names: set[str]) -> set[str]:
+    """Find which names a module compares something with, by ==, in, match, or by a dict in which something is looked up."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(text)):
+        parts: list[ast.AST] = []
+        if isinstance(node, ast.Compare):
+            parts = [node.left, *node.comparators]
+        elif isinstance(node, ast.MatchValue):
+            parts = [node.value]
+        elif isinstance(node, ast.Subscript | ast.Attribute) and isinstance(node.value, ast.Dict):  # {"march": 1}[name], .get(name)
+            parts = [key for key in node.value.keys if key is not None]
+        for part in parts:
+            found |= {one.value for one in ast.walk(part) if isinstance(one, ast.Constant) and isinstance(one.value, str)} & names
+    return found
+
+
+def test_only_methods_know_their_names() -> None:
+    names = set(METHODS)
+    compared = {
+        str(path.relative_to(SOURCE)): found
+        for path in SOURCE.rglob("*.py")
+        if path.relative_to(SOURCE).parts[0] != "scatter" and (found := compared_names(path.read_text(encoding="utf-8"), names))
+    }
+    assert compared == {}
+
+
+@pytest.mark.parametrize("text", ['p.method == "march"', 'm in ("radial", "x")', '{"march": 1}[m]', 'match m:\n    case "march": pass'])
+def test_names_that_are_compared_are_found(text: str) -> None:
+    assert compared_names(text, {"march", "radial"})
+
+
+def test_names_of_options_are_not_taken_for_comparisons() -> None:
+    assert not compared_names('f(**{"march": march}); Parameters(method="march")', {"march"})

@@ -16,6 +16,7 @@ from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March as Marching
 from airlight.options import Medium
+from airlight.reference import march as march_twin
 from airlight.reference import medium as twin
 from airlight.reference.tracer import in_scattered
 from airlight.scatter.march.march import March
@@ -252,9 +253,9 @@ def test_a_camera_without_perspective(kind: str) -> None:
     assert np.sqrt(np.mean((found[..., :3] - truth) ** 2)) < 3e-3 * truth.mean()
     steps = layer(pairs, air(steps=1500, **values), depth=depth, seen=seen)[..., :3]
     assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
-    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(twin.sampled_pixel(n // 2, n) for n in SIZE[::-1]))]
+    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(march_twin.sampled_pixel(np.arange(n // 2), n // 2, n) for n in SIZE[::-1]))]
     half = layer(pairs, medium, depth=depth, seen=seen, share=0.5)[..., :3]
-    expected = twin.upsampled(small, reach, medium.sigma_t)
+    expected = march_twin.upsampled(small, reach, medium.sigma_t)
     assert np.sqrt(np.mean((half - expected) ** 2)) < 3e-3 * truth.mean()
 
 
@@ -412,9 +413,9 @@ def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pi
         for texture, size in ((march.layer, pixels), (march._layers[0], march.size))
     )
     assert small.shape[:2] == (max(1, round(share * pixels[1])), max(1, round(share * pixels[0]))) and np.ptp(small[..., 0]) > 0.01
-    rows, columns = (twin.sampled_pixel(n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
+    rows, columns = (march_twin.sampled_pixel(np.arange(n), n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))
     assert np.array_equal(found[np.ix_(rows, columns)][..., 3], small[..., 3])
-    expected = twin.upsampled(small, found[..., 3].astype(float), medium.sigma_t)
+    expected = march_twin.upsampled(small, found[..., 3].astype(float), medium.sigma_t)
     np.testing.assert_allclose(found[..., :3], expected, rtol=1e-3, atol=1e-5)
 
 

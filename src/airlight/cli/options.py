@@ -16,9 +16,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 class _Choice(click.Choice[str]):
-    """The choices of a picture, which say why a method is none of them."""
+    """Takes one of the choices of an option, of methods those that there are now; says why a method is none of a picture's."""
+
+    def __init__(self, option: Option) -> None:
+        super().__init__(option.choices)
+        self.option = option
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        self.choices = self.option.choices
         if value not in self.choices:
             try:
                 check_picture(value)
@@ -69,7 +74,7 @@ def scene_options(command: F) -> F:
 def _option(p: Option) -> Callable[[F], F]:
     kind: Any = p.kind
     if p.choices:
-        kind = _Choice(p.choices)
+        kind = _Choice(p)
     elif p.kind in (int, float):
         kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
         kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)

@@ -131,16 +131,7 @@ class PositionalLight(PunctualLight):
         away = self.travel(points)
         d = np.linalg.norm(away, axis=-1)
         scale, offset = self.cone()
-        factor = cone_ramp(away @ np.array(self.axis()) / d, scale, offset) ** 2 * range_window(d, self.range)
+        factor = np.clip(away @ np.array(self.axis()) / d * scale + offset, 0, 1) ** 2
+        if self.range:
+            factor = factor * np.maximum(1 - (d / self.range) ** 4, 0)
         return -away / d[..., None], d, factor / d**2
-
-
-def cone_ramp(cosine: Any, scale: float, offset: float) -> Array:
-    """Computes the root of a spot's angular falloff (KHR_lights_punctual), 0..1, from the cosine to its axis and `PunctualLight.cone`."""
-    return np.asarray(np.clip(np.asarray(cosine, float) * scale + offset, 0, 1))
-
-
-def range_window(d: Any, range: float) -> Array:
-    """Computes the attenuation of a light's range (KHR_lights_punctual), 0..1, at distances d from it; range 0: none. Both in metres."""
-    d = np.asarray(d, float)
-    return np.asarray(np.maximum(1 - (d / range) ** 4, 0)) if range > 0 else np.ones_like(d)

@@ -10,17 +10,18 @@ const RAYLEIGH = 3u;
 const CORNETTE_SHANKS = 4u;
 const PI = 3.14159265358979;
 
-/// Evaluate the phase function of a cosine. lobes: g, g of the second lobe, its share. Twin: phase.
+/// Evaluate the phase function of a cosine. lobes: g, g of the second lobe, its share. Twin: reference/medium.py:phase.
 fn phase(cosine: f32, lobes: vec3f) -> f32 {
     return phase_apart(vec2f(1.0 - cosine, 1.0 + cosine), lobes);
 }
 
-/// Evaluate the phase function between unit vectors, with every digit where they lie close together. Twin: phase_between.
+/// Evaluate the phase function between unit vectors, with every digit where they lie close together.
+/// Twin: reference/medium.py:phase_between.
 fn phase_between(a: vec3f, b: vec3f, lobes: vec3f) -> f32 {
     return phase_apart(0.5 * vec2f(dot(a - b, a - b), dot(a + b, a + b)), lobes);
 }
 
-/// Evaluate the phase function of (1 - cosine, 1 + cosine). Twin: phase_apart.
+/// Evaluate the phase function of (1 - cosine, 1 + cosine). Twin: reference/medium.py:phase_apart.
 fn phase_apart(apart: vec2f, lobes: vec3f) -> f32 {
     if (PHASE == ISOTROPIC) { return 1.0 / (4.0 * PI); }
     let cosine = 0.5 * (apart.y - apart.x);
@@ -32,7 +33,7 @@ fn phase_apart(apart: vec2f, lobes: vec3f) -> f32 {
     return mix(first, henyey_greenstein(apart, lobes.y), lobes.z);
 }
 
-/// Evaluate the Henyey-Greenstein phase function of (1 - cosine, 1 + cosine). Twin: henyey_greenstein.
+/// Evaluate the Henyey-Greenstein phase function of (1 - cosine, 1 + cosine). Twin: reference/medium.py:henyey_greenstein.
 fn henyey_greenstein(apart: vec2f, g: f32) -> f32 {
     let off = 1.0 - abs(g);
     let under = off * off + 2.0 * abs(g) * select(apart.x, apart.y, g < 0.0); // 1 + g^2 - 2 g cosine

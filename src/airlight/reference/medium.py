@@ -1,6 +1,5 @@
-"""Light that a medium scatters, in float64: twins of medium/*.wgsl and scatter/march/*.wgsl."""
+"""Light that a medium scatters, in float64: twins of medium/*.wgsl, and the integrand of a march."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,11 +66,6 @@ def in_scattered(light: PunctualLight, medium: ResolvedMedium, direction: Array,
     return np.asarray(power * there[..., None] * transmittance(t + path_length, medium.sigma_t))
 
 
-def sampled_pixel(size: int, pixels: int) -> npt.NDArray[np.int64]:
-    """Finds the pixels, of so many along a side, at whose centres a march of a smaller size is sampled."""
-    return np.minimum((2 * np.arange(size) + 1) * pixels // (2 * size), pixels - 1)
-
-
 def transmittance(t: Any, sigma_t: Any) -> Array:
     """Evaluates (..., 3) e^(-sigma_t t) (Beer-Lambert) over paths t (...), m, in a medium of sigma_t (3,), 1/m."""
     return np.asarray(np.exp(-np.asarray(t, float)[..., None] * np.asarray(sigma_t, float)))
@@ -87,53 +81,3 @@ def transmittance_integral(t: Any, sigma_t: Any) -> Array:
     """Integrates the transmittance along paths of length t (...), m: (..., 3) m, in a medium of sigma_t (3,), 1/m."""
     t = np.asarray(t, float)[..., None]
     return np.asarray(t * mean_transmittance(np.asarray(sigma_t, float) * t))
-
-
-def relative_difference(a: Any, b: Any) -> Array:
-    """Computes the difference of two lengths, relative to the shorter one."""
-    return np.asarray(np.abs(a - b) / np.maximum(np.minimum(a, b), 1e-6))
-
-
-def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
-    """Upsamples to (H, W, 3) radiance, of rays of lengths (H, W), m, a march (h, w, 4) at a smaller size: radiance and lengths.
-
-    Neighbours are weighted by their nearness and by the likeness of their lengths (Kopf et al. 2007, Joint Bilateral Upsampling). Where
-    none is alike, the nearest on a spiral that is, is taken.
-    """
-    marched = np.asarray(marched, float)
-    sizes = marched.shape[:2]
-    at = []
-    for size, pixels in zip(sizes, lengths.shape, strict=True):
-        ratio, middle = pixels / size, size // 2
-        shift = sampled_pixel(size, pixels)[middle] + 0.5 - (middle + 0.5) * ratio
-        at.append((np.arange(pixels) + 0.5 - shift) / ratio - 0.5)
-
-    def held(y: Any, x: Any, reach: Any) -> tuple[Array, Array]:
-        texel = marched[np.clip(y, 0, sizes[0] - 1), np.clip(x, 0, sizes[1] - 1)]
-        return texel, relative_difference(texel[..., 3], reach)
-
-    y, x = np.meshgrid(*at, indexing="ij")
-    sums, weights = np.zeros((*lengths.shape, 3)), np.zeros((*lengths.shape, 1))
-    likest, least = np.zeros((*lengths.shape, 4)), np.full(lengths.shape, np.inf)
-    for row, column in np.ndindex(4, 4):
-        i, j = np.floor(y).astype(int) - 1 + row, np.floor(x).astype(int) - 1 + column
-        texel, off = held(i, j, lengths)
-        near = np.maximum(2 - np.abs(i - y), 0) * np.maximum(2 - np.abs(j - x), 0)
-        weight = (near * np.exp(-24 * off) + 1e-20)[..., None]
-        sums, weights = sums + weight * texel[..., :3], weights + weight
-        better = (off < least) & (near > 1e-3)
-        likest, least = np.where(better[..., None], texel, likest), np.where(better, off, least)
-    out = sums / weights
-    for p in zip(*np.nonzero(least > 0.2), strict=True):
-        best, off = likest[p], least[p]
-        for k in range(64):
-            angle, radius = 2.3999632 * k, np.sqrt(k + 4)
-            row, column = y[p] + 0.5 + radius * np.sin(angle), x[p] + 0.5 + radius * np.cos(angle)
-            texel, found = held(math.floor(row), math.floor(column), lengths[p])
-            if found < off:
-                best, off = texel, found
-            if off <= 0.2:
-                break
-        own, its = (transmittance_integral(length, sigma_t) for length in (lengths[p], best[3]))
-        out[p] = best[:3] * np.minimum(own / np.maximum(its, 1e-20), 1)
-    return np.asarray(out)

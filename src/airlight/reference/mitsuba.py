@@ -23,10 +23,11 @@ import numpy.typing as npt
 from airlight.errors import AirlightError
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
-from airlight.lights.punctual import PunctualLight, cone_ramp
+from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
+from airlight.reference.lights import cone_ramp
 from airlight.reference.medium import Layer, transmittance
 
 Array = npt.NDArray[Any]

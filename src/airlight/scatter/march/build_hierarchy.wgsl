@@ -5,8 +5,8 @@
 
 const SMALLEST_HALF = 6.2e-5;   // a half float that is not subnormal, which a device may take for 0
 
-/// Pack the least and greatest depth as half floats, the one rounded down and the other up, so that no depth is outside. Twin:
-/// conservative_halves, of what is unpacked.
+/// Pack the least and greatest depth as half floats, the one rounded down and the other up, so that no depth is outside.
+/// Twin: reference/march.py:pack_conservative.
 fn pack_conservative(range: vec2f) -> u32 {
     let least = range.x * (1.0 - 1.0 / 1024.0);
     let greatest = max(range.y * (1.0 + 1.0 / 1024.0), 2.0 * SMALLEST_HALF);

@@ -3,12 +3,12 @@ const FINE = 3u;                // log2 of the texels along a tile, and of the t
 const COARSE = 6u;              // log2 of the texels along a tile of tiles
 const TILE = 8u;
 
-/// Count the tiles of a level, log2 of their texels, along a side of a map. Twin: tiles_along.
+/// Count the tiles of a level, log2 of their texels, along a side of a map. Twin: reference/march.py:tiles_along.
 fn tiles_along(side: u32, level: u32) -> u32 {
     return (side + (1u << level) - 1u) >> level;
 }
 
-/// Find the index of a tile of view i's map in the buffer. Twin: tile_index.
+/// Find the index of a tile of view i's map in the buffer. Twin: reference/march.py:tile_index.
 fn tile_index(side: u32, i: u32, level: u32, tile: vec2u) -> u32 {
     let fine = tiles_along(side, FINE);
     let coarse = tiles_along(side, COARSE);

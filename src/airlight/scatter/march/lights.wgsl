@@ -22,19 +22,19 @@ fn store_layer(p: vec2u, ray: Ray, radiance: vec3f) {
     if (FIRST && !UPSAMPLED) { textureStore(layer_transmittance, p, vec4f(transmittance(ray.reach, frame.sigma_t), 1.0)); }
 }
 
-/// Convert the bias to view i's depth, or, of a light with a position, to the inverse of its depth.
+/// Convert the bias to view i's depth, or, of a light with a position, to the inverse of its depth. Twin: reference/march.py:depth_bias.
 fn depth_bias(i: u32) -> f32 {
     return select(0.0, light.bias / light.view[i].depth_scale, BIASED);
 }
 
 /// Move the depth that a map holds away from the light by the bias: from there on a point is lit. A directional light's map holds 0 where
-/// nothing casts. Twin: biased_occluder_depth.
+/// nothing casts. Twin: reference/march.py:biased_occluder_depth.
 fn biased_occluder_depth(occluder: f32, bias: f32) -> f32 {
     if (DIRECTIONAL) { return select(occluder - bias, -3e38, occluder == 0.0); }
     return occluder / (1.0 + bias * occluder);
 }
 
-/// Clip a range of t to where b + t a >= 0; empty where its end is before its start. Twin: clip_range.
+/// Clip a range of t to where b + t a >= 0; empty where its end is before its start. Twin: reference/march.py:clip_range.
 fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
     let at = -b / select(a, 1.0, a == 0.0);
     let within = select(vec2f(range.x, min(range.y, at)), vec2f(max(range.x, at), range.y), a > 0.0);
@@ -48,6 +48,7 @@ struct ProjectedRay {           // a ray in a shadow view: homogeneous map coord
 }
 
 /// Project a ray into view i, and clip a range of t to its map; margin: texels at the map's border that do not count.
+/// Twin: reference/march.py:project_ray.
 fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
     let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
     let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
@@ -60,14 +61,15 @@ fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
     return ProjectedRay(a, b, within);
 }
 
-/// Clip a range of t to a cone around a spot's axis, of a half angle with this cosine.
+/// Clip a range of t to a cone around a spot's axis, of a half angle with this cosine. Twin: reference/march.py:clip_to_cone.
 fn clip_to_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
     let from_light = ray.origin - light.position;
     let ahead = clip_range(range, dot(from_light, light.axis), dot(ray.direction, light.axis));
     return select(clip_to_narrow_cone(from_light, ray.direction, light.axis, range, cosine), ahead, cosine < 1e-3); // a half space
 }
 
-/// Clip a range of t of the ray q + t direction to a cone around an axis from the origin, less than a half space. Twin: clip_to_narrow_cone.
+/// Clip a range of t of the ray q + t direction to a cone around an axis from the origin, less than a half space.
+/// Twin: reference/march.py:clip_to_narrow_cone.
 fn clip_to_narrow_cone(q: vec3f, direction: vec3f, axis: vec3f, range: vec2f, cosine: f32) -> vec2f {
     // Solve (axis . p)^2 = cosine^2 p . p for p = q + t direction
     let squared = cosine * cosine;
@@ -89,25 +91,27 @@ fn clip_to_narrow_cone(q: vec3f, direction: vec3f, axis: vec3f, range: vec2f, co
 }
 
 /// Find the part of a range of t in which a spot's cone is fully lit; at its border the integrand has a kink.
+/// Twin: reference/march.py:full_cone_range.
 fn full_cone_range(ray: Ray, range: vec2f) -> vec2f {
     if (!CONE) { return range; }
     let found = clip_to_cone(ray, range, min((1.0 - light.cone_offset) / light.cone_scale, 1.0));
     return select(range.yy, found, found.y > found.x);
 }
 
-/// Find a ray's nearest approach to the light: (t there, distance).
+/// Find a ray's nearest approach to the light: (t there, distance). Twin: reference/march.py:nearest_approach.
 fn nearest_approach(ray: Ray) -> vec2f {
     let to_light = light.position - ray.origin;
     let t = dot(to_light, ray.direction);
     return vec2f(t, max(length(to_light - t * ray.direction), 1e-6 * length(to_light) + 1e-9));
 }
 
-/// Evaluate v of t = t0 + h sinh v, nearest = (t0, h). Twin: sinh_parameter.
+/// Evaluate v of t = t0 + h sinh v, nearest = (t0, h). Twin: reference/march.py:sinh_parameter.
 fn sinh_parameter(nearest: vec2f, t: f32) -> f32 {
     return asinh((t - nearest.x) / nearest.y);
 }
 
 /// Evaluate the integrand over v: there t + d = t0 + h e^v and dt / d^2 = dv / (h cosh v), and no peak of a phase function is narrow.
+/// Twin: reference/march.py:sinh_integrand.
 fn sinh_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
     let grown = exp(v);
     let cosh_v = 0.5 * (grown + 1.0 / grown);
@@ -119,6 +123,7 @@ fn sinh_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
 }
 
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position. full: see full_cone_range.
+/// Twin: reference/march.py:integrate_punctual.
 fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
     // Divide v at the borders of the fully lit part, and each part into pieces
     let inner = clamp(full, segment.xx, segment.yy);

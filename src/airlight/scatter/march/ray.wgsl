@@ -18,7 +18,7 @@ struct Ray {
     direction: vec3f,           // unit; -z: metres along the camera's axis a metre of the ray
 }
 
-/// Find the pixel of the picture at whose centre a pixel of what is computed is sampled.
+/// Find the pixel of the picture at whose centre a pixel of what is computed is sampled. Twin: reference/march.py:sampled_pixel.
 fn sampled_pixel(p: vec2u) -> vec2u {
     return min((2u * p + 1u) * frame.pixels / (2u * frame.size), frame.pixels - 1u);
 }
@@ -39,12 +39,13 @@ fn camera_ray_at(pixel: vec2u) -> Ray {
 }
 
 /// Evaluate what a directional light scatters into the ray along a metre of it, without extinction.
+/// Twin: reference/march.py:in_scatter_directional.
 fn in_scatter_directional(ray: Ray) -> vec3f {
     return frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
 }
 
 /// Evaluate what a light scatters into the ray from a point at t, along a metre of it, times d^2: d metres from the light, `cosine` as of
-/// the phase function, `axis_cosine` to a spot's axis.
+/// the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:in_scatter_punctual.
 fn in_scatter_punctual(t: f32, d: f32, cosine: f32, axis_cosine: f32) -> vec3f {
     let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
     let strength = phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);

@@ -39,7 +39,7 @@ fn pcf(i: u32, position: vec2f, depth: f32) -> f32 {
     return mix(top, bottom, part.y);
 }
 
-/// Place the k-th of PCSS_TAPS points on the unit disc, turned by a part of a full turn (Vogel 1979). Twin: vogel_disc.
+/// Place the k-th of PCSS_TAPS points on the unit disc, turned by a part of a full turn (Vogel 1979). Twin: reference/march.py:vogel_disc.
 fn vogel_disc(k: f32, turn: f32) -> vec2f {
     let angle = GOLDEN_ANGLE * k + 2.0 * PI * turn;
     return sqrt((k + 0.5) / PCSS_TAPS) * vec2f(cos(angle), sin(angle));
@@ -71,17 +71,17 @@ fn visibility(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
 }
 
 /// Weigh the cascade after one from near to far, at `ahead` metres along the camera's axis: 0 before the part over which they blend.
-/// Twin: cascade_weight.
+/// Twin: reference/march.py:cascade_weight.
 fn cascade_weight(ahead: f32, near: f32, far: f32, blend: f32) -> f32 {
     return clamp(1.0 - (far - ahead) / max(blend * (far - near), 1e-20), 0.0, 1.0);
 }
 
-/// Evaluate the angle at the light between the nearest approach (t0, h) and the ray at t. Twin: equiangular_angle.
+/// Evaluate the angle at the light between the nearest approach (t0, h) and the ray at t. Twin: reference/march.py:equiangular_angle.
 fn equiangular_angle(nearest: vec2f, t: f32) -> f32 {
     return atan2(t - nearest.x, nearest.y);
 }
 
-/// Evaluate the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012).
+/// Evaluate the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012). Twin: reference/march.py:equiangular_integrand.
 fn equiangular_integrand(ray: Ray, nearest: vec2f, angle: f32) -> vec3f {
     let slope = tan(angle);
     let longer = sqrt(1.0 + slope * slope); // than the nearest approach
@@ -91,7 +91,8 @@ fn equiangular_integrand(ray: Ray, nearest: vec2f, angle: f32) -> vec3f {
     return in_scatter_punctual(t, d, -slope / longer, axis_cosine) / nearest.y;
 }
 
-/// Find the first of n steps, of a length each, whose sample lies at `beyond` or after it. o: where in its step. Twin: first_step.
+/// Find the first of n steps, of a length each, whose sample lies at `beyond` or after it. o: where in its step.
+/// Twin: reference/march.py:first_step.
 fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
 }

@@ -1,6 +1,6 @@
 // Joint bilateral upsampling (Kopf et al. 2007) of a march at a part of the picture's size: each pixel takes the mean of 4 x 4 neighbours,
 // weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
-// a search on a spiral finds the nearest one that is. Twin of the pass: upsampled.
+// a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled.
 //! include "scatter/march/ray.wgsl"
 @group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
@@ -13,7 +13,7 @@ fn marched(q: vec2i) -> vec4f {
     return textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
 }
 
-/// Compute the difference of two lengths, relative to the shorter one. Twin: relative_difference.
+/// Compute the difference of two lengths, relative to the shorter one. Twin: reference/march.py:relative_difference.
 fn relative_difference(a: f32, b: f32) -> f32 {
     return abs(a - b) / max(min(a, b), 1e-6);
 }

@@ -36,7 +36,7 @@ fn flush_segments(ray: Ray, nearest: vec2f, full: vec2f) -> vec3f {
     return sum;
 }
 
-/// Convert a share s of a line in the map to t, between the ends of a range of t, whose W are w. Twin: line_to_t.
+/// Convert a share s of a line in the map to t, between the ends of a range of t, whose W are w. Twin: reference/march.py:line_to_t.
 fn line_to_t(s: f32, range: vec2f, w: vec2f) -> f32 {
     let share = select(s * w.x / (s * w.x + (1.0 - s) * w.y), s, DIRECTIONAL);
     return range.x + (range.y - range.x) * share;
