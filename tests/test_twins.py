@@ -22,39 +22,20 @@ TWIN = re.compile(r"\bTwin: ([\w/]+\.py):(\w+)\.(?=\s|$)")
 # Functions that have no twin, or none that a test calls: to be emptied.
 LACKING: set[str] = {
     # the march
-    "lights/irradiance.wgsl:cone_ramp",
-    "lights/irradiance.wgsl:range_window",
-    "medium/phase.wgsl:henyey_greenstein",
-    "medium/phase.wgsl:phase",
-    "medium/phase.wgsl:phase_apart",
-    "medium/phase.wgsl:phase_between",
-    "medium/transmittance.wgsl:mean_transmittance",
-    "medium/transmittance.wgsl:transmittance",
-    "medium/transmittance.wgsl:transmittance_integral",
-    "scatter/march/build_hierarchy.wgsl:pack_conservative",
     "scatter/march/hierarchy.wgsl:tile_index",
     "scatter/march/hierarchy.wgsl:tiles_along",
-    "scatter/march/lights.wgsl:biased_occluder_depth",
     "scatter/march/lights.wgsl:clip_range",
     "scatter/march/lights.wgsl:clip_to_cone",
     "scatter/march/lights.wgsl:clip_to_narrow_cone",
-    "scatter/march/lights.wgsl:depth_bias",
     "scatter/march/lights.wgsl:full_cone_range",
-    "scatter/march/lights.wgsl:integrate_punctual",
     "scatter/march/lights.wgsl:nearest_approach",
-    "scatter/march/lights.wgsl:project_ray",
     "scatter/march/lights.wgsl:sinh_integrand",
     "scatter/march/lights.wgsl:sinh_parameter",
-    "scatter/march/ray.wgsl:in_scatter_directional",
-    "scatter/march/ray.wgsl:in_scatter_punctual",
-    "scatter/march/ray.wgsl:sampled_pixel",
     "scatter/march/steps.wgsl:cascade_weight",
     "scatter/march/steps.wgsl:equiangular_angle",
     "scatter/march/steps.wgsl:equiangular_integrand",
     "scatter/march/steps.wgsl:first_step",
     "scatter/march/steps.wgsl:vogel_disc",
-    "scatter/march/upsample.wgsl:relative_difference",
-    "scatter/march/walk.wgsl:line_to_t",
     # the article and the passes of scenes
     "pygfx/merge.wgsl:filmic",
     "pygfx/merge.wgsl:lines",
@@ -67,16 +48,6 @@ LACKING: set[str] = {
 }
 # Files whose comments name twins in another form, or such as do not exist: to be emptied.
 UNNAMED: set[str] = {
-    # the march
-    "lights/irradiance.wgsl",
-    "medium/phase.wgsl",
-    "medium/transmittance.wgsl",
-    "scatter/march/build_hierarchy.wgsl",
-    "scatter/march/hierarchy.wgsl",
-    "scatter/march/lights.wgsl",
-    "scatter/march/steps.wgsl",
-    "scatter/march/upsample.wgsl",
-    "scatter/march/walk.wgsl",
     # the article and the passes of scenes
     "pygfx/merge.wgsl",
     "pygfx/merged.wgsl",

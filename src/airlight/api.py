@@ -21,7 +21,7 @@ from airlight.gpu.device import Device, cure
 from airlight.lights import Light, as_lights
 from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
-from airlight.look.near import RANGE as NEAR_RANGE
+from airlight.look.near import NEAR_RANGE as NEAR_RANGE
 from airlight.look.near import check_range, nearness, subject_nearness
 from airlight.look.resolve import ResolvedLook
 from airlight.luminance import luminance
