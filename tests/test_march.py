@@ -253,7 +253,8 @@ def test_a_camera_without_perspective(kind: str) -> None:
     assert np.sqrt(np.mean((found[..., :3] - truth) ** 2)) < 3e-3 * truth.mean()
     steps = layer(pairs, air(steps=1500, **values), depth=depth, seen=seen)[..., :3]
     assert np.sqrt(np.mean((steps - truth) ** 2)) < 2e-2 * truth.mean()
-    small = np.concatenate([truth, reach[..., None]], axis=-1)[np.ix_(*(march_twin.sampled_pixel(np.arange(n // 2), n // 2, n) for n in SIZE[::-1]))]
+    chosen = np.ix_(*(march_twin.sampled_pixel(np.arange(n // 2), n // 2, n) for n in SIZE[::-1]))
+    small = np.concatenate([truth, reach[..., None]], axis=-1)[chosen]
     half = layer(pairs, medium, depth=depth, seen=seen, share=0.5)[..., :3]
     expected = march_twin.upsampled(small, reach, medium.sigma_t)
     assert np.sqrt(np.mean((half - expected) ** 2)) < 3e-3 * truth.mean()
@@ -410,7 +411,7 @@ def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pi
     run_ms(device, lambda encoder: march.record(encoder, seen))
     found, small = (
         np.frombuffer(device.read(texture, 16), np.float32).reshape(size[1], size[0], 4)
-        for texture, size in ((march.layer, pixels), (march._layers[0], march.size))
+        for texture, size in ((march.layer, pixels), (march.marched_layers[0], march.size))
     )
     assert small.shape[:2] == (max(1, round(share * pixels[1])), max(1, round(share * pixels[0]))) and np.ptp(small[..., 0]) > 0.01
     rows, columns = (march_twin.sampled_pixel(np.arange(n), n, of) for n, of in zip(march.size[::-1], pixels[::-1], strict=True))

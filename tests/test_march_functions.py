@@ -204,7 +204,8 @@ def test_shadow_depths(directional: bool, light: Any) -> None:
     found = call("scatter/march/walk.wgsl", "line_to_t", [s, ranges(), w], constants=constants)
     assert found.shape == (COUNT,)
     span = ranges()
-    close(call("scatter/march/walk.wgsl", "line_to_t", [s, span, w], constants=constants), march.line_to_t(s, span, w, directional), rtol=1e-4)
+    found = call("scatter/march/walk.wgsl", "line_to_t", [s, span, w], constants=constants)
+    close(found, march.line_to_t(s, span, w, directional), rtol=1e-4)
 
 
 def test_steps_and_filters() -> None:

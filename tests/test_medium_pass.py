@@ -1,5 +1,6 @@
 """A medium in pygfx's scenes: how the pass puts it on the picture, its units beside those of surfaces, and scenes from end to end."""
 
+import dataclasses
 import gc
 import logging
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ import wgpu
 
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
-from airlight.scatter.methods import of_medium
+from airlight.scatter.methods import METHODS, of_medium
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
@@ -76,23 +77,21 @@ def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
 
 
 class Known:
-    """In the place of shadow maps and a march: a layer that is known."""
+    """A method whose layer is known."""
 
-    def __init__(self, device: Any, scene: Any, method: str, size: tuple[int, int]) -> None:
+    def __init__(self, device: Any, size: tuple[int, int]) -> None:
         rng = np.random.default_rng(5)
         layer = np.concatenate([rng.uniform(0, 2, (size[1], size[0], 3)), rng.uniform(1, 60, (size[1], size[0], 1))], axis=2)
-        self.asked = method, size
-        light, transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
-        device.write(light, layer.astype(np.float32), size[0] * 16)
-        device.write(transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
-        self.casters = SimpleNamespace(gather=lambda: ([], np.zeros((0, 8, 3))), draw=lambda _, __, lamps, *___: [None] * len(lamps))
-        still = {"aim": lambda *_, **__: None, "record": lambda *_: None, "resolve": lambda medium: medium}
-        self.march = SimpleNamespace(layer=light, transmittance=transmittance, **still)
+        self.layer, self.transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
+        device.write(self.layer, layer.astype(np.float32), size[0] * 16)
+        device.write(self.transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
+        self.aim = self.record = lambda *_, **__: None
+        self.resolve = lambda medium: medium
 
 
 @pytest.fixture
 def known(stage: Stage, monkeypatch: Any) -> Stage:
-    monkeypatch.setattr(effect, "_World", Known)
+    monkeypatch.setitem(METHODS, "march", dataclasses.replace(METHODS["march"], plan_by=Known))
     return stage
 
 
@@ -123,8 +122,8 @@ def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
     shafts = known.shafts(composite=Composite(adapt=1.0))
     seen = known.frame(shafts)
     y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
-    ramp, _ = twin.balance(y[:: shafts._step(SIZE), :: shafts._step(SIZE)])
-    found = np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[:2]
+    ramp, _ = twin.balance(y[:: shafts.measured_step(SIZE), :: shafts.measured_step(SIZE)])
+    found = np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[:2]
     np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
 
 

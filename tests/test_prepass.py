@@ -429,7 +429,7 @@ def flicker(stage: Stage, scene: Any, ndc: float, in_scene: SceneOptions, seen: 
     for frame in range(17):
         camera.local.rotation = la.quat_from_euler((0, -np.radians(0.1 * (frame - 8)), 0))
         stage.picture(scene, camera)
-        layer, (left, top, width, height) = stage.read(shafts.layer)[..., 0], shafts._region
+        layer, (left, top, width, height) = stage.read(shafts.layer)[..., 0], shafts.region
         down, across = layer.shape
         x, y = left * across + np.arange(round(width * across)), top * down + np.arange(round(height * down))
         rows = np.stack([np.interp(x, np.arange(across), row) for row in layer])

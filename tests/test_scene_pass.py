@@ -115,7 +115,7 @@ def test_contrast_is_its_twin(stage: Stage) -> None:
     ray = twin.view_ray(np.stack([x, y], axis=-1), rays)
     distance = twin.axial(seen["depth"], terms) * np.linalg.norm(ray, axis=-1)
     mean, level, reach = twin.look(seen["color"], seen["depth"], distance)  # its step is 1 at this size
-    looked = np.frombuffer(shafts.device.queue.read_buffer(shafts._looked), np.float32)[:5]
+    looked = np.frombuffer(shafts.device.queue.read_buffer(shafts.statistics), np.float32)[:5]
     np.testing.assert_allclose(looked, [*mean, level, reach], rtol=2e-3)
     close(seen["source"], twin.source(seen["color"], seen["depth"], 2, mean=mean), absolute=1e-3)
     at = project(np.append(stage.sun.world.position, 1), stage.camera.view_matrix, stage.camera.projection_matrix)
@@ -377,7 +377,7 @@ def test_adaptation_keeps_the_level(stage: Stage) -> None:
         means.append(seen["out"].mean())
         lit = (seen["color"] + bilinear(seen["layer"])) @ np.array([0.2126, 0.7152, 0.0722])
         ramp, _ = twin.balance(lit)
-        found = np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[:2]
+        found = np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[:2]
         np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=0.02)
         exact = measure_ramp(lit.astype(np.float32))
         np.testing.assert_allclose([ramp.scale, ramp.white], [exact.scale, exact.white], rtol=0.1)
@@ -397,7 +397,7 @@ def test_adaptation_follows_in_time(stage: Stage) -> None:
         shafts.dt = dt
         seen = stage.frame(shafts)
         luminances.append((seen["color"] + bilinear(seen["layer"])) @ np.array([0.2126, 0.7152, 0.0722]))
-        states.append(np.frombuffer(shafts.device.queue.read_buffer(shafts._balance), np.float32)[2:5].astype(float))
+        states.append(np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[2:5].astype(float))
     expected = None
     for values, share, state in zip(luminances, (1.0, 1 - np.exp(-0.2), 1 - np.exp(-0.4), 1.0), states, strict=True):
         _, expected = twin.balance(values, expected, share)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, MachineError
 from airlight.jobs import doubts, tasks
 from airlight.jobs.finding import resolve_lights, show_candidates
 from airlight.jobs.light_text import LightText, place
@@ -366,10 +366,10 @@ class _Work:
 
 def _renderer(device: str | None) -> Any:
     """Open a renderer to keep; without an adapter, what makes the API say so and go on without."""
-    from airlight import MachineError, Renderer
+    from airlight.scatter.render import PictureRenderer
 
     try:
-        return Renderer(device, keep=1)
+        return PictureRenderer(device, keep=1)
     except MachineError:
         return device
 

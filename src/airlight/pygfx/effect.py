@@ -96,7 +96,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
     linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
-    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
+    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. `region`: x, y, width,
+    height of the view in `source` and `layer`, as parts of them. `statistics`, `levels`: buffers of what occluders by contrast and
+    adaptation measured, as look.wgsl and balance.wgsl list them. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -129,7 +131,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.device = _device(renderer.device)
         self._view = np.zeros((), VIEW)
         self._uniform = self.device.buffer(size=VIEW.itemsize, uniform=True)
-        self._looked, self._balance = self.device.buffer(size=32), self.device.buffer(size=32)
+        self.statistics, self.levels = self.device.buffer(size=32), self.device.buffer(size=32)
         self._binds: dict[Any, Any] = {}
         self._textures: _Textures | None = None
         self._world: _World | None = None
@@ -138,7 +140,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._laid_out: Any = None
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
-        self._region = WHOLE
+        self.region = WHOLE
         self._settled = False  # whether adaptation has begun
 
     @property
@@ -239,7 +241,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         share = {"share": self.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}  # which has the picture's resolution
         world.march.aim(view, projection, pairs, resolved, jitter=p.offset, **share)
         self._write(WHOLE)
-        device, step = self.device, self._step(size)
+        device, step = self.device, self.measured_step(size)
         merging = {"WORLD": True, "EXTINCTION": self.medium.extinction and self.transmittance is not None}
         passes = {
             "measure": device.pipeline(BALANCE, "measure", STEP=step, **merging),
@@ -292,9 +294,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         apron, source = (1 if p.border == "black" else 0), None
         if scene.occluders == "prepass":
             if lit:
-                source, self._region = self._drawn(size, timer)
+                source, self.region = self._drawn(size, timer)
         else:
-            self._region = WHOLE
+            self.region = WHOLE
         made = self._textures
         kept = made is not None and (source is made.source if source is not None else not lit or self._laid_out == (texels, apron))
         if made is None or not kept:
@@ -306,7 +308,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         view = self._view
         view["texels"], view["apron"] = texels, apron
         view["ratio"], view["pixel"] = np.array(size) / texels, 1 / np.array(size)
-        return made, self._region
+        return made, self.region
 
     def _drawn(self, size: tuple[int, int], timer: Timer | None) -> tuple[Any, Region]:
         """The source that the pre-pass draws, for a picture of this size; and where the view lies in it."""
@@ -345,8 +347,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         """The constants of the last pass, which puts everything on the picture."""
         return {"ADAPT": self.composite.adapt > 0, "FILMIC": self.in_scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
 
-    def _step(self, size: tuple[int, int]) -> int:
-        """Every how many-th row and column is measured."""
+    def measured_step(self, size: tuple[int, int]) -> int:
+        """Choose every how many-th row and column is measured, of a picture of this size."""
         return max(1, int(math.sqrt(size[0] * size[1] / SAMPLED)))
 
     def _passes(self, size: tuple[int, int], lit: bool, format: str) -> dict[str, Any]:
@@ -356,7 +358,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         ratio = size[0] / self._view["texels"][0]
         taps = 1 if ratio < 4 / 3 else 2 if ratio < 3 else 4
         merging = {"CONTRAST": contrast, "GATHER": scene.depth_aware > 0}
-        device, flags, step = self.device, self._flags(), self._step(size)
+        device, flags, step = self.device, self._flags(), self.measured_step(size)
         last = {**merging, **self._last()}
         both = [device.raster(MERGE, "cover", "merge", format, LIT=on, **last) for on in (False, True)]  # before one is wanted
         return {
@@ -376,13 +378,13 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             device, shared = self.device, (self._uniform, color, depth)
             source, layer, scattered = (made.source, made.layer, color) if made else (color, color, self.layer)
             transmittance = color if self.transmittance is None else self.transmittance
-            after = (*shared, layer, device.sampler(), self._looked, scattered, self._balance, transmittance)
+            after = (*shared, layer, device.sampler(), self.statistics, scattered, self.levels, transmittance)
             # all are held, so that no id is used again
             self._binds[key] = {"": after, "measure": device.bind(BALANCE, *after), "merge": device.bind(MERGE, *after, source)}
             if made:
                 self._binds[key] |= {
-                    "mask": device.bind(MASK, *shared, source, self._looked, device.sampler("nearest"), device.sampler()),
-                    "look": device.bind(LOOK, *shared, self._looked),
+                    "mask": device.bind(MASK, *shared, source, self.statistics, device.sampler("nearest"), device.sampler()),
+                    "look": device.bind(LOOK, *shared, self.statistics),
                 }
         found: dict[str, Any] = self._binds[key]
         return found

@@ -201,7 +201,7 @@ class Studio:
         if depth or (layer and reach > 0):
             found.depth = self.read(shafts.depths, np.float32)[..., 0]
         if layer:
-            found.layer, found.region = self.read(shafts.layer, np.float32 if medium else np.float16), shafts._region
+            found.layer, found.region = self.read(shafts.layer, np.float32 if medium else np.float16), shafts.region
             if medium:
                 clear = np.ones((*found.layer.shape[:2], 3), np.float32)
                 found.layer_transmittance = clear if shafts.transmittance is None else self.read(shafts.transmittance, np.float32)[..., :3]

@@ -298,7 +298,7 @@ def _number(v: float) -> str:
 
 
 def written_values(state: ViewerState) -> dict[str, Any]:
-    """The parameters that the command writes: those that mean something with what is shown and differ from the defaults."""
+    """Collect the parameters that the command writes: those that mean something with what is shown and differ from the defaults."""
     found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
     if state.is_smart:
         found.pop("look", None)
@@ -306,7 +306,7 @@ def written_values(state: ViewerState) -> dict[str, Any]:
 
 
 def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
-    """What the command line asks for, written to a path."""
+    """Request what the command line requests, written to a path."""
     lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
     values = written_values(state)
     explicit = frozenset(values) | ({"written"} if lights else frozenset())

@@ -53,7 +53,7 @@ class March:
         self._tiles: list[Any] = []  # a buffer each light
         self._path = WALK
         self._names: list[str] = []
-        self._layers = [self.layer, self.layer]
+        self.marched_layers = [self.layer, self.layer]  # of `size`, written in turn by light after light
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
     @staticmethod
@@ -113,10 +113,10 @@ class March:
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
-        if size != self.size or (lights > 1 and self._layers[0] is self._layers[1]):
+        if size != self.size or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
             self.size = size
             first = self.layer if size == self.pixels else self.device.texture(*size, "rgba32float")
-            self._layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
+            self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
     def _bound(self, key: Any, path: str, *parts: Any) -> Any:
@@ -130,7 +130,7 @@ class March:
     def _of_light(self, i: int, depth: Any) -> Any:
         """Makes the bind group of the i-th light."""
         last = len(self._shadows) - 1
-        target, before = self._layers[(last - i) % 2], self._layers[(last - i + 1) % 2]
+        target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
@@ -147,7 +147,7 @@ class March:
         if self.size != self.pixels:
             counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
-            parts = (self._frame, self._lights[0], depth, self._shadows[0], self._layers[0], self.layer, self.transmittance)
+            parts = (self._frame, self._lights[0], depth, self._shadows[0], self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, *parts), counts, "upsample", timer)
 
     def _build_hierarchy(self, encoder: Any, timer: Timer | None) -> None:

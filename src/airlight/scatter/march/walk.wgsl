@@ -2,7 +2,7 @@
 // along its line in the map its depth Z / W is linear too. A hierarchical DDA visits every texel that the line crosses; in each the light's
 // border is met at most once, where the depth passes the texel's. Tiles of the two-level min-max depth hierarchy that are lit or dark from
 // end to end are passed over whole. Lit segments of t are collected, and their integrals are closed, or by quadrature: see lights.wgsl.
-// The DDA follows Amanatides and Woo 1987; walking the map's texels, Wyman 2013 and Klehm et al. 2014 do otherwise; the rest is our own.
+// The DDA follows Amanatides and Woo 1987; the rest is our own.
 //! include "scatter/march/lights.wgsl"
 //! include "scatter/march/hierarchy.wgsl"
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
