@@ -95,7 +95,7 @@ def test_the_sum_of_what_emits_all_along_is_one() -> None:
         assert within.mean() > 0.1
         np.testing.assert_allclose(dark, 0.02, atol=1e-9)
         off = np.abs(share[within] - 1)
-        assert off.max() < grid.step / twin.STEPS / twin.FIRST_WAY and np.quantile(off, 0.99) < 0.05
+        assert off.max() < grid.step / twin.STEPS / twin.FIRST_LENGTH and np.quantile(off, 0.99) < 0.05
 
 
 @pytest.mark.parametrize("position", PLACES[:9])
