@@ -14,6 +14,7 @@ import wgpu
 from airlight.colour import srgb_decode
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, compute, timing
 from airlight.lights import Light
 from airlight.medium.resolve import ResolvedMedium, resolve
@@ -32,22 +33,7 @@ MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", 
 MOST = 8  # lights, as in view.wgsl
 SHOWN = {None: 0, "occlusion": 1, "source": 2, "lines": 3}
 SAMPLED = 14400  # pixels that are measured, about
-CONE = np.dtype([("direction", "f4", 3), ("cosine", "f4"), ("near", "f4"), ("far", "f4"), ("sharp", "f4"), ("disc", "f4")])
-AIM = np.dtype([("direction", "f4", 3), ("fade", "f4"), ("color", "f4", 3), ("", "f4")])
-VIEW = np.dtype(
-    [
-        ("rays", "f4", 4),
-        ("depth", "f4", 4),
-        ("region", "f4", 4),
-        ("pixels", "f4", 2),
-        ("texels", "f4", 2),
-        ("ratio", "f4", 2),
-        ("pixel", "f4", 2),
-        ("clear", "f4", 3),
-    ]
-    + [("apron", "i4"), ("mix", "f4"), ("reach", "f4"), ("adapt", "f4"), ("follow", "f4"), ("cones", "u4"), ("aims", "u4"), ("", "u4", 2)]
-    + [("cone", CONE, MOST), ("aim", AIM, MOST)]
-)
+VIEW = struct_dtype("pygfx/view.wgsl", "View")
 Region = tuple[float, float, float, float]
 WHOLE: Region = (0.0, 0.0, 1.0, 1.0)
 
@@ -296,7 +282,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             if perspective and cones < MOST and (body or (light.size > 0 and found.fade > 0)):
                 _cone(view["cone"][cones], light, body, found, matrix, float(texel))
                 cones += 1
-        view["aims"], view["cones"] = len(lit), cones
+        view["counts"] = cones, len(lit)
         view["aim"]["fade"][len(lit) :] = 0
         return lit
 
@@ -355,7 +341,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.device.queue.write_buffer(self._uniform, 0, view.tobytes())
 
     def _flags(self) -> dict[str, Any]:
-        return {"CONES": int(self._view["cones"]), "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
+        return {"CONES": int(self._view["counts"][0]), "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
 
     def _last(self) -> dict[str, Any]:
         """The constants of the last pass, which puts everything on the picture."""
@@ -425,7 +411,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
 
 def _cone(record: Any, light: SceneLight, body: Any, found: Projected, matrix: Any, texel: float) -> None:
-    """Write the CONE of a light that is a body or has a disc. texel: the angle of one of the source's texels."""
+    """Write the record of a light that is a body or has a disc. texel: the angle of one of the source's texels."""
     direction, half, near, far = np.array(found.direction), math.radians(light.size), 0.0, 0.0
     if body:
         centre, radius, solid = body
