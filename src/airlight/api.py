@@ -17,8 +17,7 @@ from airlight.files.images import COARSE, every
 from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
 from airlight.lights import Light, as_lights
 from airlight.look.apply import apply as apply_look
-from airlight.look.near import RANGE as NEAR_RANGE
-from airlight.look.near import check_range
+from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold

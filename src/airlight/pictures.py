@@ -15,7 +15,7 @@ from airlight.layers import Where, checked_plane, compute_codes, compute_layer, 
 from airlight.lights import Light
 from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
-from airlight.look.near import RANGE as NEAR_RANGE
+from airlight.look.near import NEAR_RANGE
 from airlight.look.resolve import ResolvedLook
 from airlight.options import Composite, Look, Parameters
 from airlight.planes import by_rows

@@ -6,7 +6,7 @@ override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;             // invocations, and bins of the histogram
 const LOWEST = -17.0;           // stops: where bin 0 begins
 const BINS = 8.0;               // a stop
-const MIDDLE = 0.18;            // adapt.py
+const MIDDLE_GREY = 0.18;            // adapt.py
 
 @group(0) @binding(0) var<storage, read> view: SceneUniforms;
 @group(0) @binding(7) var<storage, read_write> balance: array<f32>; // scale, white; average, least, greatest in stops
@@ -59,7 +59,7 @@ fn update_balance() {
     let greatest = follow(4u, high);
     var lean = 0.0;
     if (greatest - least > 1e-6) { lean = (2.0 * average - least - greatest) / (greatest - least); }
-    balance[0] = MIDDLE * pow(4.0, lean) * exp2(-average);
+    balance[0] = MIDDLE_GREY * pow(4.0, lean) * exp2(-average);
     balance[1] = max(balance[0] * exp2(greatest), 1.0);
 }
 

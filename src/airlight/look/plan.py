@@ -10,7 +10,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
-from airlight.look.measure import GLANCED, SIDE
+from airlight.look.measure import COPY_SIDE_PX, GLANCED
 from airlight.noise import dither
 from airlight.planes import shrunk_size
 from airlight.reference.look import COARSE, DARK, DRAWN, THINNEST, RaySettings, Tones, breadths, coarse_sigma
@@ -84,7 +84,7 @@ class LookPlan(TimedSubmits):
         small_size: tuple[int, int] | None = None,
     ) -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
-        self.small_size: tuple[int, int] = small_size or shrunk_size(*size, SIDE)
+        self.small_size: tuple[int, int] = small_size or shrunk_size(*size, COPY_SIDE_PX)
         self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
         self.field_size: tuple[int, int] = shrunk_size(*size, FIELDS[quality])
         self.picture = picture or device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.composite.adapt import MIDDLE, Ramp
+from airlight.composite.adapt import MIDDLE_GREY, Ramp
 from airlight.reference.colour import REC709
 from airlight.reference.radial import KEPT
 
@@ -174,5 +174,5 @@ def balance(luminances: Array, before: Array | None = None, follow: float = 1.0)
     state = now if before is None else before + follow * (now - before)
     average, least, greatest = state
     lean = (2 * average - least - greatest) / (greatest - least) if greatest - least > 1e-6 else 0.0
-    scale = MIDDLE * 4.0**lean * 2.0**-average
+    scale = MIDDLE_GREY * 4.0**lean * 2.0**-average
     return Ramp(float(scale), max(float(scale * 2.0**greatest), 1.0)), state
