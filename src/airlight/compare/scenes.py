@@ -46,7 +46,7 @@ class View:
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
         self.punctual = punctual_lights(self.lights)
-        self.in_view = first.studio.shafts.lit
+        self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.given["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
 
@@ -93,7 +93,7 @@ class View:
     def composited(self, layer: Layer, v: Variant) -> Array:
         """Composite (H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
         transmittance = layer.transmittance if v.medium.extinction else 1.0
-        color = reference.through(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
+        color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
