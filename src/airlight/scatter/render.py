@@ -114,7 +114,7 @@ def plan(
     return plans, before
 
 
-class Moving:
+class LightPasses:
     """Holds the passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
     allocation or compilation, but for the few frames in which a grid needs more room than any before.
 
@@ -126,7 +126,7 @@ class Moving:
         self.device = ReusingDevice(device)
         self.plans: list[Any] = []
 
-    def aim(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
+    def update(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
         """Plan for where the lights are now; and for parameters, if they are others. Before `record`, at most once a submit."""
         self.p = p or self.p
         self.device.again()
@@ -168,8 +168,8 @@ class ImagePlan(TimedSubmits):
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
         self.layer = layer if layer is not None else device.texture(width, height, "rgba16float")
-        self.lights = Moving(device, (width, height), p, self.source.texture, self.layer)
-        self.lights.aim(lights)
+        self.lights = LightPasses(device, (width, height), p, self.source.texture, self.layer)
+        self.lights.update(lights)
         self.composites: dict[Any, CodesComposite] = {}
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:

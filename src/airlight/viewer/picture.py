@@ -228,7 +228,7 @@ class PictureView:
         if fresh:
             plan.source.knee["low"], plan.source.knee["high"] = p.knee
             plan.source.write(None, None, plan.scale)
-            plan.lights.aim(lights, p)
+            plan.lights.update(lights, p)
             self.debugs.clear()
         if fresh or state.timing:
             steps.append(plan.record)
