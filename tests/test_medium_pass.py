@@ -87,7 +87,7 @@ class Known:
         self.layer, self.transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
         device.write(self.layer, layer.astype(np.float32), size[0] * 16)
         device.write(self.transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
-        self.aim = self.record = lambda *_, **__: None
+        self.update = self.record = lambda *_, **__: None
         self.resolve = lambda medium: medium
 
 

@@ -159,7 +159,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         timer = self._begin_timing()
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
-        seen = self._uniforms.aim(self.camera, self.lights, self.in_scene.share(self.parameters), size)
+        seen = self._uniforms.update(self.camera, self.lights, self.in_scene.share(self.parameters), size)
         if METHODS[self.parameters.method].lights_medium:
             self._medium_state(size).record(self, command_encoder, depth, timer)
         else:

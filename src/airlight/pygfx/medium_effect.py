@@ -44,5 +44,5 @@ class MediumState:
         lights = punctual_lights(shafts.lights)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered)
         share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
-        self.march.aim(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
+        self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         self.march.record(encoder, depth, timer)

@@ -11,7 +11,7 @@ from airlight.lights import ImageLight
 from airlight.options import Parameters
 from airlight.pygfx.prepass import Prepass
 from airlight.pygfx.uniforms import WHOLE, Region, Seen, Uniforms
-from airlight.scatter.render import Moving
+from airlight.scatter.render import LightPasses
 
 if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
@@ -26,7 +26,7 @@ class _Sums:
         width, height = source.size[0] - 2 * apron, source.size[1] - 2 * apron
         self.source = source
         self.shafts = device.texture(width, height, "rgba16float")
-        self.plans = Moving(device, (width, height), p, source, self.shafts)
+        self.plans = LightPasses(device, (width, height), p, source, self.shafts)
         self.lights: list[ImageLight] = []
         self._aimed: Any = None  # (lights, parameters)
 
@@ -34,7 +34,7 @@ class _Sums:
         """Records the sum of these lights, after which `shafts` holds it."""
         self.lights = lights
         if self._aimed != (lights, p):
-            self.plans.aim(lights, p)
+            self.plans.update(lights, p)
             self._aimed = lights, p
         self.plans.record(encoder, timer)
 

@@ -27,7 +27,7 @@ class Uniforms:
         self.record = np.zeros((), UNIFORMS)
         self.buffer = device.buffer(size=UNIFORMS.itemsize, uniform=True)
 
-    def aim(self, camera: Any, lights: Sequence[SceneLight], share: float, size: tuple[int, int]) -> Seen:
+    def update(self, camera: Any, lights: Sequence[SceneLight], share: float, size: tuple[int, int]) -> Seen:
         """Sets the camera and every light, for a picture of this size, and a source that is a share of it along each side; returns the
         lights whose shafts are seen. Raises AirlightError."""
         if len(lights) > MAX_LIGHTS:
