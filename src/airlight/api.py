@@ -15,7 +15,7 @@ from airlight.composite.blend import resolve, sample_step
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files.images import COARSE, every
 from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
-from airlight.lights import Light, as_lights
+from airlight.lights import ImageLight, as_lights
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
@@ -55,7 +55,7 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     return Parameters(**named), mask
 
 
-def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
+def _auto_threshold(p: Parameters, image: Any, lights: list[ImageLight], adapts: bool = False) -> Parameters:
     """Give the parameters for an array: `auto_threshold` on some 100,000 of its pixels where it holds integers, or is adapted."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
@@ -71,7 +71,7 @@ def light_shafts(
     """Compute the light shafts alone: (H, W, 3) float32, linear, to be added to the image.
 
     image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, uint8 and uint16 are sRGB-encoded.
-    light: (x, y) normalised, (0, 0) the top-left corner; or a Light; or a list of them. It may lie outside.
+    light: (x, y) normalised, (0, 0) the top-left corner; or an airlight.Light; or a list of them. It may lie outside.
     alpha, mask, depth: (H, W) in 0..1; the mask's white emits, the depth's larger is farther.
     parameters: the fields of Parameters (method, samples, density, decay, weight, exposure, ...); occlusion may be an
     (H, W) array, used as the mask. Raises AirlightError for bad input.

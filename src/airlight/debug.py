@@ -10,7 +10,7 @@ from airlight import api
 from airlight.errors import AirlightError
 from airlight.files import Picture
 from airlight.layers import gpu_inputs
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.epipolar.grid import Grid, Quadrant
@@ -29,7 +29,7 @@ APART = 24  # px between drawn lines at the far edge, and between drawn nodes
 def view(
     name: str,
     picture: Picture,
-    lights: list[Light],
+    lights: list[ImageLight],
     parameters: Parameters,
     mask: Any = None,
     depth: Any = None,

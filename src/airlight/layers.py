@@ -11,7 +11,7 @@ from airlight.composite.blend import CompositeSettings
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.files import Picture
 from airlight.gpu.device import Device
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look.near import nearness, subject_nearness
 from airlight.luminance import REC709_F32
 from airlight.occlusion.automatic import check as check_inputs
@@ -85,7 +85,7 @@ def gpu_inputs(
 def compute_layer(
     rgb: FloatArray,
     alpha: Any,
-    lights: list[Light],
+    lights: list[ImageLight],
     p: Parameters,
     mask: Any,
     depth: Any,
@@ -106,7 +106,7 @@ def compute_layer(
 def compute_codes(
     image: Any,
     alpha: Any,
-    lights: list[Light],
+    lights: list[ImageLight],
     p: Parameters,
     settings: CompositeSettings,
     mask: Any,

@@ -12,7 +12,7 @@ from airlight.composite.blend import CompositeSettings, auto_levels_of, resolve
 from airlight.composite.blend import blend as blend_layer
 from airlight.files import Picture
 from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import NEAR_RANGE
@@ -38,7 +38,7 @@ class Rendered:
 
 def render_picture(
     picture: Picture,
-    lights: list[Light],
+    lights: list[ImageLight],
     parameters: Parameters,
     composite: Composite | CompositeSettings | None = None,
     *,
@@ -72,7 +72,7 @@ def render_picture(
 
 def render_look(
     picture: Picture,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     look: Look,
     *,
     quality: str = "normal",

@@ -9,7 +9,7 @@ from airlight.bench.measure import LIGHTS, Passes, record_of
 from airlight.colour import encode_codes
 from airlight.gpu.device import Device
 from airlight.gpu.timing import run_ms
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look.apply import apply
 from airlight.options import Look
 from airlight.reference.scenes import foliage
@@ -28,7 +28,7 @@ def look(device: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
     times: dict[str, list[float]] = {"copy": []}
     for turn in range(runs + 1):
         found: list[tuple[str, float]] = []
-        apply(renderer, codes, linear, [Light(LIGHTS["inside"], kind="disc")], Look(), float_output=False, profile=found)
+        apply(renderer, codes, linear, [ImageLight(LIGHTS["inside"], kind="disc")], Look(), float_output=False, profile=found)
         one = run_ms(device, copy)
         if turn:  # the first compiles
             times["copy"].append(one)

@@ -9,7 +9,7 @@ import numpy as np
 from airlight.bench.rivals import PolarWarp
 from airlight.gpu.device import Device
 from airlight.gpu.timing import compute, run_ms
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options import Parameters
 from airlight.reference.radial import converged
 from airlight.reference.scenes import foliage
@@ -61,7 +61,7 @@ class Passes:
 
         return record
 
-    def method(self, lights: list[Light], p: Parameters) -> Any:
+    def method(self, lights: list[ImageLight], p: Parameters) -> Any:
         plans, _ = plan(self.device, self.size, lights, p, self.source, self.layer)
 
         def record(encoder: Any) -> None:
@@ -162,7 +162,7 @@ def methods(device: Device, say: Any, size: tuple[int, int] = (1920, 1080), runs
             ]
             variants.append((_parameters("radial", density, lam), {}))
             variants.append((_parameters("radial", density, lam, samples=100, scale=0.5), {"scale": 0.5}))
-            plans = [bench.method([Light(position)], p) for p, _ in variants]
+            plans = [bench.method([ImageLight(position)], p) for p, _ in variants]
             times = _times(device, [copy, *plans], runs, slow=2)
             records.append(record_of(case, "copy", size, times[0], lam=lam))
             base = records[-1]["ms"]
@@ -192,7 +192,7 @@ def rivals(device: Device, say: Any, runs: int = 7) -> list[dict[str, Any]]:
     records = []
     for lam in (0.0, 3.24):
         truth = converged(bench.image, position, density=1.0, lam=lam, points=bench.points)
-        ours = bench.method([Light(position)], _parameters("epipolar", 1.0, lam))
+        ours = bench.method([ImageLight(position)], _parameters("epipolar", 1.0, lam))
         fineness = {"opencv polar 2048": (2048, 1.0), "opencv polar 4096": (4096, 0.5)}
         theirs = {name: PolarWarp(cv2, size, position, lam, *fine) for name, fine in fineness.items()}
         times: dict[str, list[float]] = {"copy": [], "ours": [], **{name: [] for name in theirs}}
@@ -227,9 +227,9 @@ def extras(device: Device, say: Any, runs: int = 7) -> list[dict[str, Any]]:
     records: list[dict[str, Any]] = []
     for size in ((1920, 1080), (3840, 2160)):
         bench = Bench(device, *size)
-        inside = Light(LIGHTS["inside"])
+        inside = ImageLight(LIGHTS["inside"])
         cases = [("inside", [inside], lam) for lam in (0.0, 3.24, 10.0)]
-        cases.append(("four lights", [inside] + [Light(p) for p in ((0.2, 0.4), (0.8, 0.7), (0.45, 0.9))], 3.24))
+        cases.append(("four lights", [inside] + [ImageLight(p) for p in ((0.2, 0.4), (0.8, 0.7), (0.45, 0.9))], 3.24))
         plans = [bench.method(lights, _parameters("epipolar", 0.926, lam)) for _, lights, lam in cases]
         times = _times(device, [bench.copy(), *plans], runs)
         base = float(np.median(times[0]))

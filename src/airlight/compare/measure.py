@@ -16,7 +16,7 @@ from airlight.files import Picture
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
 from airlight.layers import gpu_inputs
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters
 from airlight.reference import radial as reference
@@ -59,7 +59,7 @@ def fit(image: Array, box: int) -> Array:
     return np.asarray(small).reshape(roi.height, roi.width, *image.shape[2:])
 
 
-def _away(width: int, height: int, lights: Sequence[Light]) -> Array:
+def _away(width: int, height: int, lights: Sequence[ImageLight]) -> Array:
     """List (n,) indices of the pixels outside the disc around each light."""
     y, x = np.ogrid[:height, :width]
     away = np.ones((height, width), bool)
@@ -70,7 +70,7 @@ def _away(width: int, height: int, lights: Sequence[Light]) -> Array:
 
 def compare(
     picture: Picture,
-    lights: list[Light],
+    lights: list[ImageLight],
     variants: Sequence[Variant],
     *,
     mask: Any = None,

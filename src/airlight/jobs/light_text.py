@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
-from airlight.lights import KINDS, Light, parse_position
+from airlight.lights import IMAGE_LIGHT_KINDS, ImageLight, parse_position
 
 if TYPE_CHECKING:
     from airlight.files import Picture
@@ -29,10 +29,10 @@ class LightText:
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
     angle: float | None = None
-    kind: str | None = None  # see Light
+    kind: str | None = None  # see ImageLight
 
-    def light(self, x: float, y: float) -> Light:
-        return Light((x, y), self.color, self.strength, kind=self.kind)
+    def light(self, x: float, y: float) -> ImageLight:
+        return ImageLight((x, y), self.color, self.strength, kind=self.kind)
 
     @property
     def searched(self) -> tuple[int, bool] | None:
@@ -57,7 +57,7 @@ def read_light(text: str, parallel: bool = False) -> LightText:
             known["angle"] = float(position)
         except ValueError:
             raise AirlightError(f"cannot read the angle {position!r}: write degrees, as in 90 for light from above") from None
-        Light.parallel(**known)
+        ImageLight.parallel(**known)
         return LightText("", **known)
     written = LightText(position, **known)
     if position.startswith("auto") and written.searched is None:
@@ -87,8 +87,8 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
 
 
 def _kind(value: str, text: str) -> str:
-    if value not in KINDS:
-        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(KINDS)}")
+    if value not in IMAGE_LIGHT_KINDS:
+        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(IMAGE_LIGHT_KINDS)}")
     return value
 
 
@@ -116,10 +116,10 @@ def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, 
     return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
 
 
-def place(written: LightText, picture: "Picture", origin: str = "top") -> Light:
+def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageLight:
     """Place the light in the picture's own pixels."""
     if written.angle is not None:
-        return Light.parallel(written.angle, written.color, written.strength)
+        return ImageLight.parallel(written.angle, written.color, written.strength)
     shown, data = _windows(picture)
     x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
     return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
@@ -148,7 +148,7 @@ def triple(text: str) -> tuple[float, float, float]:
 
 def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
     place, known = split_light(text, form.upper())
-    Light((0, 0), **known)  # raises for these
+    ImageLight((0, 0), **known)  # raises for these
     at = numbers(place, form)
     if form == SUN and abs(at[1]) > 90:
         raise AirlightError(f"the elevation of the sun {text!r} is beyond 90 degrees: write azimuth,elevation, as in 90,20")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from airlight.errors import AirlightError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
-KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # of lights in pictures: a sun's disc, a window, a bright place; beyond the border
+IMAGE_LIGHT_KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # a sun's disc, a window, a bright part, lamps; beyond the border
 FAR_LIMIT = 1e6  # image sizes; beyond this the shafts are parallel to f32 precision
 BRIGHTEST = 1e6  # as weight and exposure, so that their product is a float
 PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; rays then differ by 0.01 px a thousand from parallel ones
@@ -60,8 +60,8 @@ class ImageLight:
             if len(numbers) != size or not all(math.isfinite(v) for v in numbers):
                 raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
             object.__setattr__(self, name, numbers)
-        if self.kind is not None and self.kind not in KINDS:
-            raise AirlightError(f"light kind {self.kind!r}: there is {', '.join(KINDS)}")
+        if self.kind is not None and self.kind not in IMAGE_LIGHT_KINDS:
+            raise AirlightError(f"light kind {self.kind!r}: there is {', '.join(IMAGE_LIGHT_KINDS)}")
         if max(abs(v) for v in self.position) > FAR_LIMIT:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         try:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from airlight.arrays import to_linear
 from airlight.colour import srgb_decode
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid, points
 from airlight.look.plan import FIELDS
@@ -38,7 +38,7 @@ def apply(
     renderer: Any,
     pixels: Array,
     coarse: Array,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     look: Look,
     *,
     float_output: bool,

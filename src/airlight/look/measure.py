@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look.grid import Array, RayGrid, points
 from airlight.luminance import luminance
 from airlight.planes import blur, box, label, shrink_to, shrunk_size
@@ -158,7 +158,7 @@ def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
     return found
 
 
-def wants_haze(lights: Sequence[Light]) -> bool:
+def wants_haze(lights: Sequence[ImageLight]) -> bool:
     """Tell whether the haze may say what is near: where the light is a sun, or comes from beyond the picture."""
     return all(light.kind in ("disc", "beyond") for light in lights)
 

@@ -1,12 +1,11 @@
 """From a picture's small copy, its lights and a Look to all that the passes need: what the look is for this picture."""
-
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Contrast, Found, Seen, Small
@@ -57,7 +56,7 @@ class ResolvedLook:
 def resolve(
     small: Small,
     size: tuple[int, int],
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     look: Look,
     bands: Bands,
     *,
@@ -140,7 +139,7 @@ def resolve(
     return ResolvedLook(found_lights, strength, shade, wanted, contrast, message)
 
 
-def _tint(light: Light) -> tuple[float, float, float] | None:
+def _tint(light: ImageLight) -> tuple[float, float, float] | None:
     """Scale the colour that the user gave a light to luminance 1; None where none is given."""
     if light.color == (1.0, 1.0, 1.0) or max(light.color) <= 0:
         return None

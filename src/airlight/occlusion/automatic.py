@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from airlight.errors import AirlightError
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
 from airlight.options.shafts import SMOOTHNESS, THRESHOLD
@@ -26,7 +26,7 @@ def check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
         raise AirlightError("occlusion alpha needs an image with an alpha channel; use luminance, or give a mask")
 
 
-def auto_threshold(p: Parameters, image: Any, lights: Sequence[Light], bounded: bool = True) -> Parameters:
+def auto_threshold(p: Parameters, image: Any, lights: Sequence[ImageLight], bounded: bool = True) -> Parameters:
     """Choose threshold and smoothness for a picture whose light is darker than white, where none are given.
 
     image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th

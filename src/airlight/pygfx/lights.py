@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pygfx as gfx
 
 from airlight.errors import AirlightError
-from airlight.lights import Light
+from airlight.lights import ImageLight
 
 BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
 
@@ -59,14 +59,14 @@ class SceneLight:
         if not (math.isfinite(self.disc_half_angle) and 0 <= self.disc_half_angle < 90):
             raise AirlightError(f"a SceneLight's disc_half_angle must be 0 to 90 degrees, not {self.disc_half_angle!r}")
         for color in (self.color, self.screen_tint):
-            Light((0.5, 0.5), color, self.strength)  # raises for these
+            ImageLight((0.5, 0.5), color, self.strength)  # raises for these
         if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 
-    def seen(self, position: tuple[float, float], fade: float = 1.0) -> Light:
+    def seen(self, position: tuple[float, float], fade: float = 1.0) -> ImageLight:
         """Makes the light that methods of the screen have, at a position in the picture. fade: a further factor."""
         r, g, b = (own * tint for own, tint in zip(self.color, self.screen_tint, strict=True))
-        return Light(position, (r, g, b), self.strength * fade)
+        return ImageLight(position, (r, g, b), self.strength * fade)
 
     def homogeneous(self) -> npt.NDArray[np.float64]:
         """Computes (4,) homogeneous world coordinates; w = 0: the direction towards it."""

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from airlight.errors import AirlightError
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options import Parameters
 from airlight.planes import block_means
 from airlight.reference import radial
@@ -27,7 +27,7 @@ def _shrink(image: Any, factor: int) -> Any:
 
 def layer(
     rgb: Any,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     p: Parameters,
     *,
     alpha: Any = None,

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.errors import AirlightError
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.occlusion.automatic import check
 from airlight.options import Parameters
 from airlight.reference.colour import REC709
@@ -239,7 +239,7 @@ def source(
 
 def layer(
     image: Array,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     parameters: Parameters,
     *,
     alpha: Array | None = None,

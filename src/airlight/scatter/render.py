@@ -15,7 +15,7 @@ from airlight.gpu.device import Device, open_device
 from airlight.gpu.reusing import ReusingDevice
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
-from airlight.lights import Light, as_lights
+from airlight.lights import ImageLight, as_lights
 from airlight.look.plan import LookPlan
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
@@ -99,7 +99,7 @@ class _Source:
 
 
 def plan(
-    device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None
+    device: Device, size: tuple[int, int], lights: list[ImageLight], p: Parameters, source: Any, layer: Any = None
 ) -> tuple[list[Any], Any]:
     """Make a plan for each light; give them, and the layer's texture that the last of them writes."""
     apron = 1 if p.border == "black" else 0
@@ -126,7 +126,7 @@ class LightPasses:
         self.device = ReusingDevice(device)
         self.plans: list[Any] = []
 
-    def update(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
+    def update(self, lights: Sequence[ImageLight], p: Parameters | None = None) -> None:
         """Plan for where the lights are now; and for parameters, if they are others. Before `record`, at most once a submit."""
         self.p = p or self.p
         self.device.again()
@@ -152,7 +152,7 @@ class ImagePlan(TimedSubmits):
         self,
         device: Device,
         picture: Any,
-        lights: Sequence[Light],
+        lights: Sequence[ImageLight],
         p: Parameters,
         *,
         layer: Any = None,
@@ -214,7 +214,7 @@ class PictureRenderer:
         self._plans: dict[Any, ImagePlan] = {}
         self._looks: dict[Any, LookPlan] = {}
 
-    def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[Light], p: Parameters, **kind: bool) -> ImagePlan:
+    def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[ImageLight], p: Parameters, **kind: bool) -> ImagePlan:
         """Give the kept plan for such pictures, or a new one. size: (width, height)."""
         key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
         found = self._plans.pop(key, None)
@@ -272,7 +272,7 @@ class _Inputs:
     profile: Any
 
 
-def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, inputs: _Inputs) -> ImagePlan:
+def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[ImageLight], p: Parameters, inputs: _Inputs) -> ImagePlan:
     """Upload a picture and submit its layer, by a plan that is kept or made."""
     height, width = picture.shape[:2]
     kind = {"masked": inputs.mask is not None, "deep": inputs.depth is not None, "fraction": inputs.fraction}
@@ -285,7 +285,7 @@ def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light],
 def render_layer(
     renderer: PictureRenderer,
     picture: Array,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     p: Parameters,
     *,
     mask: Array | None = None,
@@ -340,7 +340,7 @@ def source_pixels(renderer: PictureRenderer, source: Any, scale: float, width: i
 def render_codes(
     renderer: PictureRenderer,
     picture: Array,
-    lights: Sequence[Light],
+    lights: Sequence[ImageLight],
     p: Parameters,
     settings: CompositeSettings,
     *,

@@ -1,9 +1,8 @@
 """Shares between the methods of the screen: the textures of a light's passes, and the factors of its sum."""
-
 from dataclasses import dataclass
 from typing import Any
 
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 
 RGB = tuple[float, float, float]
@@ -23,7 +22,7 @@ class Target:
     before: Any = None
 
 
-def gains(p: Parameters, light: Light, per_sample: bool = False) -> tuple[RGB, RGB | None]:
+def gains(p: Parameters, light: ImageLight, per_sample: bool = False) -> tuple[RGB, RGB | None]:
     """Give the factors (of the sum, of the pixel itself), RGB, that make a raw sum the layer of Eq. 4 or Listing 13-1.
 
     per_sample: the raw sum is over the samples, not the integral that is their limit.
@@ -36,7 +35,7 @@ def gains(p: Parameters, light: Light, per_sample: bool = False) -> tuple[RGB, R
     return times(p.exposure * p.weight * count, light), times(p.exposure, light)
 
 
-def times(factor: float, light: Light) -> RGB:
+def times(factor: float, light: ImageLight) -> RGB:
     """Multiply a light's colour."""
     r, g, b = light.rgb
     return factor * r, factor * g, factor * b

@@ -8,7 +8,7 @@ import imgui_bundle
 from imgui_bundle import imgui
 from wgpu.utils.imgui import ImguiRenderer
 
-from airlight.lights import KINDS
+from airlight.lights import IMAGE_LIGHT_KINDS
 from airlight.options import Option, presets
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -375,7 +375,7 @@ class Panel:
                     st.move(s, i, tuple(place))
             if s.is_smart:
                 self._label("Kind", "a disc, an opening, a glow, lamps, or a light beyond the frame; auto: told by what is there")
-                kind = self._choose(f"kind {i}", control.kind or AUTO, (AUTO, *KINDS))
+                kind = self._choose(f"kind {i}", control.kind or AUTO, (AUTO, *IMAGE_LIGHT_KINDS))
                 if kind:
                     control.kind = None if kind == AUTO else kind
             self._label("Colour", "white: the picture's own" if s.is_smart else "")

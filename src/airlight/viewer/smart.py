@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.timing import compute
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Small
@@ -64,7 +64,7 @@ class LookView:
         """Give the texture of the picture with its shafts."""
         return self.lit if self.resolved is not None and self.resolved.changes else self.before
 
-    def update(self, lights: Sequence[Light], look: Look, passes: list[tuple[str, float]] | None = None) -> None:
+    def update(self, lights: Sequence[ImageLight], look: Look, passes: list[tuple[str, float]] | None = None) -> None:
         """Settle the look for these lights, and put it on the picture. passes: takes the time of each."""
         hazy = measure.wants_haze(lights)
         if hazy and self._haze is None:

@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import OUTPUTS
 from airlight.jobs.image import AUTO, ImageRequest
 from airlight.jobs.light_text import LightText, read_light
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
     NOT_IN_SCENES,
@@ -50,11 +50,11 @@ class LightControl:
     strength: float = 1.0
     movable: bool = True
     direction: bool = False  # position says towards what, as of a sun
-    kind: str | None = None  # of a picture's, as in `lights.Light`
+    kind: str | None = None  # of a picture's, as in `lights.ImageLight`
 
-    def image_light(self) -> Light:
+    def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
-        return Light((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind)
+        return ImageLight((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind)
 
 
 @dataclass

@@ -7,7 +7,7 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 from airlight.scatter.screen import Target, times
 
@@ -60,7 +60,7 @@ class AdditivePlan:
                 encoder.pause()
 
 
-def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> AdditivePlan:
+def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> AdditivePlan:
     """Plan the blends of one light."""
     position, density = light.placed(*size, p.density)
     rest: dict[str, Any] = {"samples": p.samples, "density": density, "decay": p.decay, "weight": p.weight}

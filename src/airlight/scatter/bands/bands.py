@@ -8,7 +8,7 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 from airlight.scatter import methods
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
@@ -95,7 +95,7 @@ class BandsPlan:
                 encoder.pause()
 
 
-def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> BandsPlan:
+def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> BandsPlan:
     """Plan the sum of one light. Raises AirlightError for a ray that passes the light."""
     (x, y), density = light.placed(*size, p.density)
     methods.check_ray(p.method, density)

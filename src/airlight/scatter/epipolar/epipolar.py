@@ -9,7 +9,7 @@ import numpy as np
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 from airlight.scatter.epipolar.gather import EpipolarGather
 from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined
@@ -192,7 +192,7 @@ def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) 
     return taps if taps <= 64 or (taps <= 8192 and taps * width * height <= most) else 0
 
 
-def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> "EpipolarPlan | RadialPlan":
+def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> "EpipolarPlan | RadialPlan":
     """Plan the converged sum of one light: along lines, or for a short or cheap ray by midpoint taps."""
     (x, y), density = light.placed(*size, p.density)
     gain, base = gains(p, light)

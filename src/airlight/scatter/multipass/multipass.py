@@ -7,7 +7,7 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 from airlight.scatter import methods
 from airlight.scatter.epipolar.moments import Array, Mixture, mixture
@@ -82,7 +82,7 @@ class MultipassPlan:
                 encoder.pause()
 
 
-def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> MultipassPlan:
+def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> MultipassPlan:
     """Plan the sum of one light. Raises AirlightError for a ray that passes the light."""
     (x, y), density = light.placed(*size, p.density)
     methods.check_ray(p.method, density)

@@ -8,7 +8,7 @@ import numpy as np
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.lights import Light
+from airlight.lights import ImageLight
 from airlight.noise import blue_noise
 from airlight.options.shafts import Parameters
 from airlight.scatter.screen import Target, gains
@@ -99,7 +99,7 @@ class RadialPlan:
             compute(encoder, self.up, self.up_bind, (-(-self.full[0] // 64), self.full[1]), "radial up", timer)
 
 
-def plan(device: Device, size: tuple[int, int], light: Light, p: Parameters, target: Target) -> RadialPlan:
+def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> RadialPlan:
     """Plan the direct sum of one light."""
     position, density = light.placed(*size, p.density)
     gain, base = gains(p, light, per_sample=True)
