@@ -123,7 +123,7 @@ def behind(out: str) -> None:
         return Projected((0.5 + 0.5 * float(x / w), 0.5 - 0.5 * float(y / w)), 1.0, (ahead[0], ahead[1], ahead[2]), true.distance)
 
     stage, pictures = open_scene("flying"), []
-    stage.lights[:] = [SceneLight(direction=(-0.72, -0.24, 0.69), size=2.0, strength=1.5)]
+    stage.lights[:] = [SceneLight(direction=(-0.72, -0.24, 0.69), disc_half_angle=2.0, strength=1.5)]
     for how in (mirrored, project):
         effect.project = how
         studio = Studio(stage, Shot(640, 360, eye=(12, 9, 106), target=(89.4, 15, 42.7), fov=45))

@@ -108,7 +108,7 @@ def by_mitsuba(name: str) -> str:
 
 def page(name: str, width: int, runs: int) -> None:
     stage = open_scene(name)
-    view = scenes.View(stage, Shot(width, width * 9 // 16, samples=1))
+    view = scenes.ComparedView(stage, Shot(width, width * 9 // 16, samples=1))
     chosen = {label: variant(text, stage.settings, True) for label, text in VARIANTS.items()}
     chosen = {label: v for label, v in chosen.items() if view.lacks(v) is None}
     result = scenes.compare(view, list(chosen.values()), against="tracer", runs=runs, say=said)
@@ -165,9 +165,9 @@ def ways(width: int, runs: int) -> None:
     commands = []
     for where, target in TARGETS.items():
         print(where)
-        large = scenes.View(stage, Shot(*LARGE, eye=EYE, target=target), TIME)
+        large = scenes.ComparedView(stage, Shot(*LARGE, eye=EYE, target=target), TIME)
         seen.append([codes_of(large.light(v)[1], LARGE[0]) for v in chosen[:DRAWN]])
-        view = scenes.View(stage, Shot(width, width * 9 // 16, samples=1, eye=EYE, target=target), TIME)
+        view = scenes.ComparedView(stage, Shot(width, width * 9 // 16, samples=1, eye=EYE, target=target), TIME)
         result = scenes.compare(view, chosen, against="walk", runs=runs, say=said)
         for label, row in zip(WAYS, result.rows, strict=True):
             figures.append(f"| {where} | {label} | {' | '.join(cells(row, result.copy_ms))} |")

@@ -36,7 +36,7 @@ TRIANGLES = {"window": 276, "slats": 240}
 @lru_cache
 def view(name="window"):
     shared_device()  # whose passes are timed
-    return scenes.View(open_scene(name), Shot(*SIZE, samples=1))
+    return scenes.ComparedView(open_scene(name), Shot(*SIZE, samples=1))
 
 
 def chosen(*texts, name="window"):
@@ -296,5 +296,5 @@ def test_page_and_sheet_of_a_scene(tmp_path, capsys):
 
 def test_nothing_to_measure_is_said():
     with pytest.raises(AirlightError, match="edge of depth"):
-        small = scenes.View(open_scene("slats"), Shot(4, 2, samples=1))
+        small = scenes.ComparedView(open_scene("slats"), Shot(4, 2, samples=1))
         scenes.compare(small, [variant(EXACT, small.stage.settings, True)], runs=1)

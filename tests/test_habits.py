@@ -24,7 +24,7 @@ THEIRS = {
     "test_viewer_panel.py": {"_process_events"},
     "viewer_driver.py": {"_process_events"},
     "test_gpu.py": {"_ffi", "_parse", "_parser"},  # wgpu, cffi
-    "test_lamps.py": {"_gfx_update_uniform_buffer"},  # pygfx
+    "test_punctual.py": {"_gfx_update_uniform_buffer"},  # pygfx
     "test_medium_pass.py": {"_blender", "_textures"},
     "test_scene_pass.py": {"_blender", "_texture_info", "_textures"},
     "test_scene_private.py": {"_base", "_compose_pipeline", "_gfx_use_alpha_test", "_morph_target_influences", "_perspective",

@@ -261,9 +261,10 @@ def test_discs_are_drawn_where_nothing_is(stage: Stage, light: str) -> None:
     camera.local.rotation = la.quat_from_euler((0.1, -0.2, 0.3))
     towards = np.array([0.3, 0.1, -1.0])
     where = {"direction": tuple(towards)} if light == "sun" else {"position": tuple(towards * 20 + (0, 0.2, 5))}
-    sun = SceneLight(**where, size=4.0)
+    sun = SceneLight(**where, disc_half_angle=4.0)
     scene = gfx.Scene()
-    made = stage.prepass(scene, camera, [sun, SceneLight(direction=(0, 0, 1), size=3.0)], SceneOptions(resolution=0.5, region=1.2))
+    lights = [sun, SceneLight(direction=(0, 0, 1), disc_half_angle=3.0)]
+    made = stage.prepass(scene, camera, lights, SceneOptions(resolution=0.5, region=1.2))
     made.draw(camera)
     x, y, width, height = made.view
     w, h, _ = made.texture.size
@@ -338,7 +339,7 @@ def test_the_scene_is_left_as_it_was_also_after_an_error(stage: Stage, monkeypat
 
 def test_nothing_is_made_in_further_frames(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     e, device = exhibition(), stage.renderer.device
-    lights = [SceneLight(target=e.lamp), SceneLight(direction=(0.1, 0.2, -1), size=2.0)]
+    lights = [SceneLight(target=e.lamp), SceneLight(direction=(0.1, 0.2, -1), disc_half_angle=2.0)]
     made = stage.prepass(e.scene, e.camera, lights, SceneOptions(resolution=0.5))
     made.draw(e.camera)
     for name in ("render_pipeline", "shader_module", "bind_group", "bind_group_layout", "pipeline_layout", "texture", "buffer"):
@@ -423,7 +424,7 @@ def flicker(stage: Stage, scene: Any, ndc: float, in_scene: SceneOptions, seen: 
     camera = eye(0.0)
     camera.set_view_size(*SIZE)
     angle = np.arctan(ndc / camera.projection_matrix[0, 0])
-    sun = SceneLight(direction=(np.sin(angle), 0.12, -np.cos(angle)), size=2.0)
+    sun = SceneLight(direction=(np.sin(angle), 0.12, -np.cos(angle)), disc_half_angle=2.0)
     shafts = LightShafts(stage.renderer, scene, camera, sun, Parameters(quality="normal"), in_scene=in_scene)
     stage.renderer.effect_passes = [shafts]
     for frame in range(17):

@@ -435,7 +435,7 @@ def test_a_lamp_that_writes_depth_or_hangs_before_a_wall_emits(stage: Stage) -> 
 def test_a_disc_where_nothing_hides_it(stage: Stage) -> None:
     stage.scene.remove(stage.sun)
     size, direction = 4.0, (0.05, 0.12, -1)
-    shafts = stage.shafts(SceneLight(direction=direction, size=size), in_scene=SceneOptions(tone="none", clear="#000000"))
+    shafts = stage.shafts(SceneLight(direction=direction, disc_half_angle=size), in_scene=SceneOptions(tone="none", clear="#000000"))
     seen = stage.frame(shafts)["source"]
     rays = pixel_rays(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(96) + 0.5) / 96, (np.arange(54) + 0.5) / 54)
@@ -461,7 +461,7 @@ def test_a_light_is_said_once(stage: Stage) -> None:
     for bad in ({}, {"position": (0, 0, 0), "direction": (0, 1, 0)}, {"direction": (0, 0, 0)}, {"position": (0, np.nan, 0)}):
         with pytest.raises(AirlightError, match="SceneLight"):
             SceneLight(**bad)
-    for bad in ({"size": 90}, {"color": (1, -1, 0)}, {"strength": np.inf}, {"target": "sun"}):
+    for bad in ({"disc_half_angle": 90}, {"color": (1, -1, 0)}, {"strength": np.inf}, {"target": "sun"}):
         with pytest.raises(AirlightError):
             SceneLight(**{"position": (0, 0, 0), **bad} if "target" not in bad else bad)
     shafts = stage.shafts([SceneLight(direction=(0, 0, -1))] * 9)

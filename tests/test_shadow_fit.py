@@ -183,7 +183,7 @@ def test_one_map_of_all_casters_stays_where_it_is() -> None:
     np.testing.assert_array_equal(last, np.broadcast_to(last[0], last.shape))
     at = texels(made[0][-1], hulls.reshape(-1, 3))
     assert ((at[:, :2] >= 1) & (at[:, :2] <= SIZE - 1)).all()
-    assert np.ptp(at[:, :2], axis=0).max() > (SIZE - 3) / fit.RUNG - 1
+    assert np.ptp(at[:, :2], axis=0).max() > (SIZE - 3) / fit.RUNG_RATIO - 1
     hulls[0] += 1e-3  # what moves within does not stir the rest
     np.testing.assert_array_equal(lamp.shadow_views(look((0, 0, 30), np.eye(3)), lens(), hulls, settled)[-1].matrix[:2], last[0][:2])
 
@@ -198,12 +198,13 @@ def test_a_spots_cone_lies_in_its_map(seed: int, outer: float) -> None:
     around, edge = np.linspace(0, 2 * np.pi, 720), min(outer, WIDEST_HALF_ANGLE)
     rim = math.cos(edge) * ahead + math.sin(edge) * (np.cos(around)[:, None] * right + np.sin(around)[:, None] * up)
     at = texels(one, place + 3 * rim)
-    assert at[:, :2].min() == pytest.approx(fit.MARGIN, abs=1e-3) and at[:, :2].max() == pytest.approx(SIZE - fit.MARGIN, abs=1e-3)
+    margin = fit.MARGIN_TEXELS
+    assert at[:, :2].min() == pytest.approx(margin, abs=1e-3) and at[:, :2].max() == pytest.approx(SIZE - margin, abs=1e-3)
     np.testing.assert_allclose(at[:, 3], 3 * math.cos(edge), rtol=1e-6)
     np.testing.assert_allclose(at[:, 2] * at[:, 3], one.depth_scale, rtol=1e-9)
     centre = texels(one, (place + 2 * ahead)[None])[0]
     np.testing.assert_allclose(centre[:2], SIZE / 2, atol=1e-6)
-    assert one.texel == pytest.approx(math.tan(edge) / (SIZE / 2 - fit.MARGIN))
+    assert one.texel == pytest.approx(math.tan(edge) / (SIZE / 2 - fit.MARGIN_TEXELS))
 
 
 @given(seeds)
@@ -218,7 +219,7 @@ def test_a_points_views_tile_all_directions(seed: int) -> None:
     np.testing.assert_array_equal(face, 2 * axis + (ways[np.arange(500), axis] < 0))
     own = at[face, np.arange(500)]
     np.testing.assert_allclose(own[:, 3], np.abs(ways).max(axis=1), rtol=1e-9)
-    assert ((own[:, :2] >= fit.MARGIN) & (own[:, :2] <= SIZE - fit.MARGIN)).all()
+    assert ((own[:, :2] >= fit.MARGIN_TEXELS) & (own[:, :2] <= SIZE - fit.MARGIN_TEXELS)).all()
 
 
 def test_a_lamps_map_begins_where_it_may() -> None:

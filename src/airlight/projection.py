@@ -17,7 +17,7 @@ GUARD = 8.0  # half picture sizes from its centre: a light farther out is held h
 
 @dataclass(frozen=True)
 class Projected:
-    """A light in the picture."""
+    """Describes a light in the picture."""
 
     position: tuple[float, float]  # normalised, (0, 0) top left; may lie outside
     fade: float  # 0..1: factor of its shafts; 0 where it cannot be seen, or is behind

@@ -37,13 +37,13 @@ def test_lights(tmp_path: Path) -> None:
     assert sun.intensity == 3 and isinstance(sun, gfx.DirectionalLight)
     down = sun.target.world.position - sun.world.position
     np.testing.assert_allclose(down / np.linalg.norm(down), (0, -1, 0), atol=1e-6)
-    looks = np.array([max(light.look) for light in stage.lights])
+    looks = np.array([max(light.screen_tint) for light in stage.lights])
     np.testing.assert_allclose(looks[:3] / looks[1], [0.5, 1, 0.25])
     assert (looks > 0).all() and (looks <= 1).all()
     assert [(light.color, light.strength) for light in stage.lights] == [((1, 1, 1), 1)] * 4  # a medium has them as they are
     plain = open_scene(tmp_path / "scene.glb", "none")
-    assert [max(light.look) for light in plain.lights] == [0.5, 1, 0.25, 1]
-    assert all(isinstance(light, SceneLight) and light.size > 0 for light in stage.lights)
+    assert [max(light.screen_tint) for light in plain.lights] == [0.5, 1, 0.25, 1]
+    assert all(isinstance(light, SceneLight) and light.disc_half_angle > 0 for light in stage.lights)
     assert stage.movable is stage.lights[0]
 
 

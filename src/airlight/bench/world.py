@@ -37,7 +37,7 @@ def _sun(stage: "Stage", angle: float) -> "SceneLight":
     right, up, back = np.asarray(next(iter(stage.cameras.values())).world.matrix, float)[:3, :3].T
     side = math.cos(math.radians(RAISED)) * right + math.sin(math.radians(RAISED)) * up
     x, y, z = math.sin(math.radians(angle)) * side - math.cos(math.radians(angle)) * back
-    return SceneLight(direction=(x, y, z), size=1.0)
+    return SceneLight(direction=(x, y, z), disc_half_angle=1.0)
 
 
 class _Case:

@@ -222,7 +222,7 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     base = stage.settings | values
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)
-    view = scenes.View(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
+    view = scenes.ComparedView(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
     variants = _chosen(texts, base, True, view.lacks)
     result = _measured(variants, lambda say: scenes.compare(view, variants, against=o["against"], runs=o["runs"], say=say))
     return result, _named(source, result.size, "light in the air compared")

@@ -30,13 +30,13 @@ from airlight.scenes.replay import Replay
 from airlight.scenes.triangles import world_triangles
 
 Array = npt.NDArray[Any]
-MOST = 1e9  # triangles x lamps x pixels up to which the tracer is asked, some minutes
+MOST = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
 FINEST, MEMORY = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
 CASCADES = 4  # of it
 
 
-class View:
-    """A stage from where it is compared, at one time. Raises AirlightError, MachineError."""
+class ComparedView:
+    """Shows a stage from where it is compared, at one time. Raises AirlightError, MachineError."""
 
     def __init__(self, stage: Stage, shot: Shot, time: float = 0.0, turn: float = 0.0, exclude: Sequence[str] = ()) -> None:
         self.stage, self.shot, self.moment, self.exclude = stage, shot, (time, turn), exclude
@@ -140,7 +140,7 @@ class View:
 
 
 def compare(
-    view: View,
+    view: ComparedView,
     variants: Sequence[Variant],
     *,
     against: str | None = None,
@@ -218,7 +218,7 @@ def part_of(label: str) -> str | None:
     return "shadow maps" if label == "shadows" else label if label in of_medium() else "shafts"
 
 
-def _costs(view: View, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:
+def _costs(view: ComparedView, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:
     """Time a copy, and each variant's parts: (ms, a dict of ms each), medians of runs."""
     size = view.shot.width, view.shot.height
     copy = Passes(view.device, *(view.device.texture(*size, "rgba16float") for _ in range(2))).copy()

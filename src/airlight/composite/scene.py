@@ -17,7 +17,7 @@ MEASURED_PIXELS = 14400  # about, of a picture, by adaptation
 
 @dataclass(frozen=True)
 class SceneLayer:
-    """The textures that a method has made for a scene; the others are None.
+    """Holds the textures that a method has made for a scene; the others are None.
 
     Of a screen method: source and shafts, rgba16float, of any size. Of a medium, of the picture's size: radiance, in-scattered, and
     transmittance, RGB; None where that is 1 everywhere.
@@ -31,7 +31,7 @@ class SceneLayer:
 
 @dataclass(frozen=True)
 class SceneRule:
-    """How a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
+    """Says how a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
 
     is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; adapt: whether light
     adaptation is on; filmic: the tone curve; debug: one of DEBUG_VIEWS.

@@ -161,7 +161,7 @@ def read_scene_light(text: str, form: str) -> "SceneLight":
 
     at, known = light_numbers(text, form)
     if form == PLACE:
-        return SceneLight(position=(at[0], at[1], at[2]), size=SUN_SIZE, **known)
+        return SceneLight(position=(at[0], at[1], at[2]), disc_half_angle=SUN_SIZE, **known)
     turn, up = (math.radians(v) for v in at)
     direction = (math.sin(turn) * math.cos(up), math.sin(up), -math.cos(turn) * math.cos(up))
-    return SceneLight(direction=direction, size=SUN_SIZE, **known)
+    return SceneLight(direction=direction, disc_half_angle=SUN_SIZE, **known)

@@ -1,4 +1,4 @@
-"""Directional lights: suns."""
+"""Defines directional lights: suns."""
 
 import math
 from dataclasses import dataclass, field
@@ -10,12 +10,12 @@ from airlight.lights.punctual import Array, PunctualLight, Triple
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import Matrix
 from airlight.shadows import ShadowView
-from airlight.shadows.fit import NEAR, ball, basis, orthographic_view, rung, slice_ball, splits
+from airlight.shadows.fit import NEAR_SHARE, ball, basis, orthographic_view, rung, slice_ball, splits
 
 
 @dataclass(frozen=True)
 class DirectionalLight(PunctualLight):
-    """A light so far away that its rays are parallel, and lose nothing on their way to where they scatter.
+    """Describes a light so far away that its rays are parallel, and lose nothing before they scatter.
 
     direction: unit, towards it. angular_radius: radians, for soft shadows; 0: the medium's setting.
     """
@@ -63,8 +63,8 @@ class DirectionalLight(PunctualLight):
         centre, radius = ball(hulls)
         away = float(np.linalg.norm(centre - into[:3, 3]))
         far = min(medium.max_distance, rung(away + radius))
-        near = max(rung(away - radius, up=False), far * NEAR)
-        ends = splits(near if near < far else far * NEAR, far, march.cascades, march.cascade_split)
+        near = max(rung(away - radius, up=False), far * NEAR_SHARE)
+        ends = splits(near if near < far else far * NEAR_SHARE, far, march.cascades, march.cascade_split)
         out: list[ShadowView] = []
         start = before = 0.0
         for end in [*ends, np.inf]:

@@ -15,7 +15,7 @@ PARALLEL = 1e5  # of the image's longer side: where a parallel light is put; ray
 
 @dataclass(frozen=True)
 class ImageLight:
-    """A light of the image plane.
+    """Describes a light of the image plane.
 
     position: (x, y), normalised: (0, 0) is the image's top-left corner, (1, 1) its bottom-right; may lie outside.
     color: linear RGB factors, each >= 0.  strength: factor >= 0.

@@ -1,4 +1,4 @@
-"""The table of light kinds. A new one: a subclass of PunctualLight in a file of its own, and its line here."""
+"""Lists the kinds of lights that shine on media. A new one: a subclass of PunctualLight in a file of its own, and its line here."""
 
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight

@@ -1,4 +1,4 @@
-"""Point lights."""
+"""Defines point lights."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ from airlight.shadows.fit import perspective_view
 
 @dataclass(frozen=True)
 class PointLight(PositionalLight):
-    """A light that shines in all directions alike. Six shadow views are the faces of a cube around it."""
+    """Describes a light that shines in all directions alike. Six shadow views are the faces of a cube around it."""
 
     kind = "point"
     word = "point"
@@ -24,7 +24,7 @@ class PointLight(PositionalLight):
         return 6
 
     def shadow_views(self, view: Any, projection: Any, hulls: Matrix, medium: ResolvedMedium) -> list[ShadowView]:
-        """Fits six views, along +X, -X, +Y, -Y, +Z, -Z of the world, each of 90 degrees and a margin of MARGIN texels around it.
+        """Fits six views, along +X, -X, +Y, -Y, +Z, -Z of the world, each of 90 degrees and a margin of MARGIN_TEXELS around it.
 
         A position belongs to the view with the greatest w, its distance along the view's axis: the dominant of its coordinates.
         """

@@ -26,7 +26,7 @@ def triple(v: Any) -> Triple:
 
 @dataclass(frozen=True)
 class PunctualLight:
-    """A light that shines on a medium.
+    """Describes a light that shines on a medium.
 
     intensity: (3,) linear RGB: lux on a plane that faces a directional light, else candela. strength: factor of what the medium makes of
     it; anisotropy: instead of the medium's, -1..1.
@@ -100,7 +100,7 @@ class PunctualLight:
 
 @dataclass(frozen=True)
 class PositionalLight(PunctualLight):
-    """A light at a point: irradiance intensity / d^2 at a distance d.
+    """Describes a light at a point: irradiance intensity / d^2 at a distance d.
 
     position: metres, world. range: metres, see `attenuation_range`. near: no shadow caster is nearer to it, metres; 0: unknown.
     """

@@ -1,4 +1,4 @@
-"""Spot lights."""
+"""Defines spot lights."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ WIDEST_HALF_ANGLE = math.radians(89.0)  # of a spot's shadow map
 
 @dataclass(frozen=True)
 class SpotLight(PositionalLight):
-    """A cone of light around `direction`, the unit vector in which it shines. One shadow view holds it.
+    """Describes a cone of light around `direction`, the unit vector in which it shines. One shadow view holds it.
 
     inner, outer: half angles, radians; between them the light falls as the square of a ramp that is linear in the cosine.
     """

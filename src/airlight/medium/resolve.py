@@ -17,7 +17,7 @@ PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-sh
 
 @dataclass(frozen=True)
 class ResolvedMedium:
-    """A medium and how it is marched, with nothing unset. sigma_t, sigma_s, ambient: (3,) float64, 1/m, 1/m, radiance.
+    """Holds a medium and how it is marched, with nothing unset. sigma_t, sigma_s, ambient: (3,) float64, 1/m, 1/m, radiance.
 
     settings, march: as they were given.
     """

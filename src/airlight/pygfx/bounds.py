@@ -14,20 +14,20 @@ CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
 
 def corners(boxes: Matrix, matrices: Matrix) -> Matrix:
-    """(N, 8, 3) of boxes (N, 2, 3), least and greatest, that matrices (N, 4, 4) place."""
+    """Computes the corners (N, 8, 3) of boxes (N, 2, 3), least and greatest, transformed by matrices (N, 4, 4)."""
     low, high = boxes[:, None, 0], boxes[:, None, 1]
     return np.asarray((low + CORNERS * (high - low)) @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3])
 
 
 def extent(points: Matrix) -> Matrix:
-    """(2, 3) the box of points (..., 3), but for NaNs, which leave holes in a mesh."""
+    """Computes (2, 3) the box of points (..., 3), but for NaNs, which leave holes in a mesh."""
     points = points.reshape(-1, 3)
     return np.stack([np.fmin.reduce(points), np.fmax.reduce(points)]).astype(np.float64)
 
 
 @dataclass
 class _Shape:
-    """What is known of a geometry while its buffers stay as they are."""
+    """Keeps what is known of a geometry while its buffers stay as they are."""
 
     key: tuple[Any, ...]
     box: Matrix
@@ -44,7 +44,7 @@ class Bounds:
         self._instances: Any = weakref.WeakKeyDictionary()
 
     def hulls(self, meshes: list[Any]) -> Matrix:
-        """(N, 8, 3): corners, in the world, of boxes that hold the meshes as they are now."""
+        """Computes (N, 8, 3) corners, in the world, of boxes that hold the meshes as they are now."""
         if not meshes:
             return np.zeros((0, 8, 3))
         boxes, matrices = zip(*(self._placed(mesh) for mesh in meshes))
@@ -69,7 +69,7 @@ class Bounds:
         return box, matrix
 
     def _all(self, mesh: Any, box: Matrix) -> Matrix:
-        """(2, 3) of all instances, in the mesh's space."""
+        """Computes (2, 3) the box of all instances, in the mesh's space."""
         key = mesh.instance_buffer.rev, box.tobytes()
         known = self._instances.get(mesh)
         if known is None or known[0] != key:
@@ -95,14 +95,14 @@ class Bounds:
 
 
 def _with_gaps(points: Any) -> np.ndarray:
-    """(N, 3) of points (N, 3) or more: what is nowhere is NaN."""
+    """Returns (N, 3) of points (N, 3) or more: what is not finite is NaN."""
     points = np.asarray(points)[:, :3]
     return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
 
 
 def _by_bones(points: np.ndarray, indices: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, Matrix]:
-    """The bones that have a share in a vertex, and the box of each one's vertices: a vertex lies in the hull of the places that each of
-    its bones alone would give it."""
+    """Finds the bones that have a share in a vertex, and the box of each one's vertices: a vertex lies in the hull of the positions
+    that each of its bones alone would give it."""
     low, high = np.full((int(indices.max()) + 1, 3), np.inf), np.full((int(indices.max()) + 1, 3), -np.inf)
     for i in range(indices.shape[1]):
         held = weights[:, i] > 0

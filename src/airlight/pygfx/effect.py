@@ -1,4 +1,4 @@
-"""The pass: from a renderer's picture and depth to the picture with its shafts."""
+"""Puts light shafts on a renderer's picture: the effect pass."""
 
 import math
 import weakref
@@ -26,7 +26,7 @@ from airlight.scatter.methods import METHODS, check_ray
 
 @lru_cache(maxsize=4)
 def _device(device: Any) -> Device:
-    """One cache of pipelines for each device."""
+    """Keeps one cache of pipelines for each device."""
     return Device(device)
 
 
@@ -43,7 +43,7 @@ def enable_timing() -> bool:
 
 
 class LightShafts(gfx.renderers.wgpu.EffectPass):
-    """Light shafts on what a gfx.WgpuRenderer renders: a pass for its `effect_passes`, one instance for each place there.
+    """Puts light shafts on what a gfx.WgpuRenderer renders: a pass for its `effect_passes`, one instance for each entry there.
 
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
@@ -108,46 +108,46 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def source(self) -> Any:
-        """What was summed, or None before the first frame, and where a medium is lit."""
+        """Returns what was summed, or None before the first frame, and where a medium is lit."""
         return self._layer.source
 
     @property
     def layer(self) -> Any:
-        """The shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
+        """Returns the shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
         return self._layer.shafts if self._layer.radiance is None else self._layer.radiance
 
     @property
     def transmittance(self) -> Any:
-        """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
+        """Returns the RGB transmittance, 0..1, of the medium of the last frame; None where that is 1 everywhere."""
         return self._layer.transmittance
 
     @property
     def region(self) -> Region:
-        """Where the view lies in source and layer: left, top, width, height, of them."""
+        """Returns where the view lies in source and layer: left, top, width, height, of them."""
         return self._state.region if isinstance(self._state, ScreenSpaceState) else WHOLE
 
     @property
     def is_lit(self) -> bool:
-        """Whether a light was seen in the last frame; otherwise `source` is an older one's."""
+        """Tells whether a light was seen in the last frame; otherwise `source` is an older one's."""
         return bool(self._uniforms.record["aims"] > 0)
 
     @property
     def resolved_medium(self) -> ResolvedMedium | None:
-        """The medium of the last frame, with nothing unset; None where none is lit."""
+        """Returns the medium of the last frame, with nothing unset; None where none is lit."""
         return self._state.resolved if isinstance(self._state, MediumState) else None
 
     @property
     def levels(self) -> Any:
-        """The buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops, float32."""
+        """Returns the buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops."""
         return self._merge.balance
 
     @property
     def statistics(self) -> Any:
-        """The buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
+        """Returns the buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
         return self._merge.looked
 
     def profile(self) -> list[tuple[str, float]]:
-        """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
+        """Reads (label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
         `enable_timing`. Waits for the frame."""
         return self._timer.milliseconds() if self._timer else []
 
@@ -183,7 +183,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._state
 
     def _follow(self) -> float:
-        """Computes the share of the way that light adaptation goes to what it measures now."""
+        """Computes the share that light adaptation takes of what it measures now, 0..1."""
         at_once = not self._merge.has_balance or self.dt <= 0 or self.in_scene.adapt_seconds == 0
         return 1.0 if at_once else -math.expm1(-self.dt / self.in_scene.adapt_seconds)
 
@@ -210,7 +210,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
 
 def add_light_shafts(renderer: Any, scene: Any, camera: Any, lights: Sequence[SceneLight] | SceneLight, **keywords: Any) -> LightShafts:
-    """A LightShafts, put behind the renderer's own effect passes but before its anti-aliasing, on a picture in half floats (`use_hdr`).
+    """Adds a LightShafts behind the renderer's own effect passes, but before its anti-aliasing, on a picture in half floats (`use_hdr`).
 
     keywords: as LightShafts.
     """

@@ -1,4 +1,4 @@
-"""What casts shafts in a scene."""
+"""Describes what casts shafts in a scene."""
 
 import math
 from collections.abc import Sequence
@@ -17,15 +17,15 @@ BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
 
 @dataclass
 class SceneLight:
-    """A light of a scene: one of target, position and direction says where it is.
+    """Describes a light of a scene: one of target, position and direction says where it is.
 
-    target: an object whose world position it follows; a gfx.DirectionalLight gives its direction. position: a fixed place, world
+    target: an object whose world position it follows; a gfx.DirectionalLight gives its direction. position: fixed, world
     coordinates. direction: towards the light, for a sun. color: linear RGB factors >= 0; strength: factor >= 0; both of the shafts.
     emitter: a target that is a mesh is bright itself, and hides nothing.
 
-    Methods that work on the picture take its light from there. look: linear RGB factors >= 0 of what they make of it, for lights of unlike
-    intensity; size: half angle in degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for a sun
-    without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
+    Methods of the screen take its light from the picture. screen_tint: linear RGB factors >= 0 of what they make of it, for lights of
+    unlike intensity; disc_half_angle: degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for
+    a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
     position or direction alone, color and strength are that: candela, or lux. anisotropy: -0.99 to 0.99, instead of the medium's.
     """
 
@@ -34,9 +34,9 @@ class SceneLight:
     direction: tuple[float, float, float] | None = None
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     strength: float = 1.0
-    size: float = 0.0
+    disc_half_angle: float = 0.0
     emitter: bool = True
-    look: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    screen_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
     anisotropy: float | None = None
     _body: Any = field(default=None, init=False, repr=False, compare=False)
 
@@ -56,16 +56,16 @@ class SceneLight:
                 raise AirlightError(f"a SceneLight's {name} must be 3 finite numbers, not {value!r}")
         if self.direction is not None and not np.any(self.direction):
             raise AirlightError("a SceneLight's direction must not be 0, 0, 0")
-        if not (math.isfinite(self.size) and 0 <= self.size < 90):
-            raise AirlightError(f"a SceneLight's size must be 0 to 90 degrees, not {self.size!r}")
-        for color in (self.color, self.look):
+        if not (math.isfinite(self.disc_half_angle) and 0 <= self.disc_half_angle < 90):
+            raise AirlightError(f"a SceneLight's disc_half_angle must be 0 to 90 degrees, not {self.disc_half_angle!r}")
+        for color in (self.color, self.screen_tint):
             Light((0.5, 0.5), color, self.strength)  # raises for these
         if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 
     def seen(self, position: tuple[float, float], fade: float = 1.0) -> Light:
-        """The light as methods that work on the picture have it, at a place of that. fade: a further factor."""
-        r, g, b = (own * look for own, look in zip(self.color, self.look, strict=True))
+        """Makes the light that methods of the screen have, at a position in the picture. fade: a further factor."""
+        r, g, b = (own * tint for own, tint in zip(self.color, self.screen_tint, strict=True))
         return Light(position, (r, g, b), self.strength * fade)
 
     def homogeneous(self) -> npt.NDArray[np.float64]:
@@ -78,7 +78,7 @@ class SceneLight:
         return np.append(np.asarray(target.world.position, float), 1.0)
 
     def body(self) -> tuple[npt.NDArray[np.float64], float, bool] | None:
-        """(centre, radius, whether it writes depth) of a target that is a body of light, world coordinates; else None."""
+        """Finds (centre, radius, whether it writes depth) of a target that is a body of light, world coordinates; else None."""
         target = self.target
         if target is None or not self.emitter or getattr(target, "geometry", None) is None or not target.visible:
             return None
@@ -100,12 +100,12 @@ class SceneLight:
 
 
 def beam(light: Any) -> npt.NDArray[np.float64]:
-    """(3,) of any length: the way a gfx.DirectionalLight or gfx.SpotLight shines, as pygfx's surfaces have it: to its target, or to the
-    point that is 1 ahead of a camera it hangs on; along -Z where that is its own place."""
+    """Finds the direction (3,), of any length, in which a gfx.DirectionalLight or gfx.SpotLight shines, as pygfx's surfaces have it: to its
+    target, or to the point that is 1 ahead of a camera it hangs on; along -Z where that is its own position."""
     parent = light.parent
     ahead = (parent.world.matrix @ (0.0, 0.0, -1.0, 1.0))[:3] if isinstance(parent, gfx.Camera) else light.target.world.position
-    way = np.asarray(ahead, float) - light.world.position
-    return way if np.any(way) else np.array((0.0, 0.0, -1.0))
+    direction = np.asarray(ahead, float) - light.world.position
+    return direction if np.any(direction) else np.array((0.0, 0.0, -1.0))
 
 
 def _finite(value: Sequence[float], size: int) -> bool:

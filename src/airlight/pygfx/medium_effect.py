@@ -1,4 +1,4 @@
-"""The state of a pass whose method lights a medium: what casts shadows, and the march."""
+"""Keeps the state of a pass whose method lights a medium: what casts shadows, and the march."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""The occlusion pre-pass (GPU Gems 3, 13.5.1): the scene drawn once more, occluders black and untextured, emitters and sky bright.
+"""Draws the occlusion pre-pass (GPU Gems 3, 13.5.1): the scene once more, occluders black and untextured, emitters and sky bright.
 
 pygfx's own pipelines draw it, so that poses, instances, maps and whatever a user changes are followed; but what becomes of a fragment is
 said here, and lights, shadows, sorting and post-processing are left out. Nothing of the scene is touched.
@@ -30,7 +30,7 @@ KEPT = {"operation": "add", "src_factor": "zero", "dst_factor": "one"}  # alpha
 
 
 class Silhouette(private.MeshShader):  # type: ignore[misc]
-    """A mesh without light; also without its map and vertex colours, where these have no say in its opacity."""
+    """Draws a mesh without light; also without its map and vertex colours, where these have no say in its opacity."""
 
     def __init__(self, wobject: Any) -> None:
         super().__init__(wobject)
@@ -40,7 +40,7 @@ class Silhouette(private.MeshShader):  # type: ignore[misc]
 
 
 class Unlit(private.MeshShader):  # type: ignore[misc]
-    """A mesh in its own colours, without light."""
+    """Draws a mesh in its own colours, without light."""
 
     def __init__(self, wobject: Any) -> None:
         super().__init__(wobject)
@@ -58,7 +58,7 @@ def _own(wobject: Any) -> Any:
 
 
 class Role(private.Blender):
-    """How objects of one kind are put into the source.
+    """Says how objects of one kind are put into the source.
 
     shaders: of an object. occludes: it darkens what is there by its opacity, or else covers it by its colour. writes: to the depth
     buffer; None: as its material says.
@@ -80,7 +80,7 @@ class Role(private.Blender):
 
 
 def blending(alpha: dict[str, Any]) -> tuple[str, str, str]:
-    """(factor of the fragment, factor of what is there, operation) that a material's alpha_config asks for, alpha being its opacity."""
+    """Finds (factor of the fragment, factor of what is there, operation) that a material's alpha_config means; alpha is its opacity."""
     method = alpha["method"]
     if method == "opaque" or alpha.get("alpha", "alpha") not in ("alpha", "use_alpha"):  # weighted, but solid
         return ("src-alpha" if alpha.get("premultiply_alpha") else "one"), "zero", "add"
@@ -92,15 +92,15 @@ def blending(alpha: dict[str, Any]) -> tuple[str, str, str]:
 # In the order in which they are drawn: nothing within a role depends on order, but for lights that are seen through.
 SKY = Role("sky", _own)
 SOLID = Role("solid", silhouette, occludes=True, writes=True)
-LAMP = Role("lamp", _own, writes=True)
-SHAPE = Role("shape", Unlit, writes=True)  # a lamp whose material waits for other lights: its colour is taken for its light
+EMITTER = Role("lamp", _own, writes=True)
+SHAPE = Role("shape", Unlit, writes=True)  # an emitter whose material waits for other lights: its colour is taken for its light
 GLOW = Role("glow", _own)
 VEIL = Role("veil", silhouette, occludes=True, writes=False)
-ROLES = (SKY, SOLID, LAMP, SHAPE, GLOW, VEIL)
+ROLES = (SKY, SOLID, EMITTER, SHAPE, GLOW, VEIL)
 
 
 def pattern(wobject: Any, material: Any) -> bool:
-    """Whether a map or vertex colours may have a say in a mesh's opacity, or its colour in what is seen through it."""
+    """Tells whether a map or vertex colours may have a say in a mesh's opacity, or its colour in what is seen through it."""
     config = material.alpha_config
     method = config["method"]
     if method == "blended" and "alpha" not in config["color_dst"]:
@@ -114,7 +114,7 @@ def pattern(wobject: Any, material: Any) -> bool:
 
 
 def solid(wobject: Any, material: Any) -> bool:
-    """Whether nothing is seen through a mesh, but for holes that an alpha test cuts."""
+    """Tells whether nothing is seen through a mesh, but for holes that an alpha test cuts."""
     if material.alpha_method == "opaque":
         return True
     if material.alpha_mode != "auto" or material.opacity < 1 or pattern(wobject, material):
@@ -124,24 +124,25 @@ def solid(wobject: Any, material: Any) -> bool:
 
 
 def strength(material: Any) -> float | None:
-    """The greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
+    """Finds the greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
     color = getattr(material, "emissive", None)
     return None if color is None else max(color.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
 
 
-def margin(inside: int, room: int, places: Sequence[float]) -> float:
-    """Texels before the view, of `room` texels around its `inside` ones, so that the source reaches to lights at normalised places.
+def margin(inside: int, room: int, positions: Sequence[float]) -> float:
+    """Chooses the texels before the view, of `room` texels around its `inside` ones, so that the source reaches to lights at
+    normalised positions.
 
     Rays from the view end at the lights: what lies on the other side is never summed. The first light stays at the centre of a texel, or
     what hides it would be cut otherwise from frame to frame, as a camera turns; on a half-sized source that is what flickers most.
     """
-    if not places or not room:
+    if not positions or not room:
         return room / 2
-    before = max(0.0, *(-place * inside for place in places))
-    after = max(0.0, *((place - 1) * inside for place in places))
+    before = max(0.0, *(-position * inside for position in positions))
+    after = max(0.0, *((position - 1) * inside for position in positions))
     spare = room - before - after
     start = before + spare / 2 if spare >= 0 else room * before / (before + after)
-    off = (start + places[0] * inside - 0.5) % 1.0
+    off = (start + positions[0] * inside - 0.5) % 1.0
     return start - off if start >= off else start - off + 1
 
 
@@ -150,7 +151,7 @@ def _helps(wobject: Any) -> bool:
 
 
 def shown(scene: Any, exclude: Iterable[Any] = ()) -> Iterator[Any]:
-    """All objects that are visible, but pygfx's helpers and what is excluded, with what is below them."""
+    """Finds all objects that are visible, but pygfx's helpers and what is excluded, with what is below them."""
     excluded = {id(thing) for thing in exclude}
     left = [scene]
     while left:
@@ -210,7 +211,7 @@ class Prepass:
         self.view = x, y, float(view[0]), float(view[1])
 
     def _roles(self) -> Iterator[tuple[Role, Any]]:
-        """(role, object) of all that is drawn."""
+        """Finds (role, object) of all that is drawn."""
         emitters = {id(light.target) for light in self.lights if light.emitter and light.target is not None}
         marks = {id(ob): True for ob in self.include} | {id(ob): False for ob in self.exclude}
         left: list[tuple[Any, bool | None]] = [(self.scene, None)]
@@ -238,7 +239,7 @@ class Prepass:
             return SOLID if whole else VEIL
         if not whole:
             return GLOW
-        return SHAPE if strength(material) == 0 else LAMP
+        return SHAPE if strength(material) == 0 else EMITTER
 
     def draw(self, camera: Any, timer: Timer | None = None) -> None:
         """Draw and submit what `camera` sees, and beyond it as far as the region reaches."""
@@ -309,7 +310,7 @@ class Prepass:
 
     def _aim(self, camera: Any, projection: Any) -> bool:
         """Send where discs are; whether there are any."""
-        sized = [light for light in self.lights if light.size > 0][:MOST]
+        sized = [light for light in self.lights if light.disc_half_angle > 0][:MOST]
         if not sized or projection[3, 3] != 0:
             return False
         data = np.zeros((), DISCS)
@@ -320,7 +321,7 @@ class Prepass:
             at = (matrix @ light.homogeneous())[:3]
             distance = np.linalg.norm(at)
             if distance > 0:
-                disc, half = data["disc"][data["count"]], math.radians(light.size)
+                disc, half = data["disc"][data["count"]], math.radians(light.disc_half_angle)
                 disc["direction"], disc["cosine"], disc["soft"] = at / distance, math.cos(half), max(math.sin(half) * texel, 1e-9)
                 data["count"] += 1
         if self._discs is None:

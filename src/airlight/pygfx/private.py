@@ -1,4 +1,4 @@
-"""Every private attribute of pygfx that Airlight touches, each behind a function; tests/test_scene_private.py names those that go away."""
+"""Wraps every private attribute of pygfx that Airlight touches behind a function; tests/test_scene_private.py names those that go away."""
 
 from collections.abc import Callable
 from typing import Any
@@ -40,7 +40,7 @@ HDR = "rgba16float"
 
 
 def is_hdr(renderer: Any) -> bool:
-    """Whether a gfx.WgpuRenderer keeps its picture in half floats. Touches renderer._blender."""
+    """Tells whether a gfx.WgpuRenderer keeps its picture in half floats. Touches renderer._blender."""
     return bool(renderer._blender.texture_info["color"]["format"] == HDR)
 
 
@@ -56,17 +56,17 @@ def use_hdr(renderer: Any) -> None:
 
 
 def shader_of(wobject: Any) -> Any:
-    """The class of pygfx's shader for an object with its material, or a function that gives one or several."""
+    """Finds the class of pygfx's shader for an object with its material, or a function that gives one or several."""
     return registry.get_render_function(wobject)
 
 
 def alpha_tested(material: Any) -> bool:
-    """Whether a material has an alpha test; unlike its alpha_test, a change of this is seen by trackers. Touches _gfx_use_alpha_test."""
+    """Tells whether a material has an alpha test; trackers see a change of this, unlike of its alpha_test. Touches _gfx_use_alpha_test."""
     return bool(material._gfx_use_alpha_test)
 
 
 def channels(resource: Any) -> int:
-    """How many numbers a texel of a gfx.Texture, or an item of a gfx.Buffer, has. Touches to_texture_format, nchannels_from_format."""
+    """Counts the numbers of a texel of a gfx.Texture, or of an item of a gfx.Buffer. Touches to_texture_format, nchannels_from_format."""
     if isinstance(resource, Texture):
         kind = to_texture_format(resource.format)
         return len(kind) - len(kind.lstrip("rgba"))
@@ -74,7 +74,7 @@ def channels(resource: Any) -> int:
 
 
 class Blender:
-    """What pygfx's pipelines ask of a renderer's blender, but for its targets: get_color_descriptors, get_depth_descriptor.
+    """Stands in for what pygfx's pipelines ask of a renderer's blender, but for its targets: get_color_descriptors, get_depth_descriptor.
 
     output: what becomes of fragments, a .wgsl file.
     """
@@ -87,13 +87,13 @@ class Blender:
 
 
 def unlit(blender: Blender) -> Any:
-    """The state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
+    """Makes the state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
     none: dict[str, Any] = {"point_lights": [], "directional_lights": [], "spot_lights": [], "ambient_color": [0, 0, 0]}
     return get_renderstate(none, blender)
 
 
 class Pipelines:
-    """The pipelines of an object with its material for a state of `unlit`, made anew only where pygfx's trackers see a change.
+    """Keeps the pipelines of an object with its material for a state of `unlit`, made anew only where pygfx's trackers see a change.
 
     shaders: a function of the object. Touches PropTracker and RenderPipelineContainer, as pygfx's PipelineContainerGroup does.
     """
@@ -124,7 +124,7 @@ class Pipelines:
 
 
 class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
-    """A pipeline that draws both sides, whatever the material says. Touches _compose_pipeline and pipeline_info."""
+    """Draws both sides, whatever the material says. Touches _compose_pipeline and pipeline_info."""
 
     pipeline_info: Any
 
@@ -134,7 +134,7 @@ class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
 
 
 def influences(wobject: Any) -> Any:
-    """(K + 1,) of a mesh's morph targets and, last, of its own positions; None where pygfx draws it without. Touches
+    """Reads the shares (K + 1,) of a mesh's morph targets and, last, of its own positions; None where pygfx draws it without. Touches
     _morph_target_influences."""
     buffer = getattr(wobject, "_morph_target_influences", None)
     return None if buffer is None else buffer.data["influence"]
@@ -146,13 +146,13 @@ def place(wobject: Any) -> None:
 
 
 def view_offset(camera: Any) -> tuple[float, float, float, float]:
-    """How a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
+    """Finds how a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
     offset: tuple[float, float, float, float] = (1.0, 1.0, 0.0, 0.0) if camera._view_offset is None else camera._view_offset["ndc_offset"]
     return offset
 
 
 def extent(fov: float, distance: float) -> float:
-    """The mean of width and height by which pygfx's controllers take a perspective camera for so far from what it looks at.
+    """Computes the mean of width and height by which pygfx's controllers take a perspective camera for so far from what it looks at.
 
     Touches fov_distance_factor.
     """

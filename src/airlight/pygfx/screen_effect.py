@@ -1,4 +1,4 @@
-"""The state of a pass whose method works on the picture: the source of the sum, and the plans of its lights."""
+"""Keeps the state of a pass whose method works on the picture: the source of the sum, and the plans of its lights."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ MASK, LOOK = "pygfx/mask.wgsl", "pygfx/look.wgsl"
 
 
 class _Sums:
-    """The source and the layer of one size, rgba16float, and the lights' plans over them."""
+    """Keeps the source and the layer of one size, rgba16float, and the lights' plans over them."""
 
     def __init__(self, device: Device, source: Any, p: Parameters, apron: int) -> None:
         width, height = source.size[0] - 2 * apron, source.size[1] - 2 * apron

@@ -20,7 +20,7 @@ Seen = list[tuple[SceneLight, Projected]]  # lights whose shafts are seen, and w
 
 
 class Uniforms:
-    """A record of composite.scene.UNIFORMS, and the buffer that it is written to."""
+    """Holds a record of composite.scene.UNIFORMS, and the buffer that it is written to."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -48,7 +48,7 @@ class Uniforms:
                 at["direction"], at["fade"], at["color"] = found.direction, found.fade, rgb
                 seen.append((light, found))
             body = light.body() if perspective else None
-            if perspective and cones < MAX_LIGHTS and (body or (light.size > 0 and found.fade > 0)):
+            if perspective and cones < MAX_LIGHTS and (body or (light.disc_half_angle > 0 and found.fade > 0)):
                 _write_cone(record["cone"][cones], light, body, found, matrix, float(texel))
                 cones += 1
         record["aims"], record["cones"] = len(seen), cones
@@ -61,8 +61,8 @@ class Uniforms:
         self.record["ratio"], self.record["pixel"] = np.array(size) / texels, 1 / np.array(size)
 
     def write(self, region: Region, composite: Composite, scene: SceneOptions, follow: float) -> None:
-        """Sets the rest, and sends all of it. region: where the view lies in the source; follow: share of the way to what light adaptation
-        measures now."""
+        """Sets the rest, and sends all of it. region: where the view lies in the source; follow: share that light adaptation
+        takes of what it measures now."""
         record = self.record
         record["region"], record["follow"] = region, follow
         if scene.clear is not None:
@@ -74,7 +74,7 @@ class Uniforms:
 
 def _write_cone(record: Any, light: SceneLight, body: Any, found: Projected, matrix: Any, texel: float) -> None:
     """Fills the Cone of a light that is a body or has a disc. texel: the angle of one of the source's texels."""
-    direction, half, near, far = np.array(found.direction), math.radians(light.size), 0.0, 0.0
+    direction, half, near, far = np.array(found.direction), math.radians(light.disc_half_angle), 0.0, 0.0
     if body:
         centre, radius, solid = body
         at = (matrix @ np.append(centre, 1.0))[:3]
@@ -87,4 +87,4 @@ def _write_cone(record: Any, light: SceneLight, body: Any, found: Projected, mat
     record["direction"], record["cosine"] = direction, math.cos(half)
     record["near"], record["far"] = near, far
     record["sharp"] = 1 / max(math.sin(half) * texel, 1e-9)
-    record["disc"] = 1.0 if light.size > 0 else 0.0
+    record["disc"] = 1.0 if light.disc_half_angle > 0 else 0.0

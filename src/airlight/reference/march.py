@@ -1,4 +1,4 @@
-"""The functions of scatter/march/*.wgsl in float64, each under its shader's name.
+"""Evaluates the functions of scatter/march/*.wgsl in float64, each under its shader's name.
 
 Arrays broadcast; vectors lie along the last axis. frame, light: records as the shaders have them, scatter.march.records.
 """

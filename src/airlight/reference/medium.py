@@ -1,4 +1,4 @@
-"""Light that a medium scatters, in float64: twins of medium/*.wgsl, and the integrand of a march."""
+"""Evaluates the light that a medium scatters, in float64: twins of medium/*.wgsl, and the integrand of a march."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ Array = npt.NDArray[np.floating[Any]]
 
 
 class Layer(NamedTuple):
-    """What a medium does to a picture: (H, W, 3) in-scattered radiance, (H, W, 3) transmittance 0..1, (H, W) metres of each ray in it."""
+    """Holds what a medium does to a picture: (H, W, 3) in-scattered radiance and transmittance, 0..1, and (H, W) metres of rays in it."""
 
     radiance: Array
     transmittance: Array

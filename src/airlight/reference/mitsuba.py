@@ -196,14 +196,14 @@ def _mesh(mi: Any, triangles: Array) -> Any:
 
 
 def _sheet(mi: Any, eye: Array, rays: Array, half: float, reach: float, inside: Any) -> dict[str, Any]:
-    """The two sides of a row's medium, half its thickness from the plane of its rays; beyond them is nothing."""
+    """Describes the two sides of a row's medium, half its thickness from the plane of its rays; beyond them is nothing."""
     normal = np.cross(rays[0], rays[-1])
     normal /= np.linalg.norm(normal)
     middle = rays[0] + rays[-1]
     sides = {}
     for name, out in (("above", normal), ("below", -normal)):
-        place = eye + half * out
-        turn = mi.ScalarTransform4f().look_at(place.tolist(), (place + out).tolist(), middle.tolist()).scale(2 * reach)
+        at = eye + half * out
+        turn = mi.ScalarTransform4f().look_at(at.tolist(), (at + out).tolist(), middle.tolist()).scale(2 * reach)
         sides[name] = {"type": "rectangle", "to_world": turn, "bsdf": {"type": "null"}, "interior": inside}
     return sides
 
@@ -217,7 +217,7 @@ def _sensor(mi: Any, eye: Array, rays: Array, inside: Any, sampler: str) -> Any:
 
 
 def _way(mi: Any, eye: Array, rays: Array, mesh: Any, reach: float) -> Array:
-    """(H, W) metres to the first triangle, at most reach."""
+    """Finds (H, W) metres to the first triangle, at most reach."""
     if mesh is None:
         return np.full(rays.shape[:2], reach)
     scene = mi.load_dict({"type": "scene", "mesh": mesh})

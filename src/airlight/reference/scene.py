@@ -1,4 +1,4 @@
-"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl and composite/*.wgsl, of the same names."""
+"""Evaluates the passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl and composite/*.wgsl, of the same names."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -29,7 +29,7 @@ LEAST = 1e-6  # metres
 
 @dataclass(frozen=True)
 class Shot:
-    """How a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
+    """Says how a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
 
     camera: one of the stage's by name, None: its first; or eye instead, with target, None: the stage's centre, and fov: degrees, of the
     picture's smaller side. lights: instead of those that the stage has; they move its lamps of their kind.
@@ -48,7 +48,7 @@ class Shot:
 
 @dataclass
 class Frame:
-    """One frame as it was read back, with samples x samples of its pixels for one of the result.
+    """Holds one frame as it was read back, with samples x samples of its pixels for one of the result.
 
     picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
     mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
@@ -69,11 +69,11 @@ class Frame:
     layer_transmittance: np.ndarray | None = None
 
     def pixels(self) -> np.ndarray:
-        """(height, width, 3) float32."""
+        """Returns (height, width, 3) float32."""
         return box(self.picture[..., :3].astype(np.float32), self.samples)
 
     def distance(self) -> np.ndarray:
-        """(height, width) float32: metres along the view's axis, of the nearest of a pixel's samples; FAR where nothing is drawn."""
+        """Computes (height, width) float32 metres along the view's axis, of a pixel's nearest sample; FAR where nothing is drawn."""
         assert self.depth is not None
         height, width = self.depth.shape
         n = self.samples
@@ -87,8 +87,8 @@ class Frame:
         return np.where(depth >= 1, FAR, np.clip(np.nan_to_num(z, nan=FAR), LEAST, FAR)).astype(np.float32)
 
     def shafts(self) -> np.ndarray:
-        """(height, width, 3) float32: what the shafts add to the picture; of a medium its radiance, whatever the mix. Twin: `added` in
-        pygfx/merged.wgsl."""
+        """Computes (height, width, 3) float32: what the shafts add to the picture, as `composited` of composite/scene.wgsl; of a medium its
+        radiance, whatever the mix."""
         assert self.layer is not None
         if self.layer_transmittance is not None:
             return box(self.layer[..., :3], self.samples)
@@ -104,12 +104,12 @@ class Frame:
         return box(full, self.samples)
 
     def transmittance(self) -> np.ndarray | None:
-        """(height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
+        """Computes (height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
         return None if self.layer_transmittance is None else box(self.layer_transmittance, self.samples)
 
 
 def box(values: np.ndarray, n: int) -> np.ndarray:
-    """(H n, W n, C) averaged over n x n: (H, W, C)."""
+    """Averages (H n, W n, C) over n x n: (H, W, C)."""
     if n == 1:
         return values
     rows = values.reshape(values.shape[0] // n, n, *values.shape[1:])
@@ -120,7 +120,7 @@ def box(values: np.ndarray, n: int) -> np.ndarray:
 
 
 def _along(values: np.ndarray, start: float, length: float, count: int, axis: int) -> np.ndarray:
-    """`count` linear samples along an axis, over the part of it that begins at `start` and is `length` long, of 1."""
+    """Takes `count` linear samples along an axis, over the part of it that begins at `start` and is `length` long, of 1."""
     size = values.shape[axis]
     at = np.clip((start + length * (np.arange(count) + 0.5) / count) * size - 0.5, 0, size - 1)
     low = np.floor(at).astype(int)
@@ -174,11 +174,11 @@ class Studio:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
 
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
-        """The stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
+        """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
         self.stage.pose(time, self._followed)
-        for target, place in self._moved:
-            target.world.position = place
+        for target, position in self._moved:
+            target.world.position = position
         self._carry(turn)
         with _raised():
             self.renderer.render(self.stage.scene, self.camera)
@@ -246,7 +246,7 @@ def make_renderer(shot: Shot) -> Any:
 
 
 def _chosen(stage: Stage, shot: Shot) -> Any:
-    """The stage's camera that is asked for, or None."""
+    """Finds the stage's camera that is requested, or None."""
     if shot.eye is not None:
         return None
     if shot.camera is None:
@@ -274,30 +274,30 @@ def _place(camera: Any, stage: Stage, shot: Shot) -> None:
 
 
 def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any, Any]]]:
-    """What casts shafts, and the stage's lamps that it moves, with their places: each light asked for takes the next lamp of its kind."""
+    """Chooses what casts shafts, and which of the stage's lights move where: each requested light takes the next of its kind."""
     if not shot.lights:
         return list(stage.lights), []
     lights, moved = [], []
     free = [light for light in stage.lights if light.target is not None]
-    for asked in shot.lights:
-        sun = asked.direction is not None
-        lamp = next((light for light in free if isinstance(light.target, gfx.DirectionalLight) == sun), None)
-        if lamp is None:
-            lights.append(asked)
+    for requested in shot.lights:
+        sun = requested.direction is not None
+        taken = next((light for light in free if isinstance(light.target, gfx.DirectionalLight) == sun), None)
+        if taken is None:
+            lights.append(requested)
             continue
-        free.remove(lamp)
-        place: Any = asked.position
+        free.remove(taken)
+        position: Any = requested.position
         if sun:
-            about = np.asarray(lamp.target.target.world.position, float)
-            towards = np.asarray(asked.direction, float)
-            place = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(lamp.target.world.position) - about)
-        moved.append((lamp.target, place))
-        lights.append(dataclasses.replace(lamp, color=asked.color, strength=asked.strength))
+            about = np.asarray(taken.target.target.world.position, float)
+            towards = np.asarray(requested.direction, float)
+            position = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(taken.target.world.position) - about)
+        moved.append((taken.target, position))
+        lights.append(dataclasses.replace(taken, color=requested.color, strength=requested.strength))
     return lights, moved
 
 
 def _named(scene: Any, name: str) -> list[Any]:
-    """The objects of a name. Raises AirlightError where there are none."""
+    """Finds the objects of a name. Raises AirlightError where there are none."""
     found: dict[str, list[Any]] = {}
     for thing in scene.iter():
         if thing.name:
@@ -320,7 +320,7 @@ class _Errors(logging.Handler):
 
 @contextlib.contextmanager
 def _raised() -> Iterator[None]:
-    """What pygfx and wgpu only log, as a broken shader, becomes a MachineError."""
+    """Raises what pygfx and wgpu only log, as a broken shader, as a MachineError."""
     errors = _Errors()
     loggers = [logging.getLogger(name) for name in ("pygfx", "wgpu")]
     for logger in loggers:

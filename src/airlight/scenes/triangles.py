@@ -1,4 +1,4 @@
-"""The meshes of a scene as triangles in the world, for `tracer`."""
+"""Converts the meshes of a scene to triangles in the world, for `tracer`."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

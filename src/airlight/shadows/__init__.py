@@ -9,14 +9,15 @@ import numpy.typing as npt
 
 @dataclass
 class ShadowView:
-    """One layer of a shadow map.
+    """Describes one layer of a shadow map.
 
     matrix: (4, 4) float64, world to (x w, y w, depth w, w): x, y in texels, (0, 0) the map's upper left corner, texel i from i to i + 1;
     depth is 1 at the near plane and falls with the distance from the light, to 0 at the far plane of a sun, or as near / distance of a
-    lamp, whose w is the distance along the view's axis. Where nothing is drawn the map holds 0, and beyond a far plane depth is below 0:
-    lit is max(depth, 0) >= what the map holds.
+    light with a position, whose w is the distance along the view's axis. Where nothing is drawn the map holds 0, and beyond a far plane
+    depth is below 0: lit is max(depth, 0) >= what the map holds.
     span: distances along the camera's axis between which a cascade holds; the first begins at 0, the last ends at infinity.
-    texel: metres that a texel is wide; of lamps, at 1 m. depth_scale: metres from the near to the far plane of a sun; near of a lamp.
+    texel: metres that a texel is wide; of a light with a position, at 1 m. depth_scale: metres from the near to the far plane of a sun;
+    else near.
     """
 
     matrix: npt.NDArray[np.float64]
@@ -27,7 +28,7 @@ class ShadowView:
 
 @dataclass
 class Shadow:
-    """The shadow map of a light: a wgpu texture, depth32float, 2-D array of size x size, a layer each view.
+    """Holds the shadow map of a light: a wgpu texture, depth32float, 2-D array of size x size, a layer each view.
 
     A sun has 1 to 4 views (cascades, near to far); beyond their map everything is lit. A spot has one: its cone lies in it. A point has
     six, which tile all directions. Views' order is that of the layers.

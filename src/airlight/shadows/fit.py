@@ -11,9 +11,9 @@ import numpy as np
 from airlight.projection import Matrix, eye_rays
 from airlight.shadows import ShadowView
 
-MARGIN = 1  # texels from a map's border to what it has to hold
-RUNG = 2 ** (1 / 8)  # sizes go by such steps, so that what moves at the border does not stir the texels of all else
-NEAR = 1e-3  # a lamp's near plane, as a part of the way to the farthest caster; so the nearest of what the first cascade is made for
+MARGIN_TEXELS = 1  # from a map's border to what it has to hold
+RUNG_RATIO = 2 ** (1 / 8)  # sizes go by such steps, so that what moves at the border does not stir the texels of all else
+NEAR_SHARE = 1e-3  # of the distance to the farthest caster: a light's near plane; so the nearest of what the first cascade is made for
 
 
 def clip(matrix: Matrix, size: int) -> Matrix:
@@ -31,7 +31,7 @@ def reached(matrix: Matrix, size: int, hulls: Matrix) -> np.ndarray:
 
 
 def basis(z: Any) -> Matrix:
-    """Makes (3, 3) rows right, up, z: right-handed, turned from +Y to the unit vector z by the shortest way, so that the roll follows
+    """Makes (3, 3) rows right, up, z: right-handed, turned from +Y to the unit vector z by the shortest turn, so that the roll follows
     steadily; it jumps only where z passes straight down."""
     x, y, z = np.asarray(z, np.float64)
     if 1 + y < 1e-12:
@@ -41,8 +41,8 @@ def basis(z: Any) -> Matrix:
 
 
 def rung(length: float, up: bool = True) -> float:
-    """Rounds a length up, or down, to one that is a power of RUNG."""
-    return float(RUNG ** (math.ceil if up else math.floor)(math.log(max(length, 1e-30)) / math.log(RUNG)))
+    """Rounds a length up, or down, to one that is a power of RUNG_RATIO."""
+    return float(RUNG_RATIO ** (math.ceil if up else math.floor)(math.log(max(length, 1e-30)) / math.log(RUNG_RATIO)))
 
 
 def splits(near: float, far: float, count: int, share: float) -> list[float]:
@@ -69,7 +69,7 @@ def slice_ball(projection: Any, start: float, end: float) -> tuple[Matrix, float
 
 def orthographic_view(axes: Matrix, centre: Matrix, half: float, size: int, local: Matrix, span: tuple[float, float]) -> ShadowView:
     """Fits a view along the light's third axis. centre, local: in the light's axes; half: metres around the centre that the map holds."""
-    texel = 2 * half / (size - 2 * MARGIN - 1)
+    texel = 2 * half / (size - 2 * MARGIN_TEXELS - 1)
     left, top = math.floor(centre[0] / texel - size / 2 + 0.5), math.floor(centre[1] / texel + size / 2 + 0.5)
     x, y, height = np.moveaxis(local, 2, 0)
     beside = (x.max(axis=1) < left * texel) | (x.min(axis=1) > (left + size) * texel)
@@ -95,22 +95,23 @@ def ball(hulls: Matrix) -> tuple[Matrix, float]:
 
 
 def near_plane(position: Matrix, near: float, hulls: Matrix, cosine: float) -> float:
-    """Chooses the distance along a view's axis at which the map of a light at (3,) begins: near, or, where that is 0, NEAR of the way to
-    the farthest caster, but before each hull that the light is not in. cosine: of the angle between the axis and the map's corners."""
+    """Chooses the distance along a view's axis at which the map of a light at (3,) begins: near, or, where that is 0, NEAR_SHARE of the
+    distance to the farthest caster, but before each hull that the light is not in. cosine: of the angle between the axis and the map's
+    corners."""
     if near > 0 or not len(hulls):
         return near or 0.01
     far = float(np.linalg.norm(hulls - position, axis=2).max())
     off = np.linalg.norm(np.maximum(np.maximum(hulls.min(axis=1) - position, position - hulls.max(axis=1)), 0), axis=1)
     off = off[off > 1e-6 * far]
-    return max(min(far * NEAR, 0.99 * cosine * float(off.min(initial=np.inf))), 1e-9)
+    return max(min(far * NEAR_SHARE, 0.99 * cosine * float(off.min(initial=np.inf))), 1e-9)
 
 
 def perspective_view(position: Matrix, near: float, hulls: Matrix, size: int, ahead: Any, half: float) -> ShadowView:
     """Fits a view from a light at (3,) along `ahead`. near: see `near_plane`; half: tangent of the half angle, upwards and sidewards, that
     the map holds within its margin."""
     right, up, _ = basis(np.negative(ahead))
-    scale = (size / 2 - MARGIN) / half
-    border = half * size / (size - 2 * MARGIN)
+    scale = (size / 2 - MARGIN_TEXELS) / half
+    border = half * size / (size - 2 * MARGIN_TEXELS)
     near = near_plane(position, near, hulls, 1 / math.sqrt(1 + 2 * border**2))
     matrix = np.zeros((4, 4))
     matrix[0, :3], matrix[1, :3] = scale * right + size / 2 * np.asarray(ahead), -scale * up + size / 2 * np.asarray(ahead)

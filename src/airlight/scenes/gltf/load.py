@@ -249,7 +249,7 @@ class _Loader:
         """Make lights for shafts; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
         if sun is not None:
             level = self._level(_towards(sun))
-            return [SceneLight(sun, look=(level,) * 3, size=SUN_SIZE)]
+            return [SceneLight(sun, screen_tint=(level,) * 3, disc_half_angle=SUN_SIZE)]
         found = []
         for i, light in self._lights.items():
             described = self._described[i]
@@ -257,7 +257,7 @@ class _Loader:
             strongest = max(other.intensity for other in self._described.values() if (other.type == "directional") == lux)
             r, g, b = (max(0.0, value) for value in described.color)
             share = described.intensity / strongest * self._level(_towards(light) if lux else None) / max(r, g, b)
-            found.append(SceneLight(light, look=(share * r, share * g, share * b), size=SUN_SIZE))
+            found.append(SceneLight(light, screen_tint=(share * r, share * g, share * b), disc_half_angle=SUN_SIZE))
         return found
 
     def _level(self, towards: np.ndarray | None) -> float:

@@ -21,7 +21,7 @@ from airlight.scenes import open_scene  # noqa: E402
 def test_a_sun_is_its_gfx_light() -> None:
     light = gfx.DirectionalLight(color=gfx.Color.from_physical(1.0, 0.5, 0.25), intensity=4)
     light.local.position, light.target.local.position = (0, 3, 4), (0, 0, 0)
-    (sun,) = punctual_lights([SceneLight(light, color=(1, 1, 0.5), strength=2, look=(0.1, 0.1, 0.1), anisotropy=0.7)])
+    (sun,) = punctual_lights([SceneLight(light, color=(1, 1, 0.5), strength=2, screen_tint=(0.1, 0.1, 0.1), anisotropy=0.7)])
     assert (sun.kind, sun.strength, sun.anisotropy) == ("directional", 2, 0.7)
     assert sun.intensity == pytest.approx((4, 2, 0.5), rel=1e-5) and sun.direction == pytest.approx((0, 0.6, 0.8))
 
@@ -86,7 +86,7 @@ def test_places_and_directions_alone_are_candela_and_lux() -> None:
     ]
 
 
-@pytest.mark.parametrize("bad", [{"anisotropy": 1.0}, {"anisotropy": math.nan}, {"look": (-1, 0, 0)}])
+@pytest.mark.parametrize("bad", [{"anisotropy": 1.0}, {"anisotropy": math.nan}, {"screen_tint": (-1, 0, 0)}])
 def test_bad_lights_are_refused(bad: dict[str, Any]) -> None:
     with pytest.raises(AirlightError):
         SceneLight(position=(0, 0, 0), **bad)
