@@ -47,7 +47,7 @@ class View:
         self.hidden = first.shafts.exclude
         self.punctual = punctual_lights(self.lights)
         self.in_view = first.studio.shafts.lit
-        picture = first.studio.read(first.given["color_tex"].texture, np.float16)
+        picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
 
     def _studio(self, parameters: Parameters, **more: Any) -> Studio:
