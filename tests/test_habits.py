@@ -13,8 +13,8 @@ TESTS = Path(__file__).parent
 SOURCE = TESTS.parent / "src" / "airlight"
 
 # Of today; to be lowered, never raised.
-MOST_QUESTIONS = 40  # descriptions that begin with What, Where, Whether or How
-MOST_NOUNS = 76  # those of functions that begin with an article
+MOST_QUESTIONS = 18  # descriptions that begin with What, Where, Whether or How
+MOST_NOUNS = 15  # those of functions that begin with an article
 
 # Private names of other projects that tests look at: canaries of those that Airlight relies on, and steps that nothing public takes.
 THEIRS = {

@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from airlight.look import measure
-from airlight.look.grid import FARTHEST, LINES, RADII, RayGrid, points
+from airlight.look.grid import FARTHEST_LIGHT_DIAGONALS, LINES, RADII, RayGrid, points
 from airlight.look.measure import Contrast, Small
 from airlight.look.near import check_range, nearness, normalised, subject_nearness
 from airlight.reference import look as twin
@@ -74,7 +74,7 @@ def test_far_lights_are_put_where_their_rays_are_parallel() -> None:
     for grid in (near, far):
         middle = [0.5 * side for side in grid.box]
         away = [at - half for at, half in zip(grid.light, middle, strict=True)]
-        assert math.hypot(*away) == pytest.approx(FARTHEST)
+        assert math.hypot(*away) == pytest.approx(FARTHEST_LIGHT_DIAGONALS)
         assert grid.span < math.radians(1.5)
     direction = math.atan2(-(20.4e3 + 0.5) * far.box[1], (50e3 - 0.5) * far.box[0])
     assert math.atan2(far.light[1] - 0.5 * far.box[1], far.light[0] - 0.5 * far.box[0]) == pytest.approx(direction)
@@ -95,7 +95,7 @@ def test_the_sum_of_what_emits_all_along_is_one() -> None:
         assert within.mean() > 0.1
         np.testing.assert_allclose(dark, 0.02, atol=1e-9)
         off = np.abs(share[within] - 1)
-        assert off.max() < grid.step / twin.STEPS / twin.FIRST_WAY and np.quantile(off, 0.99) < 0.05
+        assert off.max() < grid.step / twin.STEPS / twin.FIRST_LENGTH and np.quantile(off, 0.99) < 0.05
 
 
 @pytest.mark.parametrize("position", PLACES[:9])

@@ -7,7 +7,6 @@ buffers, workgroup and private memory, pointers; themselves or by what they call
 import ast
 import re
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 
 from wgsl import Function, functions, impure
@@ -19,69 +18,6 @@ PACKAGE = Path(airlight.__file__).parent
 TESTS = Path(__file__).parent
 SHADERS = sorted(str(p.relative_to(PACKAGE).as_posix()) for p in PACKAGE.rglob("*.wgsl"))
 TWIN = re.compile(r"\bTwin: ([\w/]+\.py):(\w+)\.(?=\s|$)")
-# Functions that have no twin, or none that a test calls: to be emptied.
-LACKING: set[str] = {
-    # the march
-    "lights/irradiance.wgsl:cone_ramp",
-    "lights/irradiance.wgsl:range_window",
-    "medium/phase.wgsl:henyey_greenstein",
-    "medium/phase.wgsl:phase",
-    "medium/phase.wgsl:phase_apart",
-    "medium/phase.wgsl:phase_between",
-    "medium/transmittance.wgsl:mean_transmittance",
-    "medium/transmittance.wgsl:transmittance",
-    "medium/transmittance.wgsl:transmittance_integral",
-    "scatter/march/build_hierarchy.wgsl:pack_conservative",
-    "scatter/march/hierarchy.wgsl:tile_index",
-    "scatter/march/hierarchy.wgsl:tiles_along",
-    "scatter/march/lights.wgsl:biased_occluder_depth",
-    "scatter/march/lights.wgsl:clip_range",
-    "scatter/march/lights.wgsl:clip_to_cone",
-    "scatter/march/lights.wgsl:clip_to_narrow_cone",
-    "scatter/march/lights.wgsl:depth_bias",
-    "scatter/march/lights.wgsl:full_cone_range",
-    "scatter/march/lights.wgsl:integrate_punctual",
-    "scatter/march/lights.wgsl:nearest_approach",
-    "scatter/march/lights.wgsl:project_ray",
-    "scatter/march/lights.wgsl:sinh_integrand",
-    "scatter/march/lights.wgsl:sinh_parameter",
-    "scatter/march/ray.wgsl:in_scatter_directional",
-    "scatter/march/ray.wgsl:in_scatter_punctual",
-    "scatter/march/ray.wgsl:sampled_pixel",
-    "scatter/march/steps.wgsl:cascade_weight",
-    "scatter/march/steps.wgsl:equiangular_angle",
-    "scatter/march/steps.wgsl:equiangular_integrand",
-    "scatter/march/steps.wgsl:first_step",
-    "scatter/march/steps.wgsl:vogel_disc",
-    "scatter/march/upsample.wgsl:relative_difference",
-    "scatter/march/walk.wgsl:line_to_t",
-    # the article and the passes of scenes
-    "pygfx/merge.wgsl:filmic",
-    "pygfx/merge.wgsl:lines",
-    "pygfx/view.wgsl:axial",
-    "pygfx/view.wgsl:emits",
-    "pygfx/view.wgsl:lights_at",
-    "pygfx/view.wgsl:radiance",
-    "pygfx/view.wgsl:view_ray",
-    "pygfx/view.wgsl:with_light",
-}
-# Files whose comments name twins in another form, or such as do not exist: to be emptied.
-UNNAMED: set[str] = {
-    # the march
-    "lights/irradiance.wgsl",
-    "medium/phase.wgsl",
-    "medium/transmittance.wgsl",
-    "scatter/march/build_hierarchy.wgsl",
-    "scatter/march/hierarchy.wgsl",
-    "scatter/march/lights.wgsl",
-    "scatter/march/steps.wgsl",
-    "scatter/march/upsample.wgsl",
-    "scatter/march/walk.wgsl",
-    # the article and the passes of scenes
-    "pygfx/merge.wgsl",
-    "pygfx/merged.wgsl",
-    "pygfx/view.wgsl",
-}
 
 
 @cache
@@ -116,15 +52,9 @@ def users() -> dict[str, list[str]]:
 
 
 @cache
-def called() -> set[tuple[str, str]]:
-    """(path, function) of every two strings that follow one another in a call or a tuple of a test, the first the name of a shader."""
-    found = set()
-    for file in TESTS.glob("test_*.py"):
-        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-            parts = node.args if isinstance(node, ast.Call) else node.elts if isinstance(node, ast.Tuple) else []
-            texts = [p.value if isinstance(p, ast.Constant) and isinstance(p.value, str) else "" for p in parts]
-            found |= {(a, b) for a, b in pairwise(texts) if a.endswith(".wgsl")}
-    return found
+def called() -> set[str]:
+    """The names of the functions that tests `call`."""
+    return {name for file in TESTS.rglob("test_*.py") for name in re.findall(r'\bcall\(\s*[^,()]+,\s*"(\w+)"', file.read_text("utf-8"))}
 
 
 def pure() -> dict[tuple[str, str], Function]:
@@ -147,15 +77,14 @@ def problem(path: str, function: Function) -> str:
         return f"its twin {module}:{name} has another name, or is not in reference/"
     if name not in definitions(module):
         return f"there is no {name} in {module}"
-    if not {(user, name) for user in users()[path]} & called():
+    if name not in called():
         return f'no test calls it: call("{path}", "{name}", ...)'
     return ""
 
 
 def test_each_pure_function_has_a_twin() -> None:
     found = {f"{path}:{name}": problem(path, f) for (path, name), f in pure().items()}
-    assert {name: text for name, text in found.items() if text and name not in LACKING} == {}
-    assert [name for name in LACKING if not found.get(name)] == [], "these are done or gone: take them from the list"
+    assert {name: text for name, text in found.items() if text} == {}
 
 
 def test_twins_that_are_named_exist() -> None:
@@ -166,7 +95,13 @@ def test_twins_that_are_named_exist() -> None:
         named = TWIN.findall(text)
         if len(named) != len(re.findall(r"twin", text, re.I)) or any(name not in definitions(module) for module, name in named):
             wrong.add(path)
-    assert wrong == UNNAMED
+    assert wrong == set()
+
+
+def test_names_of_pure_functions_are_unique() -> None:
+    """So that a name says which function a test calls."""
+    names = [name for _, name in pure()]
+    assert sorted(names) == sorted(set(names))
 
 
 def test_this_finds_functions() -> None:

@@ -15,7 +15,7 @@ SIZE = (1280, 720)
 SCENES = {"table": 0.0, "flying": 0.0}  # and the time of the frame
 # pmndrs postprocessing GodRays' defaults; its blur is left out
 SIXTY = {"method": "radial", "samples": 60, "density": 0.96, "decay": 0.9, "weight": 0.4, "exposure": 0.6, "normalization": "listing"}
-FAR = 0.05  # degrees that the camera turns from frame to frame, so that the lights are aimed anew
+TURN_DEG = 0.05  # degrees that the camera turns from frame to frame, so that the lights are aimed anew
 
 
 class _Frame:
@@ -33,7 +33,7 @@ class _Frame:
 
     def record(self, encoder: Any) -> None:
         """Record the pass with its light aimed anew, as in a frame whose camera has turned."""
-        turn = np.radians(FAR)
+        turn = np.radians(TURN_DEG)
         about = np.eye(4)
         about[[0, 0, 2, 2], [0, 2, 0, 2]] = np.cos(turn), np.sin(turn), -np.sin(turn), np.cos(turn)
         camera = self.replay.studio.camera

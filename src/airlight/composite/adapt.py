@@ -9,7 +9,7 @@ from airlight.luminance import REC709_F32
 from airlight.planes import by_rows
 
 FloatArray = npt.NDArray[np.float32]
-MIDDLE = 0.18  # what the average becomes in a picture whose tones lie evenly about it
+MIDDLE_GREY = 0.18  # what the average becomes in a picture whose tones lie evenly about it
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def measure_ramp(luminances: FloatArray) -> Ramp:
     least, greatest = np.log(np.percentile(lit, (0.1, 99.9)))
     average = float(np.log(lit).clip(least, greatest).mean())
     lean = (2 * average - least - greatest) / (greatest - least) if greatest - least > 1e-6 else 0.0
-    scale = MIDDLE * 4.0**lean / np.exp(average)
+    scale = MIDDLE_GREY * 4.0**lean / np.exp(average)
     return Ramp(float(scale), max(float(scale * np.exp(greatest)), 1.0))
 
 

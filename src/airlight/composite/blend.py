@@ -14,8 +14,8 @@ from airlight.options.composite import VEIL
 from airlight.planes import by_rows
 
 FloatArray = npt.NDArray[np.float32]
-WHITE = 0.9911  # screen's limit: code 254 of 255, so that nothing clips which did not
-COVER = 0.035  # mean luminance of a layer from which the automatic mix takes less of it
+SCREEN_LIMIT = 0.9911  # screen's limit: code 254 of 255, so that nothing clips which did not
+AUTO_MIX_LUMINANCE = 0.035  # mean luminance of a layer from which the automatic mix takes less of it
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def sample_step(width: int, height: int) -> int:
     return max(1, int(np.sqrt(width * height / 1e5)))
 
 
-def auto_levels(settings: CompositeSettings, luminances: FloatArray, cover: float = COVER) -> CompositeSettings:
+def auto_levels(settings: CompositeSettings, luminances: FloatArray, cover: float = AUTO_MIX_LUMINANCE) -> CompositeSettings:
     """Measure what settings leave open by a layer's luminances: peak, their 99.9th percentile (0 where no haze is taken away);
     mix, as much as keeps their mean within cover, at most 1."""
     peak, mix = settings.peak, settings.mix
@@ -69,9 +69,9 @@ def auto_levels_of(
     RGB."""
     step = sample_step(*layer.shape[1::-1])
     few, lit = image[::step, ::step], layer[::step, ::step]
-    cover = COVER  # of a picture at its own level, which adapt finds
+    cover = AUTO_MIX_LUMINANCE  # of a picture at its own level, which adapt finds
     if settings.adapt and settings.mix is None:
-        cover *= adapt.MIDDLE / adapt.measure_ramp(few @ luminance).scale
+        cover *= adapt.MIDDLE_GREY / adapt.measure_ramp(few @ luminance).scale
     settings = auto_levels(settings, lit @ luminance, cover)
     if settings.adapt and settings.ramp is None:
         composited = np.add(few, _put(few, lit, settings, luminance), dtype=np.float32)
@@ -85,7 +85,7 @@ def _put(image: FloatArray, layer: FloatArray, settings: CompositeSettings, lumi
         layer = subtract_haze(layer, layer @ luminance, settings.peak or 0.0, settings.haze_floor)
     if settings.mix != 1:
         layer = layer * np.float32(settings.mix)
-    return np.maximum(np.float32(WHITE) - image, 0) * (layer / (1 + layer)) if settings.blend == "screen" else layer
+    return np.maximum(np.float32(SCREEN_LIMIT) - image, 0) * (layer / (1 + layer)) if settings.blend == "screen" else layer
 
 
 def blend(

@@ -1,4 +1,4 @@
-"""What a composite must know of a texture before it can be put: the luminances of some of its pixels."""
+"""Luminances of some pixels of a texture, which a composite is measured by."""
 
 from typing import Any
 

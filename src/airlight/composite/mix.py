@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.composite import adapt
-from airlight.composite.blend import COVER, CompositeSettings, auto_levels
+from airlight.composite.blend import AUTO_MIX_LUMINANCE, CompositeSettings, auto_levels
 from airlight.composite.luminances import Luminances
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
@@ -33,7 +33,7 @@ class LinearComposite:
     def measure(self, settings: CompositeSettings, scale: float = 1.0) -> CompositeSettings:
         """Resolve what the settings leave open by the layer as it is now: `blend.auto_levels_of`. scale: the factor in the layer."""
         if settings.mix is None or (settings.haze_floor and settings.peak is None):
-            cover = COVER * (adapt.MIDDLE / self.picture_scale if settings.adapt else 1.0)
+            cover = AUTO_MIX_LUMINANCE * (adapt.MIDDLE_GREY / self.picture_scale if settings.adapt else 1.0)
             settings = auto_levels(settings, (self.of_layer.read() / scale).astype(np.float32), cover)
         values = np.zeros((), RECORD)
         values["peak"], values["mix"] = settings.peak or 1.0, settings.mix

@@ -16,8 +16,8 @@ CELL_PX = 9  # of its cells, one direction each
 GRADIENT_BLUR = 0.04  # of the long side: shading is smooth, what is drawn on it is not
 BEAM_BLUR = 0.01
 AIM_DEG = 8.0  # deviation at which a direction no longer speaks for a point
-FARTHEST = 1.6  # diagonals from the middle of the frame: beyond, directions are as good as parallel
-FAR = 40.0  # diagonals, where they are parallel
+FARTHEST_DIAGONALS = 1.6  # diagonals from the middle of the frame: beyond, directions are as good as parallel
+PARALLEL_DIAGONALS = 40.0  # diagonals, where they are parallel
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def _meeting(directions: Directions, aspect: float) -> tuple[tuple[float, float]
     larger that is than the share that is parallel. None where they meet within the frame, or best at infinity."""
     diagonal = float(np.hypot(1, aspect))
     turns = np.radians(np.arange(0, 360, 6.0))
-    radii = diagonal * np.geomspace(0.1, FARTHEST, 12)
+    radii = diagonal * np.geomspace(0.1, FARTHEST_DIAGONALS, 12)
     a, r = (v.ravel() for v in np.meshgrid(turns, radii))
     px, py = 0.5 + r * np.cos(a), aspect / 2 + r * np.sin(a)
     share = directions.agreement(px, py)
@@ -78,7 +78,7 @@ def _meeting(directions: Directions, aspect: float) -> tuple[tuple[float, float]
         k = int(np.argmax(near))
         x, y, spread = x + float(dx[k]), y + float(dy[k]), spread / 2.5
     most = float(directions.agreement(np.array([x]), np.array([y]))[0])
-    parallel = float(directions.agreement(0.5 + FAR * np.cos(turns), aspect / 2 + FAR * np.sin(turns)).max())
+    parallel = float(directions.agreement(0.5 + PARALLEL_DIAGONALS * np.cos(turns), aspect / 2 + PARALLEL_DIAGONALS * np.sin(turns)).max())
     if -0.02 < x < 1.02 and -0.02 < y / aspect < 1.02:
         return None
     return (x, y / aspect), most, most - parallel

@@ -22,7 +22,7 @@ SURROUNDINGS = 1.25  # radii round a part that its window holds
 
 @dataclass(frozen=True)
 class Part:
-    """A connected bright part, in a window of the picture that holds its surroundings.
+    """Holds a connected bright part, in a window of the picture that holds its surroundings.
 
     corner: the window's, (x, y) px. mask, signal, luminance: of the window. typical: the signal's median over the picture. touch:
     the share of the outline, a circle's, that lies on the frame. company: the share of what is as bright that the part is.

@@ -13,8 +13,8 @@ ACT = 0.45  # confidence from which a light is taken without asking
 ASK = 0.22  # from here it is worth a question; below, there is none
 LEAST_CONFIDENCE = 0.05
 MOST_CANDIDATES = 8
-APART = 0.08  # widths between candidates
-AGREEING = 0.06  # widths within which another kind of evidence supports a candidate
+SPACING_WIDTHS = 0.08  # widths between candidates
+AGREEING_WIDTHS = 0.06  # widths within which another kind of evidence supports a candidate
 SUPPORT = 0.5
 SEEN_COUNTS = 0.6  # a light that is itself seen leaves a glow at a skyline this much less to explain
 
@@ -48,13 +48,13 @@ def _distinct(found: list[Candidate], aspect: float) -> list[Candidate]:
     """Sort candidates, raise those that another kind of evidence agrees with, and drop the lesser of two at one place."""
     raised = []
     for one in found:
-        others = [o.confidence for o in found if o.kind != one.kind != "lamps" and _distance(one, o, aspect) < AGREEING]
+        others = [o.confidence for o in found if o.kind != one.kind != "lamps" and _distance(one, o, aspect) < AGREEING_WIDTHS]
         support = max(others, default=0.0) * SUPPORT
         raised.append(dataclasses.replace(one, confidence=one.confidence + (1 - one.confidence) * support * one.confidence))
     ranked: list[Candidate] = []
     for one in sorted(raised, key=lambda c: -c.confidence):
         if one.confidence < LEAST_CONFIDENCE or len(ranked) == MOST_CANDIDATES:
             break
-        if all(_distance(one, kept, aspect) >= APART for kept in ranked):
+        if all(_distance(one, kept, aspect) >= SPACING_WIDTHS for kept in ranked):
             ranked.append(one)
     return ranked

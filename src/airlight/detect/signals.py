@@ -43,7 +43,8 @@ def linear_copy(image: Any) -> Array:
 
 @dataclass(frozen=True)
 class Signals:
-    """rgb: (h, w, 3) linear, scaled so that the luminance's 99.95th percentile is 1; suns of a float picture lie above it."""
+    """Holds planes of a picture. rgb: (h, w, 3) linear, scaled so that the luminance's 99.95th percentile is 1; suns of a float picture lie
+    above it."""
 
     rgb: Array
 

@@ -173,7 +173,7 @@ class Device:
         return self._samplers[filter]
 
     def bind(self, path: str, *resources: Any) -> Any:
-        """The bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
+        """Create the bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
         entries = [{"binding": i, "resource": self.binding(r)} for i, r in enumerate(resources)]
         return self.device.create_bind_group(layout=self._modules[path][1], entries=entries)
 

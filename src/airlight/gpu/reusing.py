@@ -4,7 +4,7 @@ from typing import Any
 
 from airlight.gpu.device import Device
 
-ROOM = 1.25  # of what is needed, where a resource is made anew because it was too small
+ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
 
 
 class ReusingDevice(Device):

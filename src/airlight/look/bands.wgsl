@@ -41,7 +41,7 @@ fn scan(@builtin(global_invocation_id) id: vec3u) {
         }
         let distance = rays.nearest + f32(i + 1u) * rays.step;
         // Divide by the weights of the whole path
-        let path_length = NEAR * atan(max(distance - begins, 0.0) / NEAR);
+        let path_length = HALF_WEIGHT_DIAGONALS * atan(max(distance - begins, 0.0) / HALF_WEIGHT_DIAGONALS);
         let emits = textureSampleLevel(matte, bilinear, (rays.light + toward * distance) / rays.box, 0.0).g;
         raw[i * LINES + id.x] = vec2f(sum / (path_length + FIRST_LENGTH), 1.02 - emits);
     }

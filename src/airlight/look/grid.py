@@ -10,9 +10,9 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 LINES, RADII = 1024, 128  # of a grid: angles, and distances at which the sum is kept
 STEPS = 4  # of the sum from one kept distance to the next
-NEAR = 0.15  # diagonals: emitters at this distance from the light count half
-FARTHEST = 40.0  # diagonals: lights beyond are put there, whose rays are parallel to a pixel
-WIDE = math.radians(120)  # an angle of view from which blurs over angles keep their size; narrower views have finer ones
+HALF_WEIGHT_DIAGONALS = 0.15  # diagonals: emitters at this distance from the light count half
+FARTHEST_LIGHT_DIAGONALS = 40.0  # diagonals: lights beyond are put there, whose rays are parallel to a pixel
+WIDE_VIEW_RAD = math.radians(120)  # an angle of view from which blurs over angles keep their size; narrower views have finer ones
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class RayGrid:
         light = [self.position[axis] * box[axis] for axis in (0, 1)]
         middle = [0.5 * side for side in box]
         off = math.hypot(light[0] - middle[0], light[1] - middle[1])
-        if off > FARTHEST:
-            light = [middle[axis] + (light[axis] - middle[axis]) * FARTHEST / off for axis in (0, 1)]
+        if off > FARTHEST_LIGHT_DIAGONALS:
+            light = [middle[axis] + (light[axis] - middle[axis]) * FARTHEST_LIGHT_DIAGONALS / off for axis in (0, 1)]
         corners = [(x * box[0] - light[0], y * box[1] - light[1]) for x in (0, 1) for y in (0, 1)]
         inside = all(0 < light[axis] < box[axis] for axis in (0, 1))
         start, span, nearest = 0.0, 2 * math.pi, 0.0
@@ -54,7 +54,7 @@ class RayGrid:
     @property
     def scale(self) -> float:
         """Scale all blurs over angles by the view's width."""
-        return min(1.0, self.span / WIDE)
+        return min(1.0, self.span / WIDE_VIEW_RAD)
 
     @property
     def step(self) -> float:

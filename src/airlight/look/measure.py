@@ -16,7 +16,7 @@ from airlight.planes import blur, box, label, shrink_to, shrunk_size
 from airlight.reference import look as twin
 from airlight.reference.look import RaySettings, Tones
 
-SIDE = 400  # px of the copy's longer side
+COPY_SIDE_PX = 400  # px of the copy's longer side
 GLANCED = 2  # every how many-th of its pixels, along each axis, is looked at for rays and contrast
 AROUND = (0.25, 0.5)  # within which the light's own tone, and that of its surroundings, are looked for
 BLACK = 1e-4  # luminance
@@ -112,7 +112,7 @@ def small_copy(color: Array, white: float = 1.0, near: Array | None = None, size
     """Copy a picture (H, W, 3), Rec. 709, and of its nearness (H, W). size: (width, height) of the picture, if color has fewer
     pixels."""
     width, height = size or (color.shape[1], color.shape[0])
-    to = shrunk_size(width, height, SIDE)
+    to = shrunk_size(width, height, COPY_SIDE_PX)
     rows, columns = (
         ((few_of + 0.5) * full / copied).astype(int)
         for few_of, full, copied in ((np.arange(0, n, GLANCED), m, n) for n, m in zip(to[::-1], color.shape[:2], strict=True))

@@ -10,12 +10,12 @@ from airlight.look.grid import Array
 from airlight.planes import blur, shrink
 from airlight.reference.look import resized, smoothstep
 
-RANGE = (0.05, 0.6)  # of the normalised map: all that is nearer than the first hides shafts, nothing beyond the second does
+NEAR_RANGE = (0.05, 0.6)  # of the normalised map: all that is nearer than the first hides shafts, nothing beyond the second does
 OUTLIERS = (1.0, 99.0)  # percentiles that become 0 and 1
 INFINITE = 1e9  # renderers write more where nothing is, which no percentile counts
-RATIO = 4.0  # of metres between them, from which distances count in logarithms
-WRAP = 0.012  # diagonals over which light wraps round a subject
-SIDE = 800  # px of the copy on which it is found
+LEAST_METRE_RATIO = 4.0  # of metres between them, from which distances count in logarithms
+WRAP_DIAGONALS = 0.012  # diagonals over which light wraps round a subject
+COPY_SIDE_PX = 800  # px of the copy on which it is found
 
 
 def check_range(near_range: Any) -> tuple[float, float]:
@@ -40,7 +40,7 @@ def normalised(depth: Array) -> Array:
     if not few.size:
         return np.ones(depth.shape, np.float32)
     first, last = (float(v) for v in np.percentile(few, OUTLIERS))
-    if last > 1 and first > 0 and last / first > RATIO:
+    if last > 1 and first > 0 and last / first > LEAST_METRE_RATIO:
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = np.log(np.maximum(depth, 1e-30))
         first, last = math.log(first), math.log(last)
@@ -49,7 +49,7 @@ def normalised(depth: Array) -> Array:
     return np.asarray(np.clip(np.nan_to_num((depth - first) / (last - first), nan=1.0, posinf=1.0, neginf=0.0), 0, 1), np.float32)
 
 
-def nearness(depth: Array, near_range: tuple[float, float] = RANGE) -> Array:
+def nearness(depth: Array, near_range: tuple[float, float] = NEAR_RANGE) -> Array:
     """Find what hides shafts, (H, W) float32, 1, by a depth map in which larger is farther."""
     return (1 - smoothstep(normalised(depth), *near_range)).astype(np.float32)
 
@@ -58,7 +58,7 @@ def subject_nearness(subject: Array, wrap: float) -> Array:
     """Lessen the mask of a subject, (H, W) float32, where light wraps round its edge. wrap: 0..1, how much."""
     if wrap <= 0:
         return np.asarray(subject, np.float32)
-    small = shrink(subject, SIDE)
-    beside = np.minimum(2 * blur(1 - small, WRAP * math.hypot(*small.shape)), 1)
+    small = shrink(subject, COPY_SIDE_PX)
+    beside = np.minimum(2 * blur(1 - small, WRAP_DIAGONALS * math.hypot(*small.shape)), 1)
     height, width = subject.shape
     return np.asarray(subject * (1 - wrap * resized(beside, width, height)), np.float32)

@@ -10,7 +10,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.look.grid import LINES, RADII, Array, RayGrid
-from airlight.look.measure import GLANCED, SIDE
+from airlight.look.measure import COPY_SIDE_PX, GLANCED
 from airlight.noise import dither
 from airlight.planes import shrunk_size
 from airlight.reference.look import COARSE, DARK, DRAWN, THINNEST, RaySettings, Tones, breadths, coarse_sigma
@@ -38,7 +38,7 @@ class _LightRays:
         self.amounts = device.texture(LINES + 2, RADII, "rgba16float")
         self.pattern = device.buffer(size=4 * LINES)
         self.field = device.texture(*plan.field_size, "rgba16float")
-        self.aim(True)
+        self.update(True)
         path, *picture = (MATTE_CODES, plan.picture) if plan.is_codes else (MATTE_LINEAR, plan.picture, plan.scale)
         before = plan.lights[number - 1].field if number else self.bands
         self.matte_bind = device.bind(path, self.uniform, self.lets, sampler, self.matte, *picture)
@@ -48,7 +48,7 @@ class _LightRays:
         rest = plan.guide, sampler, before, self.field
         self.field_bind = device.bind(SUMS, self.uniform, plan.uniform, self.amounts, self.matte, *rest)
 
-    def aim(self, inside: bool) -> None:
+    def update(self, inside: bool) -> None:
         """Choose the pipelines for a light in the picture, or beyond it."""
         plan, device = self.plan, self.plan.device
         full, small = plan.size, plan.field_size
@@ -84,7 +84,7 @@ class LookPlan(TimedSubmits):
         small_size: tuple[int, int] | None = None,
     ) -> None:
         self.device, self.size, self.is_codes = device, size, is_codes
-        self.small_size: tuple[int, int] = small_size or shrunk_size(*size, SIDE)
+        self.small_size: tuple[int, int] = small_size or shrunk_size(*size, COPY_SIDE_PX)
         self.glance_size = -(-self.small_size[0] // GLANCED), -(-self.small_size[1] // GLANCED)
         self.field_size: tuple[int, int] = shrunk_size(*size, FIELDS[quality])
         self.picture = picture or device.texture(*size, "rgba8unorm" if is_codes else "rgba32float", target=False)
@@ -134,7 +134,7 @@ class LookPlan(TimedSubmits):
         while len(self.lights) <= number:
             self.lights.append(_LightRays(self, len(self.lights)))
         rays = self.lights[number]
-        rays.aim(grid.inside)
+        rays.update(grid.inside)
         v = rays.values
         v["box"], v["light"], v["start"], v["span"] = grid.box, grid.light, grid.start, grid.span
         v["nearest"], v["step"] = grid.nearest, grid.step

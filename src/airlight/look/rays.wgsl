@@ -1,6 +1,6 @@
 // The smart look's rays, unpublished (docs/look.md): instead of the sum of GPU Gems 3, Eq. 4, its contrast between neighbouring rays.
 //
-//     C(r, a) = int_0^r g(q) E(q, a) dq / int_0^r g(q) dq,    g(q) = 1 / (1 + (q / NEAR)^2)
+//     C(r, a) = int_0^r g(q) E(q, a) dq / int_0^r g(q) dq,    g(q) = 1 / (1 + (q / 0.15)^2)
 //
 // is the share of emitters E from the light to a distance r along an angle a, the near ones weighing more. matte_*.wgsl finds E g on a
 // small copy of the picture. bands.wgsl sums it along LINES lines of equal angle, smooths C over lines, and takes away its narrow and
@@ -12,7 +12,7 @@ const LINES = 1024u;          // these are those of look/grid.py and reference/l
 const RADII = 128u;
 const STEPS = 4u;
 const COARSE = 4u;            // lines that the wide means take together
-const NEAR = 0.15;            // diagonals
+const HALF_WEIGHT_DIAGONALS = 0.15; // distance from the light at which an emitter counts half
 const EMITS = vec2f(0.45, 0.85);
 const TURN = 6.283185307179586;
 
@@ -48,7 +48,7 @@ fn emission(y: f32, rays: Rays) -> f32 {
 /// Weighs an emitter by its distance from the light, or from where its ray enters the picture, diagonals.
 /// Twin: reference/look.py:nearness_weight.
 fn nearness_weight(distance: f32) -> f32 {
-    let q = distance / NEAR;
+    let q = distance / HALF_WEIGHT_DIAGONALS;
     return 1.0 / (1.0 + q * q);
 }
 

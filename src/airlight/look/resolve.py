@@ -18,7 +18,7 @@ from airlight.reference.look import RaySettings, Tones
 FINENESS, SHADE, DRAWN_RAYS = 0.55, 0.8, 24  # where none are given
 LEAST_DEVIATION = 0.05  # what stands out less than this is not raised to the full
 SMALL_LENGTH, SMALL_SOFT = 0.4, 0.08  # of lamps, which do not reach far: of the length; diagonals within which they have no rays yet
-LEAST = 0.05  # of the asked contrast: a picture that holds less is left as it was
+LEAST_CONTRAST_SHARE = 0.05  # of the asked contrast: a picture that holds less is left as it was
 Bands = Callable[[int, RayGrid, Tones, Array, float, "Array | None"], tuple[Array, Array]]  # the fifth: fineness, degrees
 
 
@@ -124,7 +124,7 @@ def resolve(
         )
         for light, one, found, weight, count in zip(lights, seen, founds, weights, rays, strict=True)
     )
-    if share < LEAST:
+    if share < LEAST_CONTRAST_SHARE:
         dark = max(found.visible for found in founds) < measure.SEEN_ENOUGH[0]
         if masked is not None and all(not one.emits.any() for one in seen):
             nothing = "the mask lets nothing shine: make it white where light is, or invert it"

@@ -13,8 +13,8 @@ from airlight.options import Parameters
 from airlight.options.shafts import SMOOTHNESS, THRESHOLD
 from airlight.scatter.methods import check_picture
 
-NEAR = 0.02  # of the width: the light's own place
-LEAST = 0.05  # of white: darker pictures are taken to hold no light
+LIGHT_RADIUS_WIDTHS = 0.02  # of the width: the light's own place
+LEAST_WHITE = 0.05  # of white: darker pictures are taken to hold no light
 
 
 def check(p: Parameters, has_alpha: bool, has_depth: bool) -> None:
@@ -31,7 +31,7 @@ def auto_threshold(p: Parameters, image: Any, lights: Sequence[Light], bounded: 
 
     image: (H, W, 3) linear, a coarse one will do. White is the brightest of the picture's 99.9th percentile and the 90th
     percentile around each light; the default knee is in units of it. Parameters that say their threshold stay as they are.
-    bounded: white is no brighter than 1 and no darker than LEAST, as in pictures of integers.
+    bounded: white is no brighter than 1 and no darker than LEAST_WHITE, as in pictures of integers.
     """
     if p.occlusion not in ("luminance", "contrast") or p.threshold is not None:
         return p
@@ -40,10 +40,11 @@ def auto_threshold(p: Parameters, image: Any, lights: Sequence[Light], bounded: 
     levels = [np.percentile(y, 99.9)]
     rows, columns = np.ogrid[:height, :width]
     for light in lights:
-        near = np.hypot(columns + 0.5 - light.position[0] * width, rows + 0.5 - light.position[1] * height) <= max(NEAR * width, 1)
+        column, row = light.position[0] * width, light.position[1] * height
+        near = np.hypot(columns + 0.5 - column, rows + 0.5 - row) <= max(LIGHT_RADIUS_WIDTHS * width, 1)
         if near.any():
             levels.append(np.percentile(y[near], 90))
-    white = float(np.clip(max(levels), LEAST, 1.0)) if bounded else max(float(np.nan_to_num(max(levels))), 0.0) or 1.0
+    white = float(np.clip(max(levels), LEAST_WHITE, 1.0)) if bounded else max(float(np.nan_to_num(max(levels))), 0.0) or 1.0
     white = min(white, 65504 / 2)
     smoothness = p.smoothness if p.smoothness is not None else SMOOTHNESS * white
     return msgspec.structs.replace(p, threshold=THRESHOLD * white, smoothness=smoothness)

@@ -1,10 +1,10 @@
 // What contrast needs to know of a picture before its source is made. Twin: reference/scene.py:look. One workgroup, in a fixed order.
 //! include "wgsl/luminance.wgsl"
-//! include "pygfx/view.wgsl"
+//! include "pygfx/emission.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;
 
-@group(0) @binding(0) var<storage, read> view: View;
+@group(0) @binding(0) var<storage, read> view: SceneUniforms;
 @group(0) @binding(3) var<storage, read_write> looked: array<f32>; // occluders' mean RGB, fog's level, fog's distance
 
 var<workgroup> colors: array<vec4f, LANES>; // RGB (1 - m), 1 - m

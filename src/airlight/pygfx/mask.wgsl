@@ -1,11 +1,11 @@
 // The source of a scene's shafts from its own picture and depth, at the resolution of the shafts: S = I m (13.5.2), or with contrast
 // (13.5.3) what does not emit too, flattened. Twin: reference/scene.py:source.
 //! include "wgsl/half.wgsl"
-//! include "pygfx/view.wgsl"
+//! include "pygfx/emission.wgsl"
 override TAPS: u32 = 2u;        // samples a side of a texel: the pixels under it
 override CONTRAST: bool = false;
 
-@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(0) var<uniform> view: SceneUniforms;
 @group(0) @binding(3) var source: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read> looked: array<f32>; // look.wgsl
 @group(0) @binding(5) var nearest: sampler;

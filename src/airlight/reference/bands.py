@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.options import Parameters
 from airlight.reference.radial import Array, at_points, bilinear
-from airlight.scatter.bands.bands import TOLERANCE, entering_taps
+from airlight.scatter.bands.bands import FIT_TOLERANCE, entering_taps
 from airlight.scatter.epipolar.moments import mixture
 from airlight.scatter.methods import check_ray
 
@@ -26,7 +26,7 @@ def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, bo
     half of that step. Where a ray enters the image M is the direct sum.
     """
     height, width, channels = emitted.shape
-    size, mix = (width, height), mixture(density, lam, TOLERANCE)
+    size, mix = (width, height), mixture(density, lam, FIT_TOLERANCE)
     light = np.array([at[0] * width, at[1] * height])
     home = np.floor(light).astype(np.int64)
     q = mix.p + 1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from airlight.look.grid import LINES, NEAR, RADII, STEPS, Array, RayGrid, points
+from airlight.look.grid import HALF_WEIGHT_DIAGONALS, LINES, RADII, STEPS, Array, RayGrid, points
 from airlight.planes import smoothstep as smoothstep
 from airlight.reference.colour import REC709
 
@@ -60,7 +60,7 @@ def emission(y: Array, tones: Tones) -> Array:
 
 def nearness_weight(distance: Array) -> Array:
     """Weigh an emitter, g, by its distance from the light, or from where its ray enters the picture."""
-    return 1 / (1 + np.square(distance / NEAR))
+    return 1 / (1 + np.square(distance / HALF_WEIGHT_DIAGONALS))
 
 
 def bilinear(plane: Array, x: Array, y: Array) -> Array:
@@ -126,7 +126,7 @@ def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
     x, y, _ = _along(grid, begins)
     first = bilinear(weighted, x * diagonal - 0.5, y * diagonal - 0.5)
     kept = (grid.nearest + (np.arange(RADII) + 1) * grid.step)[:, None]
-    path_length = NEAR * np.arctan(np.maximum(kept - begins, 0) / NEAR)
+    path_length = HALF_WEIGHT_DIAGONALS * np.arctan(np.maximum(kept - begins, 0) / HALF_WEIGHT_DIAGONALS)
     x, y, _ = _along(grid, kept)
     return (total + FIRST_LENGTH * first) / (path_length + FIRST_LENGTH), 1.02 - bilinear(emits, x * diagonal - 0.5, y * diagonal - 0.5)
 

@@ -9,7 +9,7 @@ from airlight.options import Parameters
 from airlight.reference.radial import Array, at_points, bilinear, pixel_centres
 from airlight.scatter.epipolar.moments import mixture
 from airlight.scatter.methods import check_ray
-from airlight.scatter.multipass.multipass import LEAST, PASSES, TAPS, TOLERANCE
+from airlight.scatter.multipass.multipass import FIT_TOLERANCE, NEAREST_TAP_SHARE, PASSES, TAPS
 
 
 def _pass(image: Array, at: Sequence[float], shifts: Array, weights: Array, border: str) -> Array:
@@ -34,9 +34,9 @@ def multipass(emitted: Array, at: Any, *, density: float, lam: float, border: st
         wide = np.pad(emitted, ((1, 1), (1, 1), (0, 0)))
         sides = np.array(emitted.shape[1::-1])
         return multipass(wide, (np.array(at) * sides + 1) / (sides + 2), density=density, lam=lam)[1:-1, 1:-1]
-    mix = mixture(density, lam, TOLERANCE)
-    low = max(1 - density, LEAST)
-    log_gamma = (np.log1p(-density) if 1 - density >= LEAST else np.log(LEAST)) / TAPS**PASSES
+    mix = mixture(density, lam, FIT_TOLERANCE)
+    low = max(1 - density, NEAREST_TAP_SHARE)
+    log_gamma = (np.log1p(-density) if 1 - density >= NEAREST_TAP_SHARE else np.log(NEAREST_TAP_SHARE)) / TAPS**PASSES
     total = np.zeros_like(emitted)
     for p, c in zip(mix.p, mix.c, strict=True):
         image = emitted

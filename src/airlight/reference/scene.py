@@ -1,4 +1,4 @@
-"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl, which they are named after."""
+"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl and composite/*.wgsl, of the same names."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.composite.adapt import MIDDLE, Ramp
+from airlight.composite.adapt import MIDDLE_GREY, Ramp
 from airlight.reference.colour import REC709
 from airlight.reference.radial import KEPT
 
@@ -79,9 +79,67 @@ def gathered(added: Array, distance: Array, reach: float) -> Array:
     return np.asarray(added * -np.expm1(-distance / reach)[..., None])
 
 
-def through(color: Array, layer: Array, transmittance: Any, mix: float = 1.0) -> Array:
-    """A picture (..., 3) seen through a medium of transmittance (..., 3), or 1, with its in-scattered radiance (..., 3)."""
-    return np.asarray(color * transmittance + mix * layer)
+def through_medium(surface: Array, in_scattered: Array, transmittance: Any, mix: Any = 1.0) -> Array:
+    """Attenuate a surface's radiance (..., 3) by the transmittance (..., 3) before it, or 1, and add a share of what is scattered there."""
+    return np.asarray(surface * transmittance + mix * in_scattered)
+
+
+def ramp_gain(luminance: Any, scale: Any, white: Any, share: Any) -> Array:
+    """Evaluate a share of Reinhard's curve as a factor of a colour, from its luminance; whole, it is composite.adapt.Ramp.gain."""
+    y = scale * np.maximum(luminance, 0)
+    return np.asarray((scale * (1 + y / np.square(white)) / (1 + y)) ** share)
+
+
+def lines(uv: Array, color: Array, view: Any) -> Array:
+    """Draw every five degrees a line through each light, over (..., 3) the picture dimmed. view: composite.scene.UNIFORMS."""
+    shown = 0.25 * np.asarray(color, float)
+    ray, rays = view_ray(uv, view["rays"].astype(float)), view["rays"].astype(float)
+    for aim in view["aim"]:
+        to_light = aim["direction"].astype(float)
+        at = (to_light[:2] / max(-to_light[2], 1e-3) - ray[..., :2]) / np.abs(rays[:2]) * view["pixels"]
+        turn = np.arctan2(at[..., 1], at[..., 0]) * 72 / (2 * np.pi)
+        off = np.abs(turn - np.floor(turn) - 0.5) * np.linalg.norm(at, axis=-1) * 2 * np.pi / 72
+        shown = np.where(((off < 0.7) & (aim["fade"] > 0))[..., None], [0.05, 0.25, 0.6], shown)
+    return shown
+
+
+def with_light(found: Array, cone: Any, ray: Array, inverse: Array) -> Array:
+    """Add lights' cones to what was found at rays: (..., 4) radiance of discs, cover of the body, its near and far along the axis.
+
+    cone: records of composite/scene_uniforms.wgsl's Cone; inverse: of the rays' length.
+    """
+    cosine = (ray * cone["direction"]).sum(axis=-1) * inverse
+    cover = np.clip((cosine - cone["cosine"]) * cone["sharp"] + 0.5, 0, 1)
+    nearer = (cone["far"] > 0) & (cover > found[..., 1])
+    own = np.stack(np.broadcast_arrays(cover, inverse * cone["near"], inverse * cone["far"]), axis=-1)
+    discs = np.maximum(found[..., 0], cone["disc"] * cover)
+    return np.concatenate([discs[..., None], np.where(nearer[..., None], own, found[..., 1:])], axis=-1)
+
+
+def lights_at(uv: Array, view: Any, cones: int) -> Array:
+    """Find the discs and the body of light at picture positions (..., 2), of so many cones: see `with_light`."""
+    ray = view_ray(uv, view["rays"].astype(float))
+    found = np.zeros((*ray.shape[:-1], 4))
+    for cone in view["cone"][:cones]:
+        found = with_light(found, cone, ray, 1 / np.linalg.norm(ray, axis=-1))
+    return found
+
+
+def emits(depth: Array, light: Array, view: Any, cones: int) -> Array:
+    """Evaluate m of pixels: 1 where nothing writes depth, or where a light is. light: as `lights_at` gives it."""
+    a, b, c, d = view["depth"].astype(float)
+    over, under = a * depth + b, c * depth + d
+    at_body = (over >= light[..., 2] * under) & (over <= light[..., 3] * under) & (cones > 0)
+    return np.where(depth >= 1, 1.0, np.where(at_body, light[..., 1], 0.0))
+
+
+def radiance(color: Array, open: Any, light: Array, view: Any, cones: int, is_cleared: bool) -> Array:
+    """Convert colours (..., 3) of a scene to what they emit; open: nothing is drawn there. light: as `lights_at` gives it."""
+    found, open = np.clip(color, 0, 65504), np.asarray(open)[..., None]
+    if is_cleared:
+        cover = light[..., 1:2]
+        found = np.where(open, (1 - cover) * view["clear"].astype(float) + cover * found, found)
+    return np.where(open, np.maximum(found, light[..., :1]), found) if cones else found
 
 
 def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:
@@ -116,5 +174,5 @@ def balance(luminances: Array, before: Array | None = None, follow: float = 1.0)
     state = now if before is None else before + follow * (now - before)
     average, least, greatest = state
     lean = (2 * average - least - greatest) / (greatest - least) if greatest - least > 1e-6 else 0.0
-    scale = MIDDLE * 4.0**lean * 2.0**-average
+    scale = MIDDLE_GREY * 4.0**lean * 2.0**-average
     return Ramp(float(scale), max(float(scale * 2.0**greatest), 1.0)), state

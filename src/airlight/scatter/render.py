@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,7 @@ class _Source:
 def plan(
     device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None
 ) -> tuple[list[Any], Any]:
-    """A plan for each light, and the layer's texture that the last of them writes."""
+    """Make a plan for each light; give them, and the layer's texture that the last of them writes."""
     apron = 1 if p.border == "black" else 0
     plans: list[Any] = []
     before = None
@@ -113,8 +114,8 @@ def plan(
     return plans, before
 
 
-class Moving:
-    """The passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
+class LightPasses:
+    """Holds the passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
     allocation or compilation, but for the few frames in which a grid needs more room than any before.
 
     source, layer: rgba16float, the source with its apron where the border is black.
@@ -125,8 +126,8 @@ class Moving:
         self.device = ReusingDevice(device)
         self.plans: list[Any] = []
 
-    def aim(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
-        """Where the lights are now; and parameters, if they are others. Before `record`, at most once a submit."""
+    def update(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
+        """Plan for where the lights are now; and for parameters, if they are others. Before `record`, at most once a submit."""
         self.p = p or self.p
         self.device.again()
         self.plans, _ = plan(self.device, self.size, list(lights), self.p, self.source, self.layer)
@@ -141,7 +142,7 @@ class Moving:
 
 
 class ImagePlan(TimedSubmits):
-    """All passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
+    """Holds all passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
 
     picture: the texture that is read, rgba8unorm (sRGB codes) or rgba32float (linear); layer: the one that is written, rgba16float.
     Either may be the caller's own. mask and depth are (H, W) if masked and deep say that they are given.
@@ -167,8 +168,8 @@ class ImagePlan(TimedSubmits):
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
         self.layer = layer if layer is not None else device.texture(width, height, "rgba16float")
-        self.lights = Moving(device, (width, height), p, self.source.texture, self.layer)
-        self.lights.aim(lights)
+        self.lights = LightPasses(device, (width, height), p, self.source.texture, self.layer)
+        self.lights.update(lights)
         self.composites: dict[Any, CodesComposite] = {}
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
@@ -188,7 +189,7 @@ class ImagePlan(TimedSubmits):
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
 
     def codes(self, settings: CompositeSettings, profile: list[tuple[str, float]] | None = None) -> tuple[Array, CompositeSettings]:
-        """The picture's codes with the layer on them, (H, W, 4) uint8, and the settings as measured."""
+        """Put the layer on the picture's codes, (H, W, 4) uint8; give them and the settings as measured."""
         key = settings.blend, settings.haze_floor > 0
         if key not in self.composites:
             self.composites[key] = CodesComposite(self.device, self.picture, self.layer, settings)
@@ -214,7 +215,7 @@ class PictureRenderer:
         self._looks: dict[Any, LookPlan] = {}
 
     def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[Light], p: Parameters, **kind: bool) -> ImagePlan:
-        """The kept plan for such pictures, or a new one. size: (width, height)."""
+        """Give the kept plan for such pictures, or a new one. size: (width, height)."""
         key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
         found = self._plans.pop(key, None)
         if found is None:
@@ -228,7 +229,7 @@ class PictureRenderer:
         return found
 
     def look_plan(self, size: tuple[int, int], is_codes: bool, near: bool, quality: str) -> LookPlan:
-        """The kept plan of a look for such pictures, or a new one."""
+        """Give the kept plan of a look for such pictures, or a new one."""
         key = size, is_codes, near, quality
         found = self._looks.pop(key, None)
         if found is None:
@@ -241,7 +242,7 @@ class PictureRenderer:
         return found
 
     def texture_plan(self, picture: Any, layer: Any, light: Any, **parameters: Any) -> ImagePlan:
-        """For textures that the caller holds, of this renderer's device: nothing is copied.
+        """Plan for textures that the caller holds, of this renderer's device: nothing is copied.
 
         picture: rgba32float (linear) or rgba8unorm (sRGB codes), TEXTURE_BINDING; layer: rgba16float of the same size,
         STORAGE_BINDING, TEXTURE_BINDING and RENDER_ATTACHMENT. Call `record(encoder)` of the result whenever the picture has changed.
@@ -260,25 +261,46 @@ def _within_memory(device: Device, picture: Array) -> Iterator[None]:
         raise MachineError(f"{device.name} has not enough memory for an image of {size} pixels: scale it down") from None
 
 
-def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, options: dict[str, Any]) -> ImagePlan:
-    """The plan of a picture that is uploaded and whose layer is submitted."""
-    mask, depth = options.get("mask"), options.get("depth")
+@dataclass(frozen=True)
+class _Inputs:
+    """Holds what goes with a picture, as `render_layer` takes it."""
+
+    mask: Array | None
+    depth: Array | None
+    luminance: Any
+    fraction: bool
+    profile: Any
+
+
+def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, inputs: _Inputs) -> ImagePlan:
+    """Upload a picture and submit its layer, by a plan that is kept or made."""
     height, width = picture.shape[:2]
-    kind = {"masked": mask is not None, "deep": depth is not None, "fraction": options.get("fraction", False)}
+    kind = {"masked": inputs.mask is not None, "deep": inputs.depth is not None, "fraction": inputs.fraction}
     found = renderer.plan((width, height), picture.dtype == np.uint8, lights, p, **kind)
-    found.upload(picture, mask, depth, options.get("luminance", REC709_F32))
-    found.submit(found.record, profile=options.get("profile"))
+    found.upload(picture, inputs.mask, inputs.depth, inputs.luminance)
+    found.submit(found.record, profile=inputs.profile)
     return found
 
 
-def render_layer(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
-    """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
+def render_layer(
+    renderer: PictureRenderer,
+    picture: Array,
+    lights: Sequence[Light],
+    p: Parameters,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    luminance: Any = REC709_F32,
+    fraction: bool = False,
+    profile: Any = None,
+) -> Array:
+    """Compute the layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
-    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
-    luminance: (3,) weights of the luminance of the picture's RGB.
+    mask, depth: (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
+    luminance: (3,) weights of the luminance of the picture's RGB. Raises MachineError where the device has not enough memory.
     """
     with _within_memory(renderer.device, picture):
-        done = _planned(renderer, picture, lights, p, options)
+        done = _planned(renderer, picture, lights, p, _Inputs(mask, depth, luminance, fraction, profile))
         half = np.frombuffer(renderer.device.read(done.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
     out = np.empty((*picture.shape[:2], 3), np.float32)
 
@@ -291,25 +313,41 @@ def render_layer(renderer: PictureRenderer, picture: Array, lights: Sequence[Lig
     return out
 
 
-def emitted(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
-    """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
+def emitted(
+    renderer: PictureRenderer,
+    picture: Array,
+    p: Parameters,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    luminance: Any = REC709_F32,
+    fraction: bool = False,
+) -> tuple[Any, float]:
+    """Write the source of the sum on the device, with its apron; give it, and the factor in it. Arguments as render_layer."""
     with _within_memory(renderer.device, picture):
-        done = _planned(renderer, picture, [], p, options)
+        done = _planned(renderer, picture, [], p, _Inputs(mask, depth, luminance, fraction, None))
     return done.source.texture, done.scale
 
 
-def render_source(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> Array:
-    """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
-    source, scale = emitted(renderer, picture, p, **options)
-    width, height, _ = source.size
-    apron = (width - picture.shape[1]) // 2
-    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, width, 4)
-    return half[apron : height - apron, apron : width - apron, :3].astype(np.float32) / np.float32(scale)
+def source_pixels(renderer: PictureRenderer, source: Any, scale: float, width: int) -> Array:
+    """Read what `emitted` gives, (H, W, 3) float32, without its apron. width: of the picture, pixels."""
+    whole, height, _ = source.size
+    apron = (whole - width) // 2
+    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, whole, 4)
+    return half[apron : height - apron, apron : whole - apron, :3].astype(np.float32) / np.float32(scale)
 
 
 def render_codes(
-    renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, settings: CompositeSettings, **options: Any
+    renderer: PictureRenderer,
+    picture: Array,
+    lights: Sequence[Light],
+    p: Parameters,
+    settings: CompositeSettings,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    profile: Any = None,
 ) -> tuple[Array, CompositeSettings]:
-    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the settings as measured. Options as render_layer."""
+    """Put the layer on the picture, (H, W, 4) uint8 sRGB codes as the picture; give the settings as measured. Arguments as render_layer."""
     with _within_memory(renderer.device, picture):
-        return _planned(renderer, picture, lights, p, options).codes(settings, options.get("profile"))
+        return _planned(renderer, picture, lights, p, _Inputs(mask, depth, REC709_F32, False, profile)).codes(settings, profile)

@@ -14,7 +14,7 @@ from airlight.scatter.screen import Target, times
 ADDITIVE = "scatter/additive/additive.wgsl"
 BLENDS = struct_dtype(ADDITIVE, "Blends")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan
-MANY = 8  # dispatches from which on they are waited for on the way
+PAUSED_DISPATCHES = 8  # dispatches from which on they are waited for on the way
 
 
 class AdditivePlan:
@@ -56,7 +56,7 @@ class AdditivePlan:
         steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
         for pipeline, bind, (width, height) in steps:
             compute(encoder, pipeline, bind, (-(-width // 64), height), "additive", timer)
-            if len(self.parts) > MANY and isinstance(encoder, Recording):
+            if len(self.parts) > PAUSED_DISPATCHES and isinstance(encoder, Recording):
                 encoder.pause()
 
 

@@ -15,8 +15,8 @@ from airlight.scatter.epipolar.moments import Array, Mixture, mixture
 from airlight.scatter.screen import Target, gains
 
 BANDS = "scatter/bands/bands.wgsl"
-TOLERANCE = 2e-3  # of the weight's fit
-TOGETHER = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
+FIT_TOLERANCE = 2e-3  # of the weight's fit
+RINGS_A_SUBMIT = 256  # rings of a submit, some 0.1 s on software Vulkan, so that an interrupt is answered
 FRAME = struct_dtype(BANDS, "Frame")
 
 
@@ -51,7 +51,7 @@ class BandsPlan:
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
         source, layer, apron, before = target.source, target.layer, target.apron, target.before
-        mix = mixture(density, lam, TOLERANCE)
+        mix = mixture(density, lam, FIT_TOLERANCE)
         home = [math.floor(v) for v in light]
         into = np.array(light) - home
         nearest = [max(0, -home[a], home[a] - size[a] + 1) for a in (0, 1)]
@@ -81,13 +81,13 @@ class BandsPlan:
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the rings, each of which waits for the one before; some at a time are carried out if the encoder is ours."""
-        for first in range(0, self.count, TOGETHER):
+        for first in range(0, self.count, RINGS_A_SUBMIT):
             run = encoder.begin_compute_pass(**timing(timer, "bands", encoder))
             run.set_bind_group(0, self.bind)
             if first == 0:
                 run.set_pipeline(self.reset)
                 run.dispatch_workgroups(1)
-            for i in range(first, min(first + TOGETHER, self.count)):
+            for i in range(first, min(first + RINGS_A_SUBMIT, self.count)):
                 run.set_pipeline(self.rings[i % 2])
                 run.dispatch_workgroups(self.groups)
             run.end()

@@ -19,7 +19,7 @@ from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
 NOWHERE = (1 << 32) - 1  # scan.wgsl
-ROW = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
+TABLE_ROW_TEXELS = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
 
 
@@ -157,10 +157,10 @@ class EpipolarPlan:
         data = tables(self.grid, apron, lines, gain)
         self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float", roomy=True)
         self.grid.columns, self.grid.rows, _ = self.sums.size
-        table = device.texture(ROW, -(-len(data.table) // ROW), "rgba32float", target=False, roomy=True)
-        padded = np.zeros((ROW * table.size[1], 4), np.float32)
+        table = device.texture(TABLE_ROW_TEXELS, -(-len(data.table) // TABLE_ROW_TEXELS), "rgba32float", target=False, roomy=True)
+        padded = np.zeros((TABLE_ROW_TEXELS * table.size[1], 4), np.float32)
         padded[: len(data.table)] = data.table
-        device.write(table, padded, ROW * 16)
+        device.write(table, padded, TABLE_ROW_TEXELS * 16)
         self.state = device.buffer(size=4 * data.states)
         constants = {"POWERS": len(self.mix.p), "BEYOND": len(self.mix.beyond_p), "FAR_END": self.mix.ratio > 0}
         self.pipeline = device.pipeline(shader, "scan", **constants)

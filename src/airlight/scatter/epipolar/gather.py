@@ -13,7 +13,7 @@ from airlight.scatter.epipolar.grid import Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
-NEAR = 20  # gather.wgsl
+NEAR_LIGHT_RADIUS_PX = 20  # gather.wgsl
 FRAME = struct_dtype(RASTER, "Frame")
 CORNER = struct_dtype(RASTER, "Corner")
 
@@ -128,12 +128,12 @@ class EpipolarGather:
         frame["size"], frame["light"] = grid.size, grid.light
         frame["diagonal"] = grid.light[0] - grid.light[1], grid.light[0] + grid.light[1]
         frame["scale"] = 1 / grid.columns, 1 / grid.rows
-        taps = min(4096, max(64, math.ceil(3 * density * NEAR), math.ceil(2 * lam)))
+        taps = min(4096, max(64, math.ceil(3 * density * NEAR_LIGHT_RADIUS_PX), math.ceil(2 * lam)))
         step = 0.5 * lam / taps
         frame["ray"] = density, lam, (math.sinh(step) / step if step > 0 else 1.0) / taps, taps
         frame["gain"][:3] = gain
         frame["base"] = *(base or (0, 0, 0)), apron
-        has_near = all(-NEAR < grid.light[a] < grid.size[a] + NEAR for a in (0, 1))
+        has_near = all(-NEAR_LIGHT_RADIUS_PX < grid.light[a] < grid.size[a] + NEAR_LIGHT_RADIUS_PX for a in (0, 1))
         flags: dict[str, Any] = {"ADD": before is not None, "BASE": base is not None}
         spare = before if before is not None else source
         if self.raster:
@@ -146,7 +146,7 @@ class EpipolarGather:
             table, frame["first"] = ways(grid)
             self.draws = [(device.pipeline(COMPUTE, "gather", **flags), (-(-grid.size[0] // 64), grid.size[1]))]
             if has_near:
-                self.draws.append((device.pipeline(COMPUTE, "near", **flags), (2 * NEAR, 1)))
+                self.draws.append((device.pipeline(COMPUTE, "near", **flags), (2 * NEAR_LIGHT_RADIUS_PX, 1)))
             path, rest = COMPUTE, [device.buffer(table.astype(np.float32).tobytes()), layer]
         uniform = device.buffer(frame.tobytes(), uniform=True)
         self.bind = device.bind(path, uniform, sums, device.sampler(), spare, source, *rest)

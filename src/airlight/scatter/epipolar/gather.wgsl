@@ -3,7 +3,7 @@
 //! include "wgsl/half.wgsl"
 override ADD: bool = false;   // add to what earlier lights gave
 override BASE: bool = false;  // Listing 13-1: the pixel itself, unweighted
-const NEAR = 20u;             // pixels around the light that take the direct sum
+const NEAR_LIGHT_RADIUS_PX = 20u; // half the side of the square around the light that takes the direct sum
 
 struct Frame {
     size: vec2u,

@@ -20,9 +20,9 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
 }
 
 /// Sums a pixel near the light.
-@compute @workgroup_size(2 * NEAR, 1)
+@compute @workgroup_size(2 * NEAR_LIGHT_RADIUS_PX, 1)
 fn near(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = vec2i(floor(frame.light)) - i32(NEAR) + vec2i(i32(lane), i32(group.x));
+    let p = vec2i(floor(frame.light)) - i32(NEAR_LIGHT_RADIUS_PX) + vec2i(i32(lane), i32(group.x));
     if (all(p >= vec2i(0)) && all(p < vec2i(frame.size))) {
         textureStore(layer, p, finished(vec2u(p), direct_sum(vec2u(p))));
     }

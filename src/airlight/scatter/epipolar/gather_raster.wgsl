@@ -43,8 +43,8 @@ fn gather(v: Varyings) -> @location(0) vec4f {
 @vertex
 fn around(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
     let k = select(i, 6u - i, i > 2u); // two triangles of four corners
-    let corner = vec2f(vec2u(k & 1u, k >> 1u) * 2u * NEAR);
-    return clip_position(floor(frame.light) + corner - f32(NEAR));
+    let corner = vec2f(vec2u(k & 1u, k >> 1u) * 2u * NEAR_LIGHT_RADIUS_PX);
+    return clip_position(floor(frame.light) + corner - f32(NEAR_LIGHT_RADIUS_PX));
 }
 
 /// Sums a pixel near the light.

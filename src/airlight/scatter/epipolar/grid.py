@@ -1,4 +1,4 @@
-"""Where the epipolar lines and their nodes lie: host side, float64, independent of the pixels' values.
+"""Layout of epipolar lines and their nodes: host side, float64, independent of the pixels' values.
 
 Four quadrants (right, left, down, up) by the major axis of the direction from the light. In each, lines of equal
 slope steps; on each line, nodes at the same distances u along the major axis. A node ends a step; a step takes two

@@ -4,47 +4,13 @@ from typing import Any
 
 import numpy as np
 
+from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
 from airlight.shadows import Shadow
 
-MAX_VIEWS = 6
-FRAME = np.dtype(
-    [
-        ("rays", "f4", 4),
-        ("depth", "f4", 4),
-        ("sigma_t", "f4", 3),
-        ("flat", "f4"),
-        ("sigma_s", "f4", 3),
-        ("max_distance", "f4"),
-        ("ambient", "f4", 3),
-        ("", "u4"),
-        ("size", "u4", 2),
-        ("pixels", "u4", 2),
-    ]
-)
-VIEW = np.dtype([("matrix", "f4", (4, 4)), ("near", "f4"), ("far", "f4"), ("texel", "f4"), ("depth_scale", "f4")])
-LIGHT = np.dtype(
-    [
-        ("intensity", "f4", 3),
-        ("range", "f4"),
-        ("position", "f4", 3),
-        ("cone_scale", "f4"),
-        ("axis", "f4", 3),
-        ("cone_offset", "f4"),
-        ("lobes", "f4", 3),
-        ("cone_cosine", "f4"),
-        ("views", "u4"),
-        ("side", "f4"),
-        ("bias", "f4"),
-        ("disc_tangent", "f4"),
-        ("blend", "f4"),
-        ("steps", "u4"),
-        ("", "f4", 2),
-        ("view", VIEW, MAX_VIEWS),
-    ]
-)
+FRAME, LIGHT = (struct_dtype("scatter/march/scene.wgsl", name) for name in ("Frame", "Light"))
 
 
 def frame_record(projection: Any, medium: ResolvedMedium, size: tuple[int, int], pixels: tuple[int, int]) -> np.ndarray:

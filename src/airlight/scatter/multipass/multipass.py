@@ -15,9 +15,9 @@ from airlight.scatter.screen import Target, gains
 
 MULTIPASS = "scatter/multipass/multipass.wgsl"
 TAPS, PASSES = 8, 3
-LEAST = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
-TOLERANCE = 2e-3  # of the weight's fit
-MANY = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
+NEAREST_TAP_SHARE = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
+FIT_TOLERANCE = 2e-3  # of the weight's fit
+PAUSED_PIXELS = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
 FRAME = struct_dtype(MULTIPASS, "Taps")
 
 
@@ -25,8 +25,8 @@ def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Arra
     """Find for each power and pass the taps (8, 2): part of the way to the light, weight, of sum 1; the factors of each power's sum and of
     the nearest sample; and where that lies. The sum's derivation is in docs/methods.md."""
     q = mix.p + 1
-    ends = 1 - density >= LEAST
-    log_low = float(np.log1p(-density) if ends else np.log(LEAST))
+    ends = 1 - density >= NEAREST_TAP_SHARE
+    log_low = float(np.log1p(-density) if ends else np.log(NEAREST_TAP_SHARE))
     all_taps = []
     for each in q:
         passes = []
@@ -36,8 +36,8 @@ def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Arra
             shifts = -np.expm1((k + (0.5 if stage == 0 else 0.0)) * log_low / TAPS**PASSES)
             passes.append(np.stack([shifts, weights / weights.sum()], axis=1))
         all_taps.append(passes)
-    nearest = np.zeros_like(q) if ends else mix.c * (LEAST**q - max(1 - density, 0) ** q) / q
-    return all_taps, mix.c * -np.expm1(q * log_low) / q, nearest, 1 - (LEAST + 1 - density) / 2
+    nearest = np.zeros_like(q) if ends else mix.c * (NEAREST_TAP_SHARE**q - max(1 - density, 0) ** q) / q
+    return all_taps, mix.c * -np.expm1(q * log_low) / q, nearest, 1 - (NEAREST_TAP_SHARE + 1 - density) / 2
 
 
 class MultipassPlan:
@@ -55,7 +55,7 @@ class MultipassPlan:
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
         source, layer, apron, before = target.source, target.layer, target.apron, target.before
-        taps, factors, nearest, place = stages(mixture(density, lam, TOLERANCE), density)
+        taps, factors, nearest, place = stages(mixture(density, lam, FIT_TOLERANCE), density)
         between = [device.texture(source.size[0], source.size[1], "rgba16float") for _ in range(PASSES - 1)]
         self.steps = []
         for i, passes in enumerate(taps):
@@ -78,7 +78,7 @@ class MultipassPlan:
         """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
         for pipeline, bind, size in self.steps:
             compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), "multipass", timer)
-            if size[0] * size[1] > MANY and isinstance(encoder, Recording):
+            if size[0] * size[1] > PAUSED_PIXELS and isinstance(encoder, Recording):
                 encoder.pause()
 
 

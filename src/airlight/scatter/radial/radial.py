@@ -17,7 +17,7 @@ RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
 RAYS = struct_dtype(RADIAL, "Rays")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
-MANY = 8  # dispatches from which on they are waited for on the way
+PAUSED_DISPATCHES = 8  # dispatches from which on they are waited for on the way
 
 
 def noise_texture(device: Device) -> Any:
@@ -91,7 +91,7 @@ class RadialPlan:
         for bind, rows in self.parts:
             compute(encoder, self.pipeline, bind, (-(-self.low[0] // 64), rows), "radial sum", timer)
             recorded += 1
-            if recorded == together and len(self.parts) > MANY and isinstance(encoder, Recording):
+            if recorded == together and len(self.parts) > PAUSED_DISPATCHES and isinstance(encoder, Recording):
                 encoder.pause()
                 together, recorded = together * (2 if time.perf_counter() - start < 0.05 else 1), 0  # a fast adapter stops seldom
                 start = time.perf_counter()
