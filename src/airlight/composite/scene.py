@@ -31,7 +31,7 @@ class SceneLayer:
 
 @dataclass(frozen=True)
 class SceneRule:
-    """How a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
+    """Settings of how a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
 
     is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; adapt: whether light
     adaptation is on; filmic: the tone curve; debug: one of DEBUG_VIEWS.

@@ -27,7 +27,7 @@ def extent(points: Matrix) -> Matrix:
 
 @dataclass
 class _Shape:
-    """What is known of a geometry while its buffers stay as they are."""
+    """Keeps what is known of a geometry while its buffers stay as they are."""
 
     key: tuple[Any, ...]
     box: Matrix
@@ -101,7 +101,7 @@ def _with_gaps(points: Any) -> np.ndarray:
 
 
 def _by_bones(points: np.ndarray, indices: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, Matrix]:
-    """The bones that have a share in a vertex, and the box of each one's vertices: a vertex lies in the hull of the places that each of
+    """Find the bones that have a share in a vertex, and the box of each one's vertices: a vertex lies in the hull of places that each of
     its bones alone would give it."""
     low, high = np.full((int(indices.max()) + 1, 3), np.inf), np.full((int(indices.max()) + 1, 3), -np.inf)
     for i in range(indices.shape[1]):

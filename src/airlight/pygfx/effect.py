@@ -108,12 +108,12 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def source(self) -> Any:
-        """What was summed, or None before the first frame, and where a medium is lit."""
+        """Give what was summed, or None before the first frame, and where a medium is lit."""
         return self._layer.source
 
     @property
     def layer(self) -> Any:
-        """The shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
+        """Give the shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
         return self._layer.shafts if self._layer.radiance is None else self._layer.radiance
 
     @property
@@ -123,27 +123,27 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def region(self) -> Region:
-        """Where the view lies in source and layer: left, top, width, height, of them."""
+        """Find the view in source and layer: left, top, width, height, of them."""
         return self._state.region if isinstance(self._state, ScreenSpaceState) else WHOLE
 
     @property
     def is_lit(self) -> bool:
-        """Whether a light was seen in the last frame; otherwise `source` is an older one's."""
+        """Tell whether a light was seen in the last frame; otherwise `source` is an older one's."""
         return bool(self._uniforms.record["aims"] > 0)
 
     @property
     def resolved_medium(self) -> ResolvedMedium | None:
-        """The medium of the last frame, with nothing unset; None where none is lit."""
+        """Give the medium of the last frame, with nothing unset; None where none is lit."""
         return self._state.resolved if isinstance(self._state, MediumState) else None
 
     @property
     def levels(self) -> Any:
-        """The buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops, float32."""
+        """Give the buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops, float32."""
         return self._merge.balance
 
     @property
     def statistics(self) -> Any:
-        """The buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
+        """Give the buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
         return self._merge.looked
 
     def profile(self) -> list[tuple[str, float]]:
@@ -210,7 +210,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
 
 def add_light_shafts(renderer: Any, scene: Any, camera: Any, lights: Sequence[SceneLight] | SceneLight, **keywords: Any) -> LightShafts:
-    """A LightShafts, put behind the renderer's own effect passes but before its anti-aliasing, on a picture in half floats (`use_hdr`).
+    """Put a LightShafts behind the renderer's own effect passes but before its anti-aliasing, on a picture in half floats (`use_hdr`).
 
     keywords: as LightShafts.
     """

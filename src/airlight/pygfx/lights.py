@@ -1,4 +1,4 @@
-"""What casts shafts in a scene."""
+"""Describe what casts shafts in a scene."""
 
 import math
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ class SceneLight:
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 
     def seen(self, position: tuple[float, float], fade: float = 1.0) -> Light:
-        """The light as methods that work on the picture have it, at a place of that. fade: a further factor."""
+        """Convert the light for methods that work on the picture, at a position of that. fade: a further factor."""
         r, g, b = (own * look for own, look in zip(self.color, self.look, strict=True))
         return Light(position, (r, g, b), self.strength * fade)
 

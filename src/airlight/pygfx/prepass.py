@@ -58,7 +58,7 @@ def _own(wobject: Any) -> Any:
 
 
 class Role(private.Blender):
-    """How objects of one kind are put into the source.
+    """Puts objects of one kind into the source.
 
     shaders: of an object. occludes: it darkens what is there by its opacity, or else covers it by its colour. writes: to the depth
     buffer; None: as its material says.
@@ -100,7 +100,7 @@ ROLES = (SKY, SOLID, LAMP, SHAPE, GLOW, VEIL)
 
 
 def pattern(wobject: Any, material: Any) -> bool:
-    """Whether a map or vertex colours may have a say in a mesh's opacity, or its colour in what is seen through it."""
+    """Tell whether a map or vertex colours may have a say in a mesh's opacity, or its colour in what is seen through it."""
     config = material.alpha_config
     method = config["method"]
     if method == "blended" and "alpha" not in config["color_dst"]:
@@ -114,7 +114,7 @@ def pattern(wobject: Any, material: Any) -> bool:
 
 
 def solid(wobject: Any, material: Any) -> bool:
-    """Whether nothing is seen through a mesh, but for holes that an alpha test cuts."""
+    """Tell whether nothing is seen through a mesh, but for holes that an alpha test cuts."""
     if material.alpha_method == "opaque":
         return True
     if material.alpha_mode != "auto" or material.opacity < 1 or pattern(wobject, material):
@@ -124,7 +124,7 @@ def solid(wobject: Any, material: Any) -> bool:
 
 
 def strength(material: Any) -> float | None:
-    """The greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
+    """Find the greatest component of the linear radiance that a material emits, maps aside; None where it needs no light to be seen."""
     color = getattr(material, "emissive", None)
     return None if color is None else max(color.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
 

@@ -40,7 +40,7 @@ HDR = "rgba16float"
 
 
 def is_hdr(renderer: Any) -> bool:
-    """Whether a gfx.WgpuRenderer keeps its picture in half floats. Touches renderer._blender."""
+    """Tell whether a gfx.WgpuRenderer keeps its picture in half floats. Touches renderer._blender."""
     return bool(renderer._blender.texture_info["color"]["format"] == HDR)
 
 
@@ -56,17 +56,17 @@ def use_hdr(renderer: Any) -> None:
 
 
 def shader_of(wobject: Any) -> Any:
-    """The class of pygfx's shader for an object with its material, or a function that gives one or several."""
+    """Look up the class of pygfx's shader for an object with its material, or a function that gives one or several."""
     return registry.get_render_function(wobject)
 
 
 def alpha_tested(material: Any) -> bool:
-    """Whether a material has an alpha test; unlike its alpha_test, a change of this is seen by trackers. Touches _gfx_use_alpha_test."""
+    """Tell whether a material has an alpha test; unlike its alpha_test, trackers see this change. Touches _gfx_use_alpha_test."""
     return bool(material._gfx_use_alpha_test)
 
 
 def channels(resource: Any) -> int:
-    """How many numbers a texel of a gfx.Texture, or an item of a gfx.Buffer, has. Touches to_texture_format, nchannels_from_format."""
+    """Count the numbers of a texel of a gfx.Texture, or of an item of a gfx.Buffer. Touches to_texture_format, nchannels_from_format."""
     if isinstance(resource, Texture):
         kind = to_texture_format(resource.format)
         return len(kind) - len(kind.lstrip("rgba"))
@@ -74,7 +74,7 @@ def channels(resource: Any) -> int:
 
 
 class Blender:
-    """What pygfx's pipelines ask of a renderer's blender, but for its targets: get_color_descriptors, get_depth_descriptor.
+    """Answers what pygfx's pipelines ask of a renderer's blender, but for its targets: get_color_descriptors, get_depth_descriptor.
 
     output: what becomes of fragments, a .wgsl file.
     """
@@ -87,7 +87,7 @@ class Blender:
 
 
 def unlit(blender: Blender) -> Any:
-    """The state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
+    """Make the state that pygfx's pipelines are made for where no light shines, and `blender` says what becomes of fragments."""
     none: dict[str, Any] = {"point_lights": [], "directional_lights": [], "spot_lights": [], "ambient_color": [0, 0, 0]}
     return get_renderstate(none, blender)
 
@@ -146,13 +146,13 @@ def place(wobject: Any) -> None:
 
 
 def view_offset(camera: Any) -> tuple[float, float, float, float]:
-    """How a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
+    """Find where a camera's own view lies in that of a set view offset: factor and offset of x and y. Touches _view_offset."""
     offset: tuple[float, float, float, float] = (1.0, 1.0, 0.0, 0.0) if camera._view_offset is None else camera._view_offset["ndc_offset"]
     return offset
 
 
 def extent(fov: float, distance: float) -> float:
-    """The mean of width and height by which pygfx's controllers take a perspective camera for so far from what it looks at.
+    """Average width and height, by which pygfx's controllers take a perspective camera for so far from what it looks at.
 
     Touches fov_distance_factor.
     """

@@ -12,7 +12,7 @@ Array = npt.NDArray[np.floating[Any]]
 
 
 class Layer(NamedTuple):
-    """What a medium does to a picture: (H, W, 3) in-scattered radiance, (H, W, 3) transmittance 0..1, (H, W) metres of each ray in it."""
+    """Holds what a medium does to a picture: in-scattered radiance (H, W, 3), transmittance (H, W, 3), and metres of each ray in it (H, W)."""
 
     radiance: Array
     transmittance: Array

@@ -196,7 +196,7 @@ def _mesh(mi: Any, triangles: Array) -> Any:
 
 
 def _sheet(mi: Any, eye: Array, rays: Array, half: float, reach: float, inside: Any) -> dict[str, Any]:
-    """The two sides of a row's medium, half its thickness from the plane of its rays; beyond them is nothing."""
+    """Place the two sides of a row's medium, half its thickness from the plane of its rays; beyond them is nothing."""
     normal = np.cross(rays[0], rays[-1])
     normal /= np.linalg.norm(normal)
     middle = rays[0] + rays[-1]

@@ -29,7 +29,7 @@ LEAST = 1e-6  # metres
 
 @dataclass(frozen=True)
 class Shot:
-    """How a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
+    """Says how a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
 
     camera: one of the stage's by name, None: its first; or eye instead, with target, None: the stage's centre, and fov: degrees, of the
     picture's smaller side. lights: instead of those that the stage has; they move its lamps of their kind.
@@ -174,7 +174,7 @@ class Studio:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
 
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
-        """The stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
+        """Film the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
         self.stage.pose(time, self._followed)
         for target, place in self._moved:
@@ -246,7 +246,7 @@ def make_renderer(shot: Shot) -> Any:
 
 
 def _chosen(stage: Stage, shot: Shot) -> Any:
-    """The stage's camera that is asked for, or None."""
+    """Choose the stage's camera that is named, or None."""
     if shot.eye is not None:
         return None
     if shot.camera is None:
@@ -274,7 +274,7 @@ def _place(camera: Any, stage: Stage, shot: Shot) -> None:
 
 
 def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any, Any]]]:
-    """What casts shafts, and the stage's lamps that it moves, with their places: each light asked for takes the next lamp of its kind."""
+    """List what casts shafts, and the stage's lamps that it moves, with their places: each light takes the next lamp of its kind."""
     if not shot.lights:
         return list(stage.lights), []
     lights, moved = [], []
@@ -297,7 +297,7 @@ def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any,
 
 
 def _named(scene: Any, name: str) -> list[Any]:
-    """The objects of a name. Raises AirlightError where there are none."""
+    """Find the objects of a name. Raises AirlightError where there are none."""
     found: dict[str, list[Any]] = {}
     for thing in scene.iter():
         if thing.name:
@@ -320,7 +320,7 @@ class _Errors(logging.Handler):
 
 @contextlib.contextmanager
 def _raised() -> Iterator[None]:
-    """What pygfx and wgpu only log, as a broken shader, becomes a MachineError."""
+    """Raise what pygfx and wgpu only log, as a broken shader, as a MachineError."""
     errors = _Errors()
     loggers = [logging.getLogger(name) for name in ("pygfx", "wgpu")]
     for logger in loggers:
