@@ -12,7 +12,7 @@ Array = npt.NDArray[np.floating[Any]]
 
 
 class Layer(NamedTuple):
-    """Holds what a medium does to a picture: in-scattered radiance (H, W, 3), transmittance (H, W, 3), and metres of each ray in it (H, W)."""
+    """Holds what a medium does to a picture: (H, W, 3) in-scattered radiance and transmittance 0..1, (H, W) metres of each ray in it."""
 
     radiance: Array
     transmittance: Array
