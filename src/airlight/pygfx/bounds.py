@@ -95,7 +95,7 @@ class Bounds:
 
 
 def _with_gaps(points: Any) -> np.ndarray:
-    """(N, 3) of points (N, 3) or more: what is nowhere is NaN."""
+    """Drop what is nowhere: (N, 3) of points (N, 3) or more, NaN in its place."""
     points = np.asarray(points)[:, :3]
     return np.where(np.isfinite(points).all(axis=1, keepdims=True), points, np.nan)
 

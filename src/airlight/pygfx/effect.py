@@ -26,7 +26,7 @@ from airlight.scatter.methods import METHODS, check_ray
 
 @lru_cache(maxsize=4)
 def _device(device: Any) -> Device:
-    """One cache of pipelines for each device."""
+    """Keep one cache of pipelines for each device."""
     return Device(device)
 
 
@@ -118,7 +118,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @property
     def transmittance(self) -> Any:
-        """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
+        """Give what the medium of the last frame lets through of each surface's radiance, RGB, 0..1; None where that is all."""
         return self._layer.transmittance
 
     @property
@@ -147,7 +147,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._merge.looked
 
     def profile(self) -> list[tuple[str, float]]:
-        """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
+        """List (label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
         `enable_timing`. Waits for the frame."""
         return self._timer.milliseconds() if self._timer else []
 

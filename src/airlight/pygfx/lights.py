@@ -78,7 +78,7 @@ class SceneLight:
         return np.append(np.asarray(target.world.position, float), 1.0)
 
     def body(self) -> tuple[npt.NDArray[np.float64], float, bool] | None:
-        """(centre, radius, whether it writes depth) of a target that is a body of light, world coordinates; else None."""
+        """Bound a target that is a body of light: (centre, radius, whether it writes depth), world coordinates; else None."""
         target = self.target
         if target is None or not self.emitter or getattr(target, "geometry", None) is None or not target.visible:
             return None
@@ -100,7 +100,7 @@ class SceneLight:
 
 
 def beam(light: Any) -> npt.NDArray[np.float64]:
-    """(3,) of any length: the way a gfx.DirectionalLight or gfx.SpotLight shines, as pygfx's surfaces have it: to its target, or to the
+    """Find where a gfx.DirectionalLight or gfx.SpotLight shines, (3,) of any length, as pygfx's surfaces have it: to its target, or to the
     point that is 1 ahead of a camera it hangs on; along -Z where that is its own place."""
     parent = light.parent
     ahead = (parent.world.matrix @ (0.0, 0.0, -1.0, 1.0))[:3] if isinstance(parent, gfx.Camera) else light.target.world.position

@@ -80,7 +80,7 @@ class Role(private.Blender):
 
 
 def blending(alpha: dict[str, Any]) -> tuple[str, str, str]:
-    """(factor of the fragment, factor of what is there, operation) that a material's alpha_config asks for, alpha being its opacity."""
+    """Choose (factor of the fragment, factor of what is there, operation) by a material's alpha_config, alpha being its opacity."""
     method = alpha["method"]
     if method == "opaque" or alpha.get("alpha", "alpha") not in ("alpha", "use_alpha"):  # weighted, but solid
         return ("src-alpha" if alpha.get("premultiply_alpha") else "one"), "zero", "add"
@@ -130,7 +130,7 @@ def strength(material: Any) -> float | None:
 
 
 def margin(inside: int, room: int, places: Sequence[float]) -> float:
-    """Texels before the view, of `room` texels around its `inside` ones, so that the source reaches to lights at normalised places.
+    """Place the view in `room` texels around its `inside` ones, so that the source reaches to lights at normalised places: texels before.
 
     Rays from the view end at the lights: what lies on the other side is never summed. The first light stays at the centre of a texel, or
     what hides it would be cut otherwise from frame to frame, as a camera turns; on a half-sized source that is what flickers most.
@@ -150,7 +150,7 @@ def _helps(wobject: Any) -> bool:
 
 
 def shown(scene: Any, exclude: Iterable[Any] = ()) -> Iterator[Any]:
-    """All objects that are visible, but pygfx's helpers and what is excluded, with what is below them."""
+    """Iterate over all objects that are visible, but pygfx's helpers and what is excluded, with what is below them."""
     excluded = {id(thing) for thing in exclude}
     left = [scene]
     while left:
@@ -210,7 +210,7 @@ class Prepass:
         self.view = x, y, float(view[0]), float(view[1])
 
     def _roles(self) -> Iterator[tuple[Role, Any]]:
-        """(role, object) of all that is drawn."""
+        """Iterate over (role, object) of all that is drawn."""
         emitters = {id(light.target) for light in self.lights if light.emitter and light.target is not None}
         marks = {id(ob): True for ob in self.include} | {id(ob): False for ob in self.exclude}
         left: list[tuple[Any, bool | None]] = [(self.scene, None)]

@@ -134,7 +134,7 @@ class TwoSided(RenderPipelineContainer):  # type: ignore[misc]
 
 
 def influences(wobject: Any) -> Any:
-    """(K + 1,) of a mesh's morph targets and, last, of its own positions; None where pygfx draws it without. Touches
+    """Read (K + 1,) weights of a mesh's morph targets and, last, of its own positions; None where pygfx draws it without. Touches
     _morph_target_influences."""
     buffer = getattr(wobject, "_morph_target_influences", None)
     return None if buffer is None else buffer.data["influence"]

@@ -98,7 +98,7 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
 
 
 def ready() -> Any:
-    """Mitsuba. Raises AirlightError where it is not installed."""
+    """Import Mitsuba. Raises AirlightError where it is not installed."""
     try:
         import mitsuba as mi
     except ImportError:
@@ -182,7 +182,7 @@ EMITTERS: dict[type[PunctualLight], Callable[[Any, Any], dict[str, Any]]] = {
 
 
 def _mesh(mi: Any, triangles: Array) -> Any:
-    """Black triangles; None where there is none."""
+    """Make black triangles; None where there is none."""
     if not len(triangles):
         return None
     properties = mi.Properties()
@@ -217,7 +217,7 @@ def _sensor(mi: Any, eye: Array, rays: Array, inside: Any, sampler: str) -> Any:
 
 
 def _way(mi: Any, eye: Array, rays: Array, mesh: Any, reach: float) -> Array:
-    """(H, W) metres to the first triangle, at most reach."""
+    """Trace (H, W) metres to the first triangle, at most reach."""
     if mesh is None:
         return np.full(rays.shape[:2], reach)
     scene = mi.load_dict({"type": "scene", "mesh": mesh})

@@ -69,11 +69,11 @@ class Frame:
     layer_transmittance: np.ndarray | None = None
 
     def pixels(self) -> np.ndarray:
-        """(height, width, 3) float32."""
+        """Average the picture's samples: (height, width, 3) float32."""
         return box(self.picture[..., :3].astype(np.float32), self.samples)
 
     def distance(self) -> np.ndarray:
-        """(height, width) float32: metres along the view's axis, of the nearest of a pixel's samples; FAR where nothing is drawn."""
+        """Find metres along the view's axis, of the nearest of a pixel's samples, (height, width) float32; FAR where nothing is drawn."""
         assert self.depth is not None
         height, width = self.depth.shape
         n = self.samples
@@ -87,8 +87,8 @@ class Frame:
         return np.where(depth >= 1, FAR, np.clip(np.nan_to_num(z, nan=FAR), LEAST, FAR)).astype(np.float32)
 
     def shafts(self) -> np.ndarray:
-        """(height, width, 3) float32: what the shafts add to the picture; of a medium its radiance, whatever the mix. Twin: `added` in
-        pygfx/merged.wgsl."""
+        """Find what the shafts add to the picture, (height, width, 3) float32; of a medium its radiance, whatever the mix. As
+        composite/scene.wgsl:composited adds it."""
         assert self.layer is not None
         if self.layer_transmittance is not None:
             return box(self.layer[..., :3], self.samples)
@@ -104,12 +104,12 @@ class Frame:
         return box(full, self.samples)
 
     def transmittance(self) -> np.ndarray | None:
-        """(height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
+        """Average what a medium lets through of what is seen, (height, width, 3) float32, 0..1; None where none is lit."""
         return None if self.layer_transmittance is None else box(self.layer_transmittance, self.samples)
 
 
 def box(values: np.ndarray, n: int) -> np.ndarray:
-    """(H n, W n, C) averaged over n x n: (H, W, C)."""
+    """Average (H n, W n, C) over n x n: (H, W, C)."""
     if n == 1:
         return values
     rows = values.reshape(values.shape[0] // n, n, *values.shape[1:])
@@ -120,7 +120,7 @@ def box(values: np.ndarray, n: int) -> np.ndarray:
 
 
 def _along(values: np.ndarray, start: float, length: float, count: int, axis: int) -> np.ndarray:
-    """`count` linear samples along an axis, over the part of it that begins at `start` and is `length` long, of 1."""
+    """Sample `count` positions linearly along an axis, over the part of it that begins at `start` and is `length` long, of 1."""
     size = values.shape[axis]
     at = np.clip((start + length * (np.arange(count) + 0.5) / count) * size - 0.5, 0, size - 1)
     low = np.floor(at).astype(int)
