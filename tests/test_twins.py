@@ -18,25 +18,6 @@ PACKAGE = Path(airlight.__file__).parent
 TESTS = Path(__file__).parent
 SHADERS = sorted(str(p.relative_to(PACKAGE).as_posix()) for p in PACKAGE.rglob("*.wgsl"))
 TWIN = re.compile(r"\bTwin: ([\w/]+\.py):(\w+)\.(?=\s|$)")
-# Functions that have no twin, or none that a test calls: to be emptied.
-LACKING: set[str] = {
-    # the article and the passes of scenes
-    "pygfx/merge.wgsl:filmic",
-    "pygfx/merge.wgsl:lines",
-    "pygfx/view.wgsl:axial",
-    "pygfx/view.wgsl:emits",
-    "pygfx/view.wgsl:lights_at",
-    "pygfx/view.wgsl:radiance",
-    "pygfx/view.wgsl:view_ray",
-    "pygfx/view.wgsl:with_light",
-}
-# Files whose comments name twins in another form, or such as do not exist: to be emptied.
-UNNAMED: set[str] = {
-    # the article and the passes of scenes
-    "pygfx/merge.wgsl",
-    "pygfx/merged.wgsl",
-    "pygfx/view.wgsl",
-}
 
 
 @cache
@@ -103,8 +84,7 @@ def problem(path: str, function: Function) -> str:
 
 def test_each_pure_function_has_a_twin() -> None:
     found = {f"{path}:{name}": problem(path, f) for (path, name), f in pure().items()}
-    assert {name: text for name, text in found.items() if text and name not in LACKING} == {}
-    assert [name for name in LACKING if not found.get(name)] == [], "these are done or gone: take them from the list"
+    assert {name: text for name, text in found.items() if text} == {}
 
 
 def test_twins_that_are_named_exist() -> None:
@@ -115,7 +95,7 @@ def test_twins_that_are_named_exist() -> None:
         named = TWIN.findall(text)
         if len(named) != len(re.findall(r"twin", text, re.I)) or any(name not in definitions(module) for module, name in named):
             wrong.add(path)
-    assert wrong == UNNAMED
+    assert wrong == set()
 
 
 def test_names_of_pure_functions_are_unique() -> None:

@@ -26,9 +26,9 @@ fn look(@builtin(local_invocation_index) lane: u32) {
         let p = vec2i(vec2u(i % count.x, i / count.x) * STEP);
         let uv = (vec2f(p) + 0.5) * view.pixel;
         var light = vec4f(0.0);
-        if (CONES > 0u) { light = lights_at(uv); }
+        if (CONES > 0u) { light = cones_at(uv); }
         let depth = textureLoad(depths, p, 0);
-        let pixel = seen(p, depth, light);
+        let pixel = emitter_at(p, depth, light);
         let level = log_luminance(pixel.rgb);
         color += (1.0 - pixel.a) * vec4f(pixel.rgb, 1.0);
         if (pixel.a < 1.0) {

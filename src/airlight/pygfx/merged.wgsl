@@ -1,4 +1,4 @@
-// The picture with its shafts, linear. Twins: merged, gathered, fogged, through in reference/scene.py.
+// The picture with its shafts, linear. Twin: reference/scene.py:gathered. Twin: reference/scene.py:through.
 //! include "pygfx/view.wgsl"
 override CONTRAST: bool = false;
 override GATHER: bool = false;  // shafts gather with the distance
@@ -12,13 +12,14 @@ override EXTINCTION: bool = false; // the medium attenuates what is behind it, b
 @group(0) @binding(6) var aside: texture_2d<f32>; // of a medium: in-scattered radiance
 @group(0) @binding(8) var transmittance: texture_2d<f32>; // of the same layer
 
-/// Read what of a surface's radiance the medium before it lets through.
+/// Reads what of a surface's radiance the medium before it lets through.
 fn transmitted(p: vec2i) -> vec3f {
     if (!EXTINCTION) { return vec3f(1.0); }
     return textureLoad(transmittance, p, 0).rgb;
 }
 
-/// (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
+/// Finds (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
+/// Twin: reference/scene.py:fog.
 fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < 8u; i++) {
@@ -32,7 +33,7 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     return vec4f(sum.rgb / max(sum.a, 1e-6) * looked[3], cover);
 }
 
-/// RGB of a pixel with its shafts, and whether that differs from the picture.
+/// Composites a pixel: its RGB with shafts, and 1 where that differs from the picture.
 fn merged(p: vec2i) -> vec4f {
     let pixel = textureLoad(scene, p, 0);
     if (WORLD) {

@@ -1,8 +1,8 @@
-// What the passes of a rendered scene share: the camera, its lights, and what emits (13.5.2). Twins: reference/scene.py.
+// What the passes of a rendered scene share: the camera, its lights, and what emits (GPU Gems 3, 13.5.2).
 override CONES: u32 = 0u;       // lights that have discs or are bodies
 override CLEAR: bool = false;   // nothing drawn counts as the clear colour
 
-const KEPT = 0.25;              // of the occluders' contrast, with contrast; twin: KEPT in reference/radial.py
+const KEPT = 0.25;              // of the occluders' contrast, with contrast; KEPT in reference/radial.py
 
 struct Cone {                   // around a light, from the eye
     direction: vec3f,           // unit, view space
@@ -43,34 +43,37 @@ struct View {
 @group(0) @binding(1) var scene: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_depth_2d;
 
-/// The view ray of picture position uv, at -z = 1; the axis without perspective.
+/// Finds the view ray of picture position uv, at -z = 1; the axis without perspective. Twin: reference/scene.py:view_ray.
 fn view_ray(uv: vec2f) -> vec3f {
     return vec3f(view.rays.xy * uv + view.rays.zw, -1.0);
 }
 
-/// Distance along the view's axis.
+/// Finds the distance along the view's axis of a depth. Twin: reference/scene.py:axial.
 fn axial(depth: f32) -> f32 {
     return (view.depth.x * depth + view.depth.y) / (view.depth.z * depth + view.depth.w);
 }
 
-fn with_light(found: vec4f, cone: Cone, ray: vec3f, inverse: f32) -> vec4f {
+/// Adds a light to what `cones_at` found so far: its disc, and its body where it covers more than those before.
+/// inverse: of the ray's length. Twin: reference/scene.py:add_cone.
+fn add_cone(found: vec4f, cone: Cone, ray: vec3f, inverse: f32) -> vec4f {
     let cover = clamp((dot(ray, cone.direction) * inverse - cone.cosine) * cone.sharp + 0.5, 0.0, 1.0);
     let discs = max(found.x, cone.disc * cover);
     let nearer = cone.far > 0.0 && cover > found.y;
     return vec4f(discs, select(found.yzw, vec3f(cover, inverse * vec2f(cone.near, cone.far)), nearer));
 }
 
-/// The discs at a ray, and the light that is a body there: (radiance of discs, cover of the body, its near and far along the axis).
-fn lights_at(uv: vec2f) -> vec4f {
+/// Finds the discs at a picture position, and the light that is a body there: (radiance of discs, cover of the body, its near and far
+/// along the axis). Twin: reference/scene.py:cones_at.
+fn cones_at(uv: vec2f) -> vec4f {
     let ray = view_ray(uv);
     let inverse = inverseSqrt(dot(ray, ray));
     var found = vec4f(0.0);
-    //! each k of 8: if (CONES > k) { found = with_light(found, view.cone[k], ray, inverse); }
+    //! each k of 8: if (CONES > k) { found = add_cone(found, view.cone[k], ray, inverse); }
     return found;
 }
 
-/// m of a pixel: 1 where nothing writes depth, or where a light is.
-fn emits(depth: f32, light: vec4f) -> f32 {
+/// Finds m of a pixel: 1 where nothing writes depth, or where a light is. light: `cones_at`. Twin: reference/scene.py:pixel_emission.
+fn pixel_emission(depth: f32, light: vec4f) -> f32 {
     if (CONES == 0u) { return select(0.0, 1.0, depth >= 1.0); }
     let over = view.depth.x * depth + view.depth.y; // the distance, as a fraction
     let under = view.depth.z * depth + view.depth.w;
@@ -78,15 +81,16 @@ fn emits(depth: f32, light: vec4f) -> f32 {
     return select(select(0.0, light.y, at_body), 1.0, depth >= 1.0);
 }
 
-/// What a colour of the scene emits; open: nothing is drawn there.
-fn radiance(color: vec3f, open: bool, light: vec4f) -> vec3f {
+/// Bounds the radiance of a pixel to what a source may hold, with discs and the clear colour where nothing is drawn (open).
+/// Twin: reference/scene.py:emitted_radiance.
+fn emitted_radiance(color: vec3f, open: bool, light: vec4f) -> vec3f {
     var found = clamp(color, vec3f(0.0), vec3f(65504.0));
     if (CLEAR) { found = select(found, mix(view.clear, found, light.y), open); }
     if (CONES > 0u) { found = select(found, max(found, vec3f(light.x)), open); }
     return found;
 }
 
-/// RGB and m of a pixel.
-fn seen(p: vec2i, depth: f32, light: vec4f) -> vec4f {
-    return vec4f(radiance(textureLoad(scene, p, 0).rgb, depth >= 1.0, light), emits(depth, light));
+/// Reads a pixel of the scene: RGB and m.
+fn emitter_at(p: vec2i, depth: f32, light: vec4f) -> vec4f {
+    return vec4f(emitted_radiance(textureLoad(scene, p, 0).rgb, depth >= 1.0, light), pixel_emission(depth, light));
 }

@@ -36,6 +36,53 @@ def view_ray(uv: Array, rays: Array) -> Array:
     return np.concatenate([xy, -np.ones_like(xy[..., :1])], axis=-1)
 
 
+def add_cone(found: Array, cone: Any, ray: Array, inverse: Array) -> Array:
+    """Add a light, a record of `Cone`, to what `cones_at` found so far, (..., 4), at rays (..., 3) whose lengths' inverses are given."""
+    cosine = ray @ np.asarray(cone["direction"], float) * inverse
+    cover = np.clip((cosine - cone["cosine"]) * cone["sharp"] + 0.5, 0, 1)
+    discs = np.maximum(found[..., 0], cone["disc"] * cover)
+    body = np.stack([cover, inverse * cone["near"], inverse * cone["far"]], axis=-1)
+    nearer = (cone["far"] > 0) & (cover > found[..., 1])
+    return np.concatenate([discs[..., None], np.where(nearer[..., None], body, found[..., 1:])], axis=-1)
+
+
+def cones_at(uv: Array, rays: Array, cones: Sequence[Any]) -> Array:
+    """Find the discs at picture positions (..., 2), and the light that is a body there: (..., 4) of the discs' radiance, the body's cover,
+    its near and far along the axis."""
+    ray = view_ray(uv, rays)
+    inverse = 1 / np.linalg.norm(ray, axis=-1)
+    found = np.zeros((*ray.shape[:-1], 4))
+    for cone in cones:
+        found = add_cone(found, cone, ray, inverse)
+    return found
+
+
+def pixel_emission(depth: Array, light: Array, terms: Array) -> Array:
+    """Find m of pixels: 1 where nothing writes depth (...), else the cover of the light that is a body there. light: `cones_at`."""
+    at = axial(depth, terms)
+    at_body = (at >= light[..., 2]) & (at <= light[..., 3])
+    return np.where(depth >= 1, 1.0, np.where(at_body, light[..., 1], 0.0))
+
+
+def emitted_radiance(color: Array, is_open: Array, light: Array, clear: Any = None) -> Array:
+    """Bound the radiance (..., 3) of pixels to 0..65504; where nothing is drawn (...) with discs, and the clear colour (3,) if given."""
+    bounded = np.clip(color, 0, 65504)
+    lit = bounded if clear is None else clear + light[..., 1, None] * (bounded - clear)
+    return np.where(is_open[..., None], np.maximum(lit, light[..., :1]), bounded)
+
+
+def light_lines(uv: Array, color: Array, rays: Array, aims: Sequence[Any], pixels: Any) -> Array:
+    """Draw lines every five degrees through lights, records of `Aim`, over a picture (..., 3) dimmed to a quarter. pixels: its size."""
+    shown, ray = 0.25 * color, view_ray(uv, rays)
+    for aim in aims:
+        to = np.asarray(aim["direction"], float)
+        off = (to[:2] / max(-to[2], 1e-3) - ray[..., :2]) / np.abs(rays[:2]) * np.asarray(pixels)
+        degrees = np.degrees(np.arctan2(off[..., 1], off[..., 0]))
+        aside = np.abs(degrees % 5 - 2.5) * np.radians(1) * np.linalg.norm(off, axis=-1)
+        shown = np.where(((aside < 0.7) & (aim["fade"] > 0))[..., None], (0.05, 0.25, 0.6), shown)
+    return shown
+
+
 def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any = None) -> Array:
     """Compute S of a picture (H, W, 3) and its depth (H, W) at 1 / factor of its size, which factor divides.
 
