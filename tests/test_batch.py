@@ -181,9 +181,9 @@ def test_what_cannot_be_named(shots, capsys):
 
 @pytest.mark.parametrize(("look", "by"), [("smart", "render_look"), ("classic", "render_picture")])
 def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch, look, by):
-    from airlight import api
+    from airlight import pictures
 
-    true, calls = getattr(api, by), []
+    true, calls = getattr(pictures, by), []
 
     def third(error):
         def render(*args, **more):
@@ -196,7 +196,7 @@ def test_interrupt_and_machine_errors_end_the_run(shots, capsys, monkeypatch, lo
 
     for error, code in ((KeyboardInterrupt(), 130), (MachineError("the disk is full"), 1)):
         calls.clear()
-        monkeypatch.setattr(api, by, third(error))
+        monkeypatch.setattr(pictures, by, third(error))
         assert call(shots / "shot.####.png", "-o", shots / "out.####.png", *LIGHT, "-y", "--look", look) == code
         written = sorted(p.name for p in shots.glob("out.*"))
         assert set(written) <= {"out.0001.png", "out.0002.png"} and not list(shots.glob(".airlight*"))

@@ -28,7 +28,7 @@ def candidate(position, kind="disc", confidence=0.9, guess=False, lamps=()):
 
 
 class Stub(types.SimpleNamespace):
-    """Stands for airlight.api, and for airlight.detect; remembers what it was asked."""
+    """Stands for airlight.api, airlight.pictures and airlight.detect; remembers what it was asked."""
 
     def __init__(self) -> None:
         super().__init__(__name__="stub", lights=[], parameters=None, look=None, more={}, raises=None, message="")
@@ -64,7 +64,7 @@ class Stub(types.SimpleNamespace):
 @pytest.fixture
 def api(monkeypatch):
     stub = Stub()
-    for name in ("api", "detect"):
+    for name in ("api", "pictures", "detect"):
         monkeypatch.setitem(sys.modules, f"airlight.{name}", stub)
         monkeypatch.setattr(airlight, name, stub, raising=False)
     return stub

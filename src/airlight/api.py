@@ -2,8 +2,6 @@
 
 import dataclasses
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -12,30 +10,22 @@ import numpy.typing as npt
 
 from airlight.arrays import encode, to_linear
 from airlight.colour import is_neutral
-from airlight.composite.blend import CompositeSettings, auto_levels_of, resolve, sample_step
 from airlight.composite.blend import blend as blend_layer
-from airlight.errors import AirlightError, AirlightWarning, MachineError
-from airlight.files import Picture
+from airlight.composite.blend import resolve, sample_step
+from airlight.errors import AirlightError, AirlightWarning
 from airlight.files.images import COARSE, every
-from airlight.gpu.device import Device, cure
+from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
 from airlight.lights import Light, as_lights
-from airlight.look.apply import HALF_MAX
 from airlight.look.apply import apply as apply_look
-from airlight.look.near import NEAR_RANGE as NEAR_RANGE
-from airlight.look.near import check_range, nearness, subject_nearness
-from airlight.look.resolve import ResolvedLook
+from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
-from airlight.occlusion.automatic import check as _check
 from airlight.options import Composite, Look, Parameters, chosen_look
-from airlight.planes import by_rows
-from airlight.reference import fallback
 from airlight.scatter.methods import METHODS
-from airlight.scatter.render import PictureRenderer, render_codes, render_layer
+from airlight.scatter.render import PictureRenderer
 
 FloatArray = npt.NDArray[np.float32]
-Where = PictureRenderer | Device | str | None  # None: the fastest adapter
 
 
 class Renderer(PictureRenderer):
@@ -53,34 +43,6 @@ class Renderer(PictureRenderer):
     def add_light_shafts(self, image: Any, light: Any = "auto", **keywords: Any) -> Any:
         """Add shafts as airlight.add_light_shafts."""
         return add_light_shafts(image, light, device=self, **keywords)
-
-
-def _renderer(device: Any) -> PictureRenderer | None:
-    """What to compute on; None, with a warning that says how to get one, where there is no adapter."""
-    if isinstance(device, PictureRenderer):
-        return device
-    try:
-        return PictureRenderer(device, keep=0)
-    except MachineError as error:
-        warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
-        return None
-
-
-def _plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
-    """A mask or depth map (H, W) as float32, its size checked against the image's."""
-    if plane is None:
-        return None
-    array = np.asarray(plane)
-    if array.ndim != 2:
-        raise AirlightError(f"the {name} has the shape {array.shape}: give (H, W), as (height, width) of the image")
-    if array.shape != shape:
-        size = " x ".join(str(n) for n in array.shape[:2][::-1])
-        raise AirlightError(f"the {name} is {size} pixels, the image {shape[1]} x {shape[0]}: they must be of one size")
-    if array.dtype.kind != "f" and array.dtype not in (bool, np.uint8, np.uint16):
-        raise AirlightError(f"the {name} is of type {array.dtype}: give bool, uint8, uint16 or float in 0..1")
-    scale = float(np.iinfo(array.dtype).max) if array.dtype.kind == "u" else 1.0
-    values = np.nan_to_num(array.astype(np.float32) / np.float32(scale), nan=0.0, posinf=3e38, neginf=-3e38)
-    return values if name == "depth" else np.clip(values, 0, 1)
 
 
 def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
@@ -103,70 +65,6 @@ def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool
     return auto_threshold(p, to_linear(array[every(array.shape[0], step), every(array.shape[1], step)])[0], lights, bounded=not is_float)
 
 
-def _layer(
-    rgb: FloatArray, alpha: Any, lights: list[Light], p: Parameters, mask: Any, depth: Any, device: PictureRenderer | None, **options: Any
-) -> FloatArray:
-    """The layer by the GPU, or by the reference where there is none. options: fraction, profile, luminance as `render_layer`."""
-    _check(p, alpha is not None, depth is not None)
-    if device is None:
-        return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, **options)
-    return render_layer(device, _pixels(rgb, alpha), lights, p, mask=mask, depth=depth, **options)
-
-
-def _pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
-    """(H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
-    pixels = np.empty((*rgb.shape[:2], 4), np.float32)
-
-    def rows(first: int, last: int) -> None:
-        for i in range(3):  # one by one: NumPy is twice as fast at it
-            pixels[first:last, :, i] = rgb[first:last, :, i]
-        pixels[first:last, :, 3] = 1.0 if alpha is None else alpha[first:last]
-
-    by_rows(rows, len(rgb))
-    return pixels
-
-
-def _lit(added: FloatArray) -> npt.NDArray[np.bool_]:
-    """(H, W): where something was added."""
-    lit = added != 0
-    return lit[..., 0] | lit[..., 1] | lit[..., 2]
-
-
-def gpu_inputs(
-    picture: Picture, parameters: Sequence[Parameters], mask: Any = None, depth: Any = None
-) -> tuple[FloatArray, dict[str, FloatArray | None]]:
-    """A picture from a file and its planes as scatter.render takes them: (H, W, 4) and {mask, depth}, checked for the parameters."""
-    for p in parameters:
-        _check(p, picture.alpha is not None, depth is not None)
-    shape = (picture.height, picture.width)
-    planes = {"mask": _plane("mask", mask, shape), "depth": _plane("depth", depth, shape), "luminance": picture.luminance}
-    return _pixels(picture.linear(), picture.alpha), planes
-
-
-def _codes(
-    image: Any,
-    alpha: Any,
-    lights: list[Light],
-    p: Parameters,
-    settings: CompositeSettings,
-    mask: Any,
-    depth: Any,
-    device: PictureRenderer,
-    **options: Any,
-) -> tuple[Any, CompositeSettings]:
-    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
-    settings as measured."""
-    has_alpha = image.shape[2] == 4
-    _check(p, has_alpha or alpha is not None, depth is not None)
-    codes = image
-    if not has_alpha or alpha is not None:
-        codes = np.empty((*image.shape[:2], 4), np.uint8)
-        codes[..., :3] = image[..., :3]
-        codes[..., 3] = 255 if alpha is None else np.rint(255 * np.clip(alpha, 0, 1))
-    out, settings = render_codes(device, codes, lights, p, settings, mask=mask, depth=depth, **options)
-    return np.ascontiguousarray(out[..., :3]), settings
-
-
 def light_shafts(
     image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
@@ -179,7 +77,7 @@ def light_shafts(
     (H, W) array, used as the mask. Raises AirlightError for bad input.
     Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
     """
-    return shown(_shafts(image, light, alpha, depth, mask, parameters, _renderer(device)))
+    return shown(_shafts(image, light, alpha, depth, mask, parameters, open_renderer(device)))
 
 
 def _shafts(
@@ -189,13 +87,13 @@ def _shafts(
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
     lights = as_lights(light)
-    return _layer(
+    return compute_layer(
         rgb,
-        _plane("alpha", own if alpha is None else alpha, shape),
+        checked_plane("alpha", own if alpha is None else alpha, shape),
         lights,
         _auto_threshold(p, image, lights, adapts),
-        _plane("mask", given if given is not None else mask, shape),
-        _plane("depth", depth, shape),
+        checked_plane("mask", given if given is not None else mask, shape),
+        checked_plane("depth", depth, shape),
         device,
     )
 
@@ -243,8 +141,8 @@ def add_light_shafts(
             place = likeliest(to_linear(array)[0])
             if isinstance(place, str):
                 warnings.warn(place, AirlightWarning, stacklevel=2)
-                named |= {"exposure": 0.0}
-            lights = [Light((0.5, 0.5))] if isinstance(place, str) else as_lights(place)
+                return shown(_encoded(array, to_linear(array)[0], np.zeros(array.shape[:2], bool)))
+            lights = as_lights(place)
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
     quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
     look = Look(**named)
@@ -252,12 +150,12 @@ def add_light_shafts(
     rgb = None if codes else to_linear(array)[0]  # codes are decoded by the GPU
     shape = array.shape[:2]
     is_float = array.dtype.kind == "f"
-    near = _nearness(_plane("depth", depth, shape), _plane("subject", subject, shape), check_range(near_range), look.wrap)
+    near = hiding_nearness(depth, subject, shape, check_range(near_range), look.wrap)
     step = max(1, max(shape) // COARSE)
     some = every(shape[0], step), every(shape[1], step)
     coarse = to_linear(array[some])[0] if rgb is None else rgb[some]
     pixels = array[..., :3] if rgb is None else rgb
-    mask_plane = _plane("mask", emits, shape)
+    mask_plane = checked_plane("mask", emits, shape)
     grey = array.ndim == 2 or array.shape[2] == 1
     options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality, "grey": grey}
     if searched:
@@ -266,7 +164,7 @@ def add_light_shafts(
             warnings.warn(place, AirlightWarning, stacklevel=2)
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
         lights = as_lights(place)
-    done = apply_look(_renderer(device), pixels, coarse, lights, look, **options)
+    done = apply_look(open_renderer(device), pixels, coarse, lights, look, **options)
     if done.resolved.message:
         warnings.warn(done.resolved.message, AirlightWarning, stacklevel=2)
     if done.codes is not None:
@@ -275,7 +173,7 @@ def add_light_shafts(
         rgb = to_linear(array)[0]
     if done.added is None or done.taken is None:
         return shown(_encoded(array, rgb, np.zeros(shape, bool)))
-    changed = _lit(done.added) | (done.taken != 0)
+    changed = where_lit(done.added) | (done.taken != 0)
     return shown(_encoded(array, rgb * (1 - done.taken)[..., None] + done.added, changed))
 
 
@@ -292,14 +190,6 @@ def likeliest(image: Any) -> Any:
     return found[0]
 
 
-def _nearness(depth: FloatArray | None, subject: FloatArray | None, near_range: tuple[float, float], wrap: float) -> FloatArray | None:
-    """(H, W): what shafts pass behind, by a depth map and a subject's mask; None where neither is given."""
-    planes = [] if depth is None else [nearness(depth, near_range)]
-    if subject is not None:
-        planes.append(subject_nearness(subject, wrap))
-    return np.asarray(np.maximum.reduce(planes), np.float32) if planes else None
-
-
 def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
     known = [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
@@ -313,20 +203,20 @@ def _add_sum(
     """The image with the sum's layer on it."""
     is_float = array.dtype.kind == "f"
     settings = resolve(composite, is_float)
-    chosen = _renderer(device)
+    chosen = open_renderer(device)
     plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
     if chosen is not None and plain and not settings.adapt:
         p, _ = _parameters(array, dict(named))
         shape = array.shape[:2]
-        emits = _plane("mask", mask, shape)
-        opaque, far = _plane("alpha", alpha, shape), _plane("depth", depth, shape)
+        emits = checked_plane("mask", mask, shape)
+        opaque, far = checked_plane("alpha", alpha, shape), checked_plane("depth", depth, shape)
         lights = as_lights(light)
-        codes, _ = _codes(array, opaque, lights, _auto_threshold(p, array, lights), settings, emits, far, chosen)
+        codes, _ = compute_codes(array, opaque, lights, _auto_threshold(p, array, lights), settings, emits, far, chosen)
         return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
     layer = _shafts(array, light, alpha, depth, mask, named, chosen, settings.adapt > 0)
     linear, _ = to_linear(array)
     out, added = blend_layer(linear, layer, settings)
-    return shown(_encoded(array, out, _lit(added) | (settings.adapt > 0)))
+    return shown(_encoded(array, out, where_lit(added) | (settings.adapt > 0)))
 
 
 def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
@@ -363,130 +253,14 @@ def occlusion_fraction(
     if METHODS[p.method].stencilled:  # eight bits are too few for a fraction
         plain = msgspec.structs.replace(plain, method="radial")
     plain = _auto_threshold(plain, image, lights)
-    lit = _layer(
+    lit = compute_layer(
         rgb,
-        _plane("alpha", own if alpha is None else alpha, shape),
+        checked_plane("alpha", own if alpha is None else alpha, shape),
         [dataclasses.replace(lights[0], color=(1.0, 1.0, 1.0), strength=1.0)],
         plain,
-        _plane("mask", given if given is not None else mask, shape),
-        _plane("depth", depth, shape),
-        _renderer(device),
+        checked_plane("mask", given if given is not None else mask, shape),
+        checked_plane("depth", depth, shape),
+        open_renderer(device),
         fraction=True,
     )
     return shown(np.clip(1 - lit[..., 0], 0, 1))
-
-
-@dataclass
-class Rendered:
-    """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
-    linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the picture may have changed."""
-
-    pixels: FloatArray | None = None
-    layer: FloatArray | None = None
-    changed: npt.NDArray[np.bool_] | None = None
-    encoded: npt.NDArray[np.uint8] | None = None
-    held: CompositeSettings | ResolvedLook | None = None  # what was measured: for the next frame
-    message: str = ""  # one line for the user
-
-
-def render_picture(
-    picture: Picture,
-    lights: list[Light],
-    parameters: Parameters,
-    composite: Composite | CompositeSettings | None = None,
-    *,
-    mask: Any = None,
-    depth: Any = None,
-    device: Where = None,
-    profile: Any = None,
-    float_output: bool = False,
-    codes_only: bool = False,
-) -> Rendered:
-    """The classic look of a picture from a file, its parameters `auto_threshold`.
-
-    profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
-    """
-    settings = composite if isinstance(composite, CompositeSettings) else resolve(composite or Composite(), float_output)
-    shape = (picture.height, picture.width)
-    planes = _plane("mask", mask, shape), _plane("depth", depth, shape)
-    chosen = _renderer(device)
-    options = {} if chosen is None else {"profile": profile}
-    if chosen is not None and codes_only and _is_plain(picture) and not settings.adapt:
-        encoded, settings = _codes(picture.codes, None, lights, parameters, settings, *planes, chosen, **options)
-        return Rendered(encoded=encoded, held=settings)
-    rgb = picture.linear()
-    layer = _layer(rgb, picture.alpha, lights, parameters, *planes, chosen, luminance=picture.luminance, **options)
-    settings = auto_levels_of(rgb, layer, settings, picture.luminance)
-    pixels, added = blend_layer(rgb, layer, settings, picture.luminance)
-    changed = _lit(added) | (settings.adapt > 0)
-    if picture.alpha is not None and not picture.associated:
-        added *= picture.alpha[..., None]
-    return Rendered(pixels, added, changed, held=settings)
-
-
-def _is_plain(picture: Picture) -> bool:
-    """Tell whether the picture holds sRGB codes of 8 bits, with colour."""
-    return picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
-
-
-def render_look(
-    picture: Picture,
-    lights: Sequence[Light],
-    look: Look,
-    *,
-    quality: str = "normal",
-    mask: Any = None,
-    depth: Any = None,
-    subject: Any = None,
-    near_range: tuple[float, float] = NEAR_RANGE,
-    held: ResolvedLook | None = None,
-    device: Where = None,
-    profile: Any = None,
-    float_output: bool = False,
-    codes_only: bool = False,
-) -> Rendered:
-    """The smart look of a picture from a file. mask, depth, subject: (H, W), as `add_light_shafts`; held: of a frame before, to keep;
-    lights: none, where the picture is to stay as it is; the rest as `render_picture`."""
-    shape = (picture.height, picture.width)
-    near = _nearness(_plane("depth", depth, shape), _plane("subject", subject, shape), near_range, look.wrap)
-    chosen = _renderer(device) if lights else None
-    codes = chosen is not None and codes_only and _is_plain(picture)
-    if not lights:
-        return _untouched(picture, codes_only)
-    coarse = picture.rec709(picture.linear(coarse=True))
-    pixels = picture.codes[..., :3] if codes else picture.rec709(picture.linear())
-    options: dict[str, Any] = {"near": near, "masked": _plane("mask", mask, shape), "held": held, "quality": quality, "profile": profile}
-    options["grey"] = picture.colour_codes.shape[2] == 1
-    done = apply_look(chosen, pixels, coarse, lights, look, float_output=float_output, **options)
-    message = done.resolved.message
-    if done.codes is not None:
-        return Rendered(encoded=done.codes, held=done.resolved, message=message)
-    if done.added is None or done.taken is None:
-        return dataclasses.replace(_untouched(picture, codes_only), held=done.resolved, message=message)
-    added = picture.from_rec709(done.added)
-    out = picture.linear()
-
-    def rows(first: int, last: int) -> None:
-        if float_output:  # as an EXR holds it: its picture is to be the sum of what is stored
-            added[first:last] = np.clip(added[first:last], -HALF_MAX, HALF_MAX).astype(np.float16)
-        out[first:last] *= 1 - done.taken[first:last, :, None]  # type: ignore[index]
-        out[first:last] += added[first:last]
-
-    by_rows(rows, len(out))
-    changed = _lit(added) | (done.taken != 0)
-    if picture.alpha is not None and not picture.associated:
-        added = added * picture.alpha[..., None]
-    return Rendered(out, added, changed, held=done.resolved, message=message)
-
-
-def _untouched(picture: Picture, codes_only: bool) -> Rendered:
-    """The picture as it is, with a layer of nothing."""
-    if codes_only and _is_plain(picture):
-        return Rendered(encoded=np.ascontiguousarray(picture.codes[..., :3]))
-    rgb = picture.linear()
-    return Rendered(rgb, np.zeros_like(rgb), np.zeros(rgb.shape[:2], bool))
-
-
-def adapter_cure() -> str:
-    """How to get a graphics adapter on this system."""
-    return cure()

@@ -9,13 +9,14 @@ import numpy.typing as npt
 from airlight import api
 from airlight.errors import AirlightError
 from airlight.files import Picture
+from airlight.layers import gpu_inputs
 from airlight.lights import Light
 from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.epipolar.grid import Grid, Quadrant
 from airlight.scatter.epipolar.moments import Mixture
 from airlight.scatter.methods import METHODS
-from airlight.scatter.render import PictureRenderer, emitted, plan, render_source
+from airlight.scatter.render import PictureRenderer, emitted, plan, source_pixels
 
 Array = npt.NDArray[Any]
 DIM = 0.25  # factor of the picture below lines
@@ -46,9 +47,9 @@ def view(
         image = picture.rec709(picture.linear())
         return api.occlusion_fraction(image, lights, alpha=picture.alpha, depth=depth, mask=mask, device=device, **keys)
     gpu = device if isinstance(device, PictureRenderer) else PictureRenderer(device)
-    pixels, planes = api.gpu_inputs(picture, [parameters], mask, depth)
+    pixels, planes = gpu_inputs(picture, [parameters], mask, depth)
     if name in ("source", "mask"):
-        seen = render_source(gpu, pixels, parameters, fraction=name == "mask", **planes)
+        seen = source_pixels(gpu, *emitted(gpu, pixels, parameters, fraction=name == "mask", **planes), picture.width)
         return seen if name == "source" else seen[..., 0]
     source, _ = emitted(gpu, pixels, parameters, **planes)
     plans, _ = plan(gpu.device, (picture.width, picture.height), lights, parameters, source)

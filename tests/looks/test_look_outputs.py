@@ -7,7 +7,7 @@ import thumbs
 from look_commands import LIGHT, SHAPE, codes, layer_of, run
 from test_compositing import AP1, load, store
 
-from airlight import api
+from airlight import pictures
 from airlight.files import encode, read_image, write_image
 from airlight.reference import radial as reference
 
@@ -57,14 +57,14 @@ def test_a_sequence_keeps_what_its_first_frame_settled(tmp_path, capsys, monkeyp
     """The second frame is darker and blue: its strength, tones and the colour of its light are the first's; alone they would not be."""
     for i, factor in ((1, (1, 1, 1)), (2, (0.2, 0.4, 0.8))):
         write_image(tmp_path / f"f.{i:04d}.exr", thumbs.linear() * np.float32(factor))
-    held, true = [], api.render_look
+    held, true = [], pictures.render_look
 
     def look(*args, **more):
         done = true(*args, **more)
         held.append(done.held)
         return done
 
-    monkeypatch.setattr(api, "render_look", look)
+    monkeypatch.setattr(pictures, "render_look", look)
     run(capsys, tmp_path / "f.#.exr", "-o", tmp_path / "o.#.exr")
     run(capsys, tmp_path / "f.0002.exr", "-o", tmp_path / "alone.exr")
     first, second, alone = held

@@ -127,13 +127,14 @@ def test_debug_views(hands: Driver, codes: np.ndarray) -> None:
     from airlight import Renderer
     from airlight.occlusion.automatic import auto_threshold
     from airlight.options import Parameters
-    from airlight.scatter.render import render_source
+    from airlight.scatter.render import emitted, source_pixels
 
     hands.choose("debug", "occlusion")
     seen = read_image(hands.viewer.screenshot()).codes
     rgba = np.dstack([codes, np.full(codes.shape[:2], 255, np.uint8)])
     p = auto_threshold(Parameters(), hands.viewer.picture.coarse, [hands.state.lights[0].image_light()])
-    mask = render_source(Renderer(), rgba, p, fraction=True)[..., 0]
+    gpu = Renderer()
+    mask = source_pixels(gpu, *emitted(gpu, rgba, p, fraction=True), rgba.shape[1])[..., 0]
     assert np.abs(seen[..., 0] / 255.0 - mask).max() < 0.01 and mask.max() > 0.9 > 0.1 > mask.min()
     hands.choose("debug", "source")
     assert not np.array_equal(read_image(hands.viewer.screenshot()).codes, seen)

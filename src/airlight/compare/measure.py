@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from airlight.api import gpu_inputs
 from airlight.bench.measure import Passes, _times
 from airlight.compare.result import PictureComparison, PictureRow
 from airlight.compare.variants import Variant, limit, limit_key, source_key
@@ -16,6 +15,7 @@ from airlight.errors import AirlightError
 from airlight.files import Picture
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
+from airlight.layers import gpu_inputs
 from airlight.lights import Light
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters

@@ -26,7 +26,7 @@ def tell_far_away(written: Sequence[LightText], found: Sequence[LightText]) -> N
 
 
 def tell_unchanged(picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText], float_output: bool) -> None:
-    """Say why nothing, or hardly anything, is to be seen. done: api.Rendered; look: None for the classic one; p: the sum's parameters."""
+    """Say why nothing, or hardly anything, is to be seen. done: pictures.Rendered; look: None: classic; p: the sum's parameters."""
     if done.message:
         say(f"{picture.path}: {done.message}", prefix="")
     elif changes_little(picture, done, float_output):

@@ -253,7 +253,7 @@ class _Work:
         return loaded
 
     def render(self, task: PictureTask, loaded: _Loaded) -> Any:
-        """Give (api.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
+        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
         wanted."""
         from airlight.occlusion.automatic import check
 
@@ -291,8 +291,8 @@ class _Work:
         return done, fraction, self.request.settings.text(written, chosen)
 
     def _shone(self, task: PictureTask, loaded: _Loaded, lights: list[Any], parameters: Any, held: Any) -> Any:
-        """Render one picture, api.Rendered."""
-        from airlight import api
+        """Render one picture, pictures.Rendered."""
+        from airlight import pictures
 
         picture, r = loaded.picture, self.request
         real = _is_float(task.output, picture)
@@ -304,10 +304,10 @@ class _Work:
             "codes_only": task.layer is None and picture.bits == 8 and not real,
         }
         if self.look is None and lights:
-            return api.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
+            return pictures.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
         options |= {"subject": loaded.subject, "depth": loaded.far if r.depth_hides else None, "held": held}
         options |= {"near_range": read_range(r.near_range), "quality": self.parameters.quality}
-        return api.render_look(picture, lights, self.look or Look(), **options)
+        return pictures.render_look(picture, lights, self.look or Look(), **options)
 
     def _fraction(self, loaded: _Loaded, lights: list[Any], parameters: Any) -> "np.ndarray":
         from airlight import api

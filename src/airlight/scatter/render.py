@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -260,25 +261,46 @@ def _within_memory(device: Device, picture: Array) -> Iterator[None]:
         raise MachineError(f"{device.name} has not enough memory for an image of {size} pixels: scale it down") from None
 
 
-def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, options: dict[str, Any]) -> ImagePlan:
-    """The plan of a picture that is uploaded and whose layer is submitted."""
-    mask, depth = options.get("mask"), options.get("depth")
+@dataclass(frozen=True)
+class _Inputs:
+    """Holds what goes with a picture, as `render_layer` takes it."""
+
+    mask: Array | None
+    depth: Array | None
+    luminance: Any
+    fraction: bool
+    profile: Any
+
+
+def _planned(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, inputs: _Inputs) -> ImagePlan:
+    """Upload a picture and submit its layer, by a plan that is kept or made."""
     height, width = picture.shape[:2]
-    kind = {"masked": mask is not None, "deep": depth is not None, "fraction": options.get("fraction", False)}
+    kind = {"masked": inputs.mask is not None, "deep": inputs.depth is not None, "fraction": inputs.fraction}
     found = renderer.plan((width, height), picture.dtype == np.uint8, lights, p, **kind)
-    found.upload(picture, mask, depth, options.get("luminance", REC709_F32))
-    found.submit(found.record, profile=options.get("profile"))
+    found.upload(picture, inputs.mask, inputs.depth, inputs.luminance)
+    found.submit(found.record, profile=inputs.profile)
     return found
 
 
-def render_layer(renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, **options: Any) -> Array:
-    """The layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
+def render_layer(
+    renderer: PictureRenderer,
+    picture: Array,
+    lights: Sequence[Light],
+    p: Parameters,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    luminance: Any = REC709_F32,
+    fraction: bool = False,
+    profile: Any = None,
+) -> Array:
+    """Compute the layer (H, W, 3) float32 of a picture: (H, W, 4) uint8 sRGB codes or float32 linear, finite.
 
-    options: mask and depth (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
-    luminance: (3,) weights of the luminance of the picture's RGB.
+    mask, depth: (H, W); fraction: of what emits, not its light; profile: a list to which (label, ms) of each pass is added;
+    luminance: (3,) weights of the luminance of the picture's RGB. Raises MachineError where the device has not enough memory.
     """
     with _within_memory(renderer.device, picture):
-        done = _planned(renderer, picture, lights, p, options)
+        done = _planned(renderer, picture, lights, p, _Inputs(mask, depth, luminance, fraction, profile))
         half = np.frombuffer(renderer.device.read(done.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
     out = np.empty((*picture.shape[:2], 3), np.float32)
 
@@ -291,25 +313,41 @@ def render_layer(renderer: PictureRenderer, picture: Array, lights: Sequence[Lig
     return out
 
 
-def emitted(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> tuple[Any, float]:
-    """The source of the sum on the device, with its apron, and the factor in it. Arguments as render_layer, without lights."""
+def emitted(
+    renderer: PictureRenderer,
+    picture: Array,
+    p: Parameters,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    luminance: Any = REC709_F32,
+    fraction: bool = False,
+) -> tuple[Any, float]:
+    """Write the source of the sum on the device, with its apron; give it, and the factor in it. Arguments as render_layer."""
     with _within_memory(renderer.device, picture):
-        done = _planned(renderer, picture, [], p, options)
+        done = _planned(renderer, picture, [], p, _Inputs(mask, depth, luminance, fraction, None))
     return done.source.texture, done.scale
 
 
-def render_source(renderer: PictureRenderer, picture: Array, p: Parameters, **options: Any) -> Array:
-    """The source I m (or, with fraction, m) of a picture as (H, W, 3) float32. Arguments as render_layer, without lights."""
-    source, scale = emitted(renderer, picture, p, **options)
-    width, height, _ = source.size
-    apron = (width - picture.shape[1]) // 2
-    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, width, 4)
-    return half[apron : height - apron, apron : width - apron, :3].astype(np.float32) / np.float32(scale)
+def source_pixels(renderer: PictureRenderer, source: Any, scale: float, width: int) -> Array:
+    """Read what `emitted` gives, (H, W, 3) float32, without its apron. width: of the picture, pixels."""
+    whole, height, _ = source.size
+    apron = (whole - width) // 2
+    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, whole, 4)
+    return half[apron : height - apron, apron : whole - apron, :3].astype(np.float32) / np.float32(scale)
 
 
 def render_codes(
-    renderer: PictureRenderer, picture: Array, lights: Sequence[Light], p: Parameters, settings: CompositeSettings, **options: Any
+    renderer: PictureRenderer,
+    picture: Array,
+    lights: Sequence[Light],
+    p: Parameters,
+    settings: CompositeSettings,
+    *,
+    mask: Array | None = None,
+    depth: Array | None = None,
+    profile: Any = None,
 ) -> tuple[Array, CompositeSettings]:
-    """The picture with its layer, (H, W, 4) uint8 sRGB codes as the picture, and the settings as measured. Options as render_layer."""
+    """Put the layer on the picture, (H, W, 4) uint8 sRGB codes as the picture; give the settings as measured. Arguments as render_layer."""
     with _within_memory(renderer.device, picture):
-        return _planned(renderer, picture, lights, p, options).codes(settings, options.get("profile"))
+        return _planned(renderer, picture, lights, p, _Inputs(mask, depth, REC709_F32, False, profile)).codes(settings, profile)

@@ -53,8 +53,8 @@ def free_name(path: str, folder: str) -> str:
 
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
     """Make what writes an array with the lights and parameters of the state as it is now."""
-    from airlight.api import render_look, render_picture
     from airlight.occlusion.automatic import auto_threshold
+    from airlight.pictures import render_look, render_picture
 
     lights = [control.image_light() for control in state.lights]
     p, composite, look = state.parameters, state.composite, state.look if state.is_smart else None
