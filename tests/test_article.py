@@ -87,7 +87,7 @@ def run(
     """(height, width, 4)"""
     device = open_device()
     made = kind(device, (depths.shape[1], depths.shape[0]))
-    made.aim(view, matrix, lamps, made.resolve(resolved(march, **air)), jitter=jitter)
+    made.update(view, matrix, lamps, made.resolve(resolved(march, **air)), jitter=jitter)
     encoder = device.encoder()
     made.record(encoder, depth_texture(device, depths))
     device.submit(encoder)
@@ -338,7 +338,7 @@ def test_both_take_one_sun_or_none(kind: type[Article]) -> None:
     sun, spot = DirectionalLight((1.0, 1.0, 1.0)), SpotLight((1.0, 1.0, 1.0))
     for lamps in ([(spot, None)], [(sun, None), (sun, None)], [(sun, None), (spot, None)]):
         with pytest.raises(AirlightError, match=f"method {kind.name} takes one light, a sun"):
-            made.aim(np.eye(4), projection(), lamps, resolved())
+            made.update(np.eye(4), projection(), lamps, resolved())
     none = run(kind, np.eye(4), projection(), np.ones((2, 3)), [])
     np.testing.assert_allclose(none[..., :3], -0.1, atol=1e-7)
 

@@ -72,7 +72,7 @@ def layer(
     """(H, W, 4) of the picture that a projection `seen` makes, by a march that may have been used before. Its transmittance is checked."""
     device = open_device()
     march = march or March(device, size)
-    march.aim(np.eye(4) if view is None else view, projection() if seen is None else seen, lamps, air, jitter=jitter, share=share)
+    march.update(np.eye(4) if view is None else view, projection() if seen is None else seen, lamps, air, jitter=jitter, share=share)
     ends = depths(np.broadcast_to(np.asarray(depth, float), (1, *size[::-1])))
     run_ms(device, lambda encoder: march.record(encoder, ends))
     found, transmittance = (
@@ -406,7 +406,7 @@ def test_a_smaller_march_is_put_on_the_picture_as_its_twin_does(share: float, pi
     held = np.kron(rng.choice([0.9, 0.97, 0.99, 1.0], (8, 8)), np.ones((6, 6)))[: pixels[1], : pixels[0]]
     held[rng.random(held.shape) < 0.06] = 0.95
     march, medium = March(device, pixels), air(steps=16)
-    march.aim(np.eye(4), projection(), [(lamp, Shadow(depths(heights_for("sun", 1)), 48, made()))], medium, jitter="blue", share=share)
+    march.update(np.eye(4), projection(), [(lamp, Shadow(depths(heights_for("sun", 1)), 48, made()))], medium, jitter="blue", share=share)
     seen = depths(held)
     run_ms(device, lambda encoder: march.record(encoder, seen))
     found, small = (

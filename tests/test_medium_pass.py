@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import wgpu
 
+from airlight.composite.scene import measured_step
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
 from airlight.scatter.methods import METHODS, of_medium
@@ -20,8 +21,9 @@ gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.projection import pixel_rays  # noqa: E402
-from airlight.pygfx import LightShafts, SceneLight, effect  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
@@ -85,7 +87,7 @@ class Known:
         self.layer, self.transmittance = (device.texture(*size, "rgba32float") for _ in range(2))
         device.write(self.layer, layer.astype(np.float32), size[0] * 16)
         device.write(self.transmittance, rng.uniform(0, 1, layer.shape).astype(np.float32), size[0] * 16)
-        self.aim = self.record = lambda *_, **__: None
+        self.update = self.record = lambda *_, **__: None
         self.resolve = lambda medium: medium
 
 
@@ -102,7 +104,7 @@ def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None
     medium = Medium(extinction=extinction)
     seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
     transmittance = seen.transmittance if extinction else 1.0
-    expected = twin.through(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
+    expected = twin.through_medium(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
     expected = twin.filmic(expected) if tone == "filmic" else expected
     np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
 
@@ -121,8 +123,8 @@ def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> N
 def test_adaptation_measures_the_picture_with_its_medium(known: Stage) -> None:
     shafts = known.shafts(composite=Composite(adapt=1.0))
     seen = known.frame(shafts)
-    y = twin.through(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
-    ramp, _ = twin.balance(y[:: shafts.measured_step(SIZE), :: shafts.measured_step(SIZE)])
+    y = twin.through_medium(seen.color[..., :3].astype(float), seen.light, seen.transmittance) @ np.array(twin.REC709)
+    ramp, _ = twin.balance(y[:: measured_step(SIZE), :: measured_step(SIZE)])
     found = np.frombuffer(shafts.device.queue.read_buffer(shafts.levels), np.float32)[:2]
     np.testing.assert_allclose(found, [ramp.scale, ramp.white], rtol=1e-2)
 
@@ -143,7 +145,7 @@ def test_a_white_plate_reflects_what_the_conventions_say(known: Stage, kind: str
     known.scene = gfx.Scene()
     known.scene.add(plate, light)
     seen = known.frame(known.shafts(SceneLight(light), medium=Medium(extinction=False), composite=Composite(mix=0)))
-    (shining,) = effect.punctual_lights([SceneLight(light)])
+    (shining,) = punctual_lights([SceneLight(light)])
     centre = seen.color[SIZE[1] // 2, SIZE[0] // 2, :3]
     irradiance = shining.intensity[0] if lamp == "sun" else shining.intensity[0] / 4**2
     # the standard material also mirrors a little of a rough dielectric's 4 %

@@ -56,7 +56,7 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
 
 
 def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool = False) -> Parameters:
-    """The parameters for an array: `auto_threshold` on some 100,000 of its pixels where it holds integers, or is adapted."""
+    """Give the parameters for an array: `auto_threshold` on some 100,000 of its pixels where it holds integers, or is adapted."""
     array = np.asarray(image)
     is_float = array.dtype.kind == "f"
     if is_float and not adapts:
@@ -68,7 +68,7 @@ def _auto_threshold(p: Parameters, image: Any, lights: list[Light], adapts: bool
 def light_shafts(
     image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
-    """The light shafts alone: (H, W, 3) float32, linear, what is to be added to the image.
+    """Compute the light shafts alone: (H, W, 3) float32, linear, to be added to the image.
 
     image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, uint8 and uint16 are sRGB-encoded.
     light: (x, y) normalised, (0, 0) the top-left corner; or a Light; or a list of them. It may lie outside.
@@ -110,7 +110,7 @@ def add_light_shafts(
     device: Where = None,
     **parameters: Any,
 ) -> Any:
-    """The image with its light shafts, in the image's shape and dtype.
+    """Add light shafts to the image, in the image's shape and dtype.
 
     image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives, or "auto": the likeliest place;
     where none is likely enough the image comes back as it was, with a warning that says what to do.
@@ -200,7 +200,7 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
 def _add_sum(
     array: Any, light: Any, composite: Composite, alpha: Any, depth: Any, mask: Any, device: Where, named: dict[str, Any]
 ) -> Any:
-    """The image with the sum's layer on it."""
+    """Put the sum's layer on the image."""
     is_float = array.dtype.kind == "f"
     settings = resolve(composite, is_float)
     chosen = open_renderer(device)

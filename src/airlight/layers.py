@@ -25,7 +25,7 @@ Where = PictureRenderer | Device | str | None  # None: the fastest adapter
 
 
 def open_renderer(device: Any) -> PictureRenderer | None:
-    """What to compute on; None, with a warning that says how to get one, where there is no adapter."""
+    """Open what to compute on; None, with a warning that says how to get one, where there is no adapter."""
     if isinstance(device, PictureRenderer):
         return device
     try:
@@ -36,7 +36,7 @@ def open_renderer(device: Any) -> PictureRenderer | None:
 
 
 def checked_plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray | None:
-    """A mask or depth map (H, W) as float32, its size checked against the image's."""
+    """Check a mask or depth map (H, W) against the image's size, and make it float32."""
     if plane is None:
         return None
     array = np.asarray(plane)
@@ -53,7 +53,7 @@ def checked_plane(name: str, plane: Any, shape: tuple[int, int]) -> FloatArray |
 
 
 def rgba_pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
-    """(H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
+    """Make (H, W, 4) as the GPU takes them; rgb is finite, as all that is read or handed in is mended."""
     pixels = np.empty((*rgb.shape[:2], 4), np.float32)
 
     def rows(first: int, last: int) -> None:
@@ -66,7 +66,7 @@ def rgba_pixels(rgb: FloatArray, alpha: Any) -> FloatArray:
 
 
 def where_lit(added: FloatArray) -> npt.NDArray[np.bool_]:
-    """(H, W): where something was added."""
+    """Mark (H, W) where something was added."""
     lit = added != 0
     return lit[..., 0] | lit[..., 1] | lit[..., 2]
 
@@ -74,7 +74,7 @@ def where_lit(added: FloatArray) -> npt.NDArray[np.bool_]:
 def gpu_inputs(
     picture: Picture, parameters: Sequence[Parameters], mask: Any = None, depth: Any = None
 ) -> tuple[FloatArray, dict[str, Any]]:
-    """A picture from a file and its planes as scatter.render takes them: (H, W, 4) and {mask, depth}, checked for the parameters."""
+    """Make of a picture from a file and its planes what scatter.render takes: (H, W, 4) and {mask, depth}, checked for the parameters."""
     for p in parameters:
         check_inputs(p, picture.alpha is not None, depth is not None)
     shape = (picture.height, picture.width)
@@ -114,7 +114,7 @@ def compute_codes(
     device: PictureRenderer,
     profile: Any = None,
 ) -> tuple[Any, CompositeSettings]:
-    """(H, W, 3) uint8: the picture of sRGB codes (H, W, 3 or 4) uint8 with its shafts, decoded, composited, encoded by the GPU; and the
+    """Put shafts on sRGB codes (H, W, 3 or 4) uint8, giving (H, W, 3) uint8: decoded, composited, encoded by the GPU; and the
     settings as measured."""
     has_alpha = image.shape[2] == 4
     check_inputs(p, has_alpha or alpha is not None, depth is not None)

@@ -25,7 +25,7 @@ FloatArray = npt.NDArray[np.float32]
 
 @dataclass
 class Rendered:
-    """Of a picture from a file: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
+    """Holds a rendered picture: either encoded, (H, W, 3) uint8, or the rest: pixels, and layer as it was added, (H, W, 3) float32
     linear in the picture's RGB, the layer premultiplied; changed, (H, W) bool, where the picture may have changed."""
 
     pixels: FloatArray | None = None
@@ -49,7 +49,7 @@ def render_picture(
     float_output: bool = False,
     codes_only: bool = False,
 ) -> Rendered:
-    """The classic look of a picture from a file, its parameters `auto_threshold`.
+    """Render the classic look of a picture from a file, with parameters as `auto_threshold` gives them.
 
     profile: a list to which (label, ms) of each pass is appended. codes_only: 8-bit sRGB codes will do, and are cheaper.
     """
@@ -86,8 +86,11 @@ def render_look(
     float_output: bool = False,
     codes_only: bool = False,
 ) -> Rendered:
-    """The smart look of a picture from a file. mask, depth, subject: (H, W), as `add_light_shafts`; held: of a frame before, to keep;
-    lights: none, where the picture is to stay as it is; the rest as `render_picture`."""
+    """Render the smart look of a picture from a file.
+
+    mask, depth, subject: (H, W), as `add_light_shafts`; held: of a frame before, to keep; lights: none, where the picture is to stay as it
+    is; the rest as `render_picture`.
+    """
     shape = (picture.height, picture.width)
     near = hiding_nearness(depth, subject, shape, near_range, look.wrap)
     chosen = open_renderer(device) if lights else None
@@ -122,7 +125,7 @@ def render_look(
 
 
 def _untouched(picture: Picture, codes_only: bool) -> Rendered:
-    """The picture as it is, with a layer of nothing."""
+    """Give the picture as it is, with a layer of nothing."""
     if codes_only and _is_plain(picture):
         return Rendered(encoded=np.ascontiguousarray(picture.codes[..., :3]))
     rgb = picture.linear()

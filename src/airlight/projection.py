@@ -1,4 +1,4 @@
-"""Where a light of a scene lies in the picture, and how much of its shafts is seen. NumPy only, float64.
+"""Projects lights of a scene into the picture, and fades them as they leave it. NumPy only, float64.
 
 Matrices act on column vectors; NDC is x right, y up, -1 to 1, as pygfx gives them.
 """
@@ -26,14 +26,14 @@ class Projected:
 
 
 def _edge_cosine(ndc: Matrix, projection: Matrix) -> float:
-    """Cosine of the angle between the view's axis and its border, on the side of ndc (2,)."""
+    """Compute the cosine of the angle between the view's axis and its border, on the side of ndc (2,)."""
     side = ndc / max(np.abs(ndc).max(), 1e-12)
     x, y = (side + projection[:2, 2]) / np.array([projection[0, 0], projection[1, 1]])  # the ray there, at -z = 1
     return float(1.0 / np.sqrt(1.0 + x * x + y * y))
 
 
 def project(point: Any, view: Any, projection: Any) -> Projected:
-    """A light at point (4,), homogeneous world coordinates (w = 0: the direction towards it), seen by a camera.
+    """Project a light at point (4,), homogeneous world coordinates (w = 0: the direction towards it), seen by a camera.
 
     view: (4, 4), world to view space; projection: (4, 4), view space to clip space, perspective or orthographic.
     The fade is 1 in the view; in perspective it falls from the view's border, a smoothstep of the cosine to the view's axis, to 0 at
@@ -67,7 +67,7 @@ def project(point: Any, view: Any, projection: Any) -> Projected:
 
 
 def eye_rays(projection: Any) -> tuple[Matrix, float]:
-    """((4,), flat): the view ray of picture position (u, v) begins at flat (x, y, 0) and goes along ((1 - flat) (x, y), -1), where
+    """Give ((4,), flat): the view ray of picture position (u, v) begins at flat (x, y, 0) and goes along ((1 - flat) (x, y), -1), where
     (x, y) = (a u + c, b v + d) of the four (a, b, c, d); flat is 1 without perspective, else 0."""
     p = np.asarray(projection, np.float64)
     if p[3, 3] == 0:
@@ -76,13 +76,13 @@ def eye_rays(projection: Any) -> tuple[Matrix, float]:
 
 
 def pixel_rays(projection: Any) -> Matrix:
-    """(4,): (x, y) of the view ray of picture position (u, v) is (a u + c, b v + d), at -z = 1; all 0 without perspective."""
+    """Give (4,): (x, y) of the view ray of picture position (u, v) is (a u + c, b v + d), at -z = 1; all 0 without perspective."""
     rays, flat = eye_rays(projection)
     return np.zeros(4) if flat else rays
 
 
 def depth_terms(projection: Any) -> Matrix:
-    """(4,): the distance along the view's axis at a depth d is (a d + b) / (c d + e), whose divisor is positive."""
+    """Give (4,): the distance along the view's axis at a depth d is (a d + b) / (c d + e), whose divisor is positive."""
     p = np.asarray(projection, np.float64)
     terms = np.array([-p[3, 3], p[2, 3], -p[3, 2], p[2, 2]])
     return terms if 0.5 * terms[2] + terms[3] > 0 else -terms

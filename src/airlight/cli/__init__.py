@@ -59,7 +59,7 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def _guarded(work: Callable[[], Any]) -> int:
-    """The exit code of some work; whatever goes wrong becomes one line on stderr."""
+    """Do some work and give its exit code; whatever goes wrong becomes one line on stderr."""
     try:
         try:
             code = work()

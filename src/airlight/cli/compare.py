@@ -156,7 +156,7 @@ def _chosen(texts: Sequence[str], base: dict[str, Any], in_scene: bool = False, 
 
 
 def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None]], Comparison]") -> "Comparison":
-    """What `measure` finds, each row told as it is complete."""
+    """Measure, and print each row as it is complete."""
     from rich.console import Console
 
     from airlight.compare import words

@@ -94,12 +94,12 @@ def _option(p: Option) -> Callable[[F], F]:
 
 
 def given(ctx: click.Context, name: str) -> bool:
-    """Whether the user wrote this option, and not just its default holds."""
+    """Tell whether the user wrote this option, and not just its default holds."""
     return ctx.get_parameter_source(name) not in (click.core.ParameterSource.DEFAULT, click.core.ParameterSource.DEFAULT_MAP, None)
 
 
 def gather(ctx: click.Context, preset: str | None, medium: str | None = None) -> dict[str, Any]:
-    """The values that are set: those of `--settings-from`, over them the preset's, the medium's, and those of the command line.
+    """Collect the values that are set: those of `--settings-from`, over them the preset's, the medium's, and those of the command line.
 
     A medium is lit by march if no method is said. Raises AirlightError.
     """

@@ -24,7 +24,7 @@ def recalled_preset(ctx: click.Context) -> str | None:
 
 
 def recall(ctx: click.Context, _: click.Parameter, path: str | None) -> None:
-    """Callback of `--settings-from`: what the image or film at `path` records becomes the default of each option."""
+    """Make what the image or film at `path` records the default of each option: the callback of `--settings-from`."""
     if path is None or ctx.resilient_parsing:
         return
     from airlight.files import read_settings, video

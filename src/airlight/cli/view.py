@@ -81,7 +81,7 @@ def view(
 
 
 def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
-    """The lights of --light in the picture's own pixels."""
+    """Place the lights of --light in the picture's own pixels."""
     from airlight.jobs.light_text import place
     from airlight.scenes import is_scene
     from airlight.viewer.state import LightControl

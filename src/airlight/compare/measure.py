@@ -46,7 +46,7 @@ def errors(found: Array, truth: Array) -> tuple[float, float, float]:
 
 
 def fit(image: Array, box: int) -> Array:
-    """(H, W) or (H, W, C) float32 scaled down, filtered, until both sides are at most `box`."""
+    """Scale (H, W) or (H, W, C) float32 down, filtered, until both sides are at most `box`."""
     import OpenImageIO as oiio
 
     height, width = image.shape[:2]
@@ -60,7 +60,7 @@ def fit(image: Array, box: int) -> Array:
 
 
 def _away(width: int, height: int, lights: Sequence[Light]) -> Array:
-    """(n,): the indices of the pixels outside the disc around each light."""
+    """List (n,) indices of the pixels outside the disc around each light."""
     y, x = np.ogrid[:height, :width]
     away = np.ones((height, width), bool)
     for light in lights:
@@ -105,7 +105,7 @@ def compare(
     sources: dict[Any, tuple[Any, float]] = {}
 
     def recorded(p: Parameters) -> tuple[Callable[[Any], None], float]:
-        """What records the passes of p into the layer, and the factor in it."""
+        """Give what records the passes of p into the layer, and the factor in it."""
         if source_key(p) not in sources:
             sources[source_key(p)] = emitted(PictureRenderer(gpu, keep=0), pixels, p, **planes)
         source, scale = sources[source_key(p)]

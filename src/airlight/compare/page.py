@@ -19,7 +19,7 @@ PANEL = 960  # px, of a picture's longer side
 
 
 def _uri(linear: npt.NDArray[Any]) -> str:
-    """(H, W, 3) or (H, W) linear as a JPEG in a data URI."""
+    """Encode (H, W, 3) or (H, W) linear as a JPEG in a data URI."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.jpg"
         write_image(path, None, encoded=codes_of(linear, PANEL))
@@ -39,7 +39,7 @@ def _pair(name: str, figures: list[str]) -> str:
 
 
 def page(result: Comparison, title: str, amplify: float) -> str:
-    """The page's text."""
+    """Write the page's text."""
     heads, cells = words.table(result)
     parts = []
     in_scene = isinstance(result, SceneComparison)

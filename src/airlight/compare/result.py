@@ -1,4 +1,4 @@
-"""What a comparison found. Errors are over the mean of the truth; pictures are linear, scaled down to fit a box."""
+"""Holds what a comparison found. Errors are over the mean of the truth; pictures are linear, scaled down to fit a box."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -46,7 +46,7 @@ class SceneRow(Row):
 
 @dataclass
 class Truth:
-    """What a scene's variants are measured against. about: by what its light is computed."""
+    """Holds what a scene's variants are measured against. about: by what its light is computed."""
 
     about: str
     kept: int  # pixels at which the error is measured
@@ -77,5 +77,5 @@ class SceneComparison(Comparison):
 
     @property
     def white(self) -> float:
-        """What of the light alone is shown white."""
+        """Choose what of the light alone is shown white."""
         return max(float(np.quantile(self.truths[0].layer, 0.999)), 1e-9)

@@ -23,7 +23,7 @@ class Errors:
 
 
 def clear(way: Array) -> Array:
-    """(H, W) bool: the pixels that are measured, of which none within NEAR has an edge of depth. way: (H, W) distances, metres."""
+    """Mark (H, W) the pixels that are measured, of which none within NEAR has an edge of depth. way: (H, W) distances, metres."""
     logs, edges = np.log(np.maximum(way, 1e-9)), np.zeros(way.shape, bool)
     for axis in (0, 1):
         step = np.abs(np.diff(logs, axis=axis)) > EDGE
@@ -33,7 +33,7 @@ def clear(way: Array) -> Array:
 
 
 def errors(found: Array, truth: Array, where: Array) -> Errors:
-    """Of found (H, W, 3) against truth (H, W, 3) at the pixels `where` (H, W), at least one."""
+    """Measure errors of found (H, W, 3) against truth (H, W, 3) at the pixels `where` (H, W), at least one."""
     off, mean = (found - truth)[where].astype(float), float(truth[where].mean())
     worst = np.abs(off).mean(axis=1)
     kept = off[worst <= np.quantile(worst, 1 - WORST)]
@@ -43,7 +43,7 @@ def errors(found: Array, truth: Array, where: Array) -> Errors:
 
 
 def factor(found: Array, truth: Array, where: Array) -> float:
-    """The one factor of found with which it is nearest to truth at those pixels, least squares; 0 where found is."""
+    """Fit the one factor of found with which it is nearest to truth at those pixels, least squares; 0 where found is."""
     own, wanted = found[where].astype(float).ravel(), truth[where].astype(float).ravel()
     power = float(own @ own)
     return float(own @ wanted) / power if power > 0 else 0.0

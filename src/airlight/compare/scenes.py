@@ -46,7 +46,7 @@ class View:
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
         self.punctual = punctual_lights(self.lights)
-        self.in_view = first.studio.shafts.lit
+        self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.given["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
 
@@ -54,7 +54,7 @@ class View:
         return Studio(self.stage, self.shot, parameters, exclude=self.exclude, **more)
 
     def lacks(self, v: Variant) -> str | None:
-        """Why a variant does not go with the view; else None."""
+        """Say why a variant does not go with the view; else None."""
         method = v.parameters.method
         if METHODS[method].lights == ONE_SUN and [light.directional for light in self.punctual] != [True]:
             return f"it takes one light, a sun (here: {', '.join(light.word for light in self.punctual) or 'none'})"
@@ -91,9 +91,9 @@ class View:
         return factor * layer + offset, frame.pixels()
 
     def composited(self, layer: Layer, v: Variant) -> Array:
-        """(H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
+        """Composite (H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
         transmittance = layer.transmittance if v.medium.extinction else 1.0
-        color = reference.through(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
+        color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         color = color.astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
@@ -102,7 +102,7 @@ class View:
     # ------------------------------------------------------------ truths
 
     def truth(self, medium: ResolvedMedium, against: str | None) -> tuple[Layer, str]:
-        """The true layer, and by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
+        """Compute the true layer, and say by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
         try:
@@ -219,7 +219,7 @@ def part_of(label: str) -> str | None:
 
 
 def _costs(view: View, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:
-    """(ms of a copy, the ms of each variant's parts), medians of runs."""
+    """Time a copy, and each variant's parts: (ms, a dict of ms each), medians of runs."""
     size = view.shot.width, view.shot.height
     copy = Passes(view.device, *(view.device.texture(*size, "rgba16float") for _ in range(2))).copy()
     copies: list[float] = []

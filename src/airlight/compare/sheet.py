@@ -17,7 +17,7 @@ PAPER, INK, FAINT = 24, (0.94, 0.94, 0.94), (0.66, 0.66, 0.66)
 
 
 def codes_of(linear: npt.NDArray[Any], box: int) -> Codes:
-    """(h, w, 3) sRGB codes of (H, W, 3) linear, or (H, W) as grey, fitted into box x box pixels."""
+    """Encode (H, W, 3) linear, or (H, W) as grey, as sRGB codes (h, w, 3), fitted into box x box pixels."""
     small = fit(linear, box)
     rgb = small if small.ndim == 3 else np.repeat(small[..., None], 3, axis=2)
     return np.asarray(encode_codes(rgb, np.uint8, dither=False))
@@ -37,7 +37,7 @@ class Paper:
         self.codes[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
 
     def write(self, x: int, y: int, text: str, room: int, color: tuple[float, float, float] = INK, size: int = SIZE) -> None:
-        """A line of text below y, cut to `room` pixels."""
+        """Draw a line of text below y, cut to `room` pixels."""
         wide = self._width(text, size)
         if wide > room:
             while text and self._width(text + "…", size) > room:
@@ -69,7 +69,7 @@ class Paper:
 
 
 def _cells(result: Comparison, amplify: float) -> list[tuple[list[npt.NDArray[Any]], list[tuple[str, tuple[float, float, float]]]]]:
-    """The pictures of each cell, linear, and its lines of text with their colours."""
+    """List the pictures of each cell, linear, and its lines of text with their colours."""
     cells: list[Any] = []
     if isinstance(result, SceneComparison):
         for truth in result.truths:
@@ -82,7 +82,7 @@ def _cells(result: Comparison, amplify: float) -> list[tuple[list[npt.NDArray[An
 
 
 def sheet(result: Comparison, title: str, amplify: float) -> Codes:
-    """(h, w, 3) sRGB codes."""
+    """Lay the cells out: (h, w, 3) sRGB codes."""
     cells = [([codes_of(part, PANEL) for part in parts], lines) for parts, lines in _cells(result, amplify)]
     high, wide = cells[0][0][0].shape[:2]
     measure = Paper(1, 1)

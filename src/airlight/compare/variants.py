@@ -1,4 +1,4 @@
-"""What is compared: the user's own parameters, each time with a few changed."""
+"""Makes what is compared: the user's own parameters, each time with a few changed."""
 
 import math
 from collections.abc import Callable
@@ -58,14 +58,14 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """`radial, n = 64, jitter blue`."""
+        """Write it short: `radial, n = 64, jitter blue`."""
         parts = [[word.strip() for word in part.split("=")] for part in self.text.split(",")]
         short = {"method": "{}", "samples": "n = {}"}
         return ", ".join(short.get(part[0], f"{part[0].replace('_', ' ')} {{}}").format(part[1]) if part[1:] else part[0] for part in parts)
 
 
 def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
-    """The base's values with those of a text, see `presets.written`, over them. Raises AirlightError.
+    """Put the values of a text, see `presets.written`, over the base's. Raises AirlightError.
 
     samples without decay keep lambda: the sum is finer or coarser, the shafts are as long.
     """
@@ -107,7 +107,7 @@ def _check_methods(named: set[str], method: str) -> None:
 def usual(
     base: dict[str, Any], in_scene: bool = False, lacks: Callable[[Variant], str | None] = lambda variant: None
 ) -> tuple[list[Variant], list[str]]:
-    """The default list, of pictures with every method of theirs that it lacks; and why some do not go with the base. lacks: why a
+    """List what is compared by default, of pictures with every method that it lacks; and say why some do not go with the base. lacks: why a
     variant does not go with a scene, else None."""
     texts = list(IN_SCENES if in_scene else DEFAULT)
     if not in_scene:
@@ -128,7 +128,7 @@ def usual(
 
 
 def limit(p: Parameters) -> Parameters:
-    """What p converges to: the same shafts by the finest converged sum. What belongs to the method alone is left out."""
+    """Give what p converges to: the same shafts by the finest converged sum. What belongs to the method alone is left out."""
     kept = ("normalization", "border")
     plain = {one.name: one.default for one in p.options() if one.group == "method" and one.name not in kept}
     return msgspec.structs.replace(p, **plain | {"method": CONVERGED, "quality": "final"})

@@ -1,4 +1,4 @@
-"""What the sheet and the page say alike."""
+"""Writes what the sheet and the page say alike."""
 
 import math
 from typing import Any
@@ -13,13 +13,13 @@ from airlight.scatter.methods import METHODS, of_medium
 
 
 def percent(share: float) -> str:
-    """Two significant digits: 0.17 %, 15 %, -0.03 %."""
+    """Write two significant digits: 0.17 %, 15 %, -0.03 %."""
     digits = -1 - math.floor(math.log10(abs(share))) if share else 0
     return f"{100 * share:.{min(max(digits, 0), 4)}f} %"
 
 
 def limit(p: Parameters) -> str:
-    """What p converges to: D = 0.97, lambda = 2.02, normalization listing."""
+    """Write what p converges to: D = 0.97, lambda = 2.02, normalization listing."""
     changed = [f"{name} {getattr(p, name)}" for name in ("normalization", "border") if getattr(p, name) != _default(p, name)]
     return ", ".join([f"D = {p.density:g}, lambda = {p.lam:.3g}", *changed])
 
@@ -29,7 +29,7 @@ def _default(p: Parameters, name: str) -> object:
 
 
 def cost(row: Row) -> str:
-    """`41.2 copies (57.3 ms: shadow maps 12.3, march 45)`."""
+    """Write a cost: `41.2 copies (57.3 ms: shadow maps 12.3, march 45)`."""
     parts = row.parts or [] if isinstance(row, SceneRow) else []
     listed = ", ".join(f"{name} {ms:.{0 if ms >= 100 else 1}f}" for name, ms in parts)
     return f"{row.copies:.1f} copies ({row.ms:.1f} ms{': ' if listed else ''}{listed})"
@@ -41,7 +41,7 @@ def figures(row: Row) -> tuple[str, str, str, str]:
 
 
 def fitted(row: SceneRow) -> str:
-    """By what its light was multiplied: × 0.0123, or none where there is none; nothing for methods with units."""
+    """Write by what its light was multiplied: × 0.0123, or none where there is none; nothing for methods with units."""
     return "" if row.factor is None else f"× {row.factor:.3g}" if row.factor else "none"
 
 
@@ -53,7 +53,7 @@ def errors(row: Row) -> str:
 
 
 def beside(result: Comparison) -> list[str]:
-    """A further line for each row, where they differ: what it converges to."""
+    """Write a further line for each row, where they differ: what it converges to."""
     if isinstance(result, PictureComparison):
         texts = [f"limit: {limit(row.parameters)}" for row in result.rows]
         return texts if len(set(texts)) > 1 else []
@@ -61,7 +61,7 @@ def beside(result: Comparison) -> list[str]:
 
 
 def table(result: Comparison) -> tuple[list[str], list[list[str]]]:
-    """The heads of the columns, and the rows; the first column and the last are text."""
+    """Write the heads of the columns, and the rows; the first column and the last are text."""
     heads, rows = ["variant", "error (rmse)", "99 %", "max"], []
     heads += ["copies", "ms", "converges to"] if isinstance(result, PictureComparison) else ["bias", "light", "copies", "ms", "of which"]
     for row in result.rows:
@@ -76,7 +76,7 @@ def table(result: Comparison) -> tuple[list[str], list[list[str]]]:
 
 
 def notes(result: Comparison, amplify: float) -> list[str]:
-    """How the figures were got, a sentence each."""
+    """Say how the figures were got, a sentence each."""
     return _of_scene(result, amplify) if isinstance(result, SceneComparison) else _of_picture(result, amplify)
 
 

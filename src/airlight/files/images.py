@@ -3,7 +3,7 @@
 import difflib
 import os
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
 
 COARSE = 1500  # px of the longer side of a coarse copy, about
-OnDamage = Literal["error", "warn", "ignore"]
 Window = tuple[int, int, int, int]  # x, y, width, height
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def resolve_lights(
     written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None", many: bool = False
 ) -> list[LightText]:
-    """The lights as numbers in the display window, those to be searched for found; none where it is not clear enough which are meant.
+    """Resolve lights to numbers in the display window, searching for those to be found; none where it is not clear which are meant.
 
     many: pictures are worked on: each line names its own.
     """
@@ -47,7 +47,7 @@ def resolve_lights(
 
 
 def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture") -> list[tuple[tuple[float, float], str, bool]]:
-    """(position, kind, whether it is a guess) of the candidates that are meant, see `LightText.searched`.
+    """Choose the candidates that are meant: (position, kind, whether it is a guess), see `LightText.searched`.
 
     None, and a line that says why, where none will do.
     """

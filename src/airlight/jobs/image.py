@@ -76,12 +76,12 @@ class ImageRequest:
 
     @property
     def reading(self) -> Reading:
-        """How the files are read."""
+        """Collect how the files are read."""
         return Reading(**{one.name: getattr(self, one.name) for one in dataclasses.fields(Reading)})
 
     @property
     def settings(self) -> Settings:
-        """What is kept in the outputs."""
+        """Collect what is kept in the outputs."""
         defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING}
         return Settings(self.values, {name: getattr(self, name) for name in SHAPING}, defaults, self.preset or self.recalled_preset)
 
@@ -317,7 +317,7 @@ class _Work:
         return api.occlusion_fraction(image, lights[0], device=self._where, **planes, **keys)
 
     def _resolved(self, picture: "Picture") -> Any:
-        """(lights in the display window, parameters with nothing unset, None) of a picture."""
+        """Resolve a picture: (lights in the display window, parameters with nothing unset, None)."""
         from airlight.occlusion.automatic import auto_threshold
 
         r, integer = self.request, picture.codes.dtype.kind == "u"

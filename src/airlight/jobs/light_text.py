@@ -36,13 +36,13 @@ class LightText:
 
     @property
     def searched(self) -> tuple[int, bool] | None:
-        """(rank, whether all of the better ones are meant too) of a light that is to be found; rank 0: the best, if it is good enough."""
+        """Give (rank, whether all of the better ones are meant too) of a light to be found; rank 0: the best, if it is good enough."""
         found = _AUTO.fullmatch(self.position)
         return (int(found[1] or 0), bool(found[2])) if found else None
 
     @property
     def text(self) -> str:
-        """As `read_light` reads it."""
+        """Write it as `read_light` reads it."""
         color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
         place = self.position if self.angle is None else repr(self.angle)
         kind = "" if self.kind is None else f";kind={self.kind}"
@@ -50,7 +50,7 @@ class LightText:
 
 
 def read_light(text: str, parallel: bool = False) -> LightText:
-    """A light as written; parallel: an angle stands for the position."""
+    """Read a light; parallel: an angle stands for the position."""
     position, known = split_light(text, "DEG" if parallel else "X,Y")
     if parallel:
         try:
@@ -67,7 +67,7 @@ def read_light(text: str, parallel: bool = False) -> LightText:
 
 
 def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
-    """The place as it is written, and {color, strength} where they are given. form: of the place, to tell."""
+    """Divide a light into its position as it is written, and {color, strength} where they are given. form: of the position, to tell."""
     position, *rest = (part.strip() for part in text.split(";"))
     known: dict[str, Any] = {}
     for part in rest:
@@ -101,7 +101,7 @@ def _windows(picture: "Picture") -> "tuple[Window, Window]":
 
 
 def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
-    """The light as numbers that need no picture: a part of the display window's size, from its top left."""
+    """Write the light in numbers that need no picture: a part of the display window's size, from its top left."""
     if written.angle is not None:
         return written
     shown, _ = _windows(picture)
@@ -110,14 +110,14 @@ def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
 
 
 def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, ...]:
-    """A position of the picture's own pixels as the user counts: (x, y) normalised, and in pixels of the display window."""
+    """Count a position of the picture's own pixels as the user does: (x, y) normalised, and in pixels of the display window."""
     shown, data = _windows(picture)
     pixels = [data[i] + position[i] * data[2 + i] - shown[i] for i in (0, 1)]
     return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
 
 
 def place(written: LightText, picture: "Picture", origin: str = "top") -> Light:
-    """The light in the picture's own pixels."""
+    """Place the light in the picture's own pixels."""
     if written.angle is not None:
         return Light.parallel(written.angle, written.color, written.strength)
     shown, data = _windows(picture)
@@ -130,7 +130,7 @@ SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the
 
 
 def numbers(text: str, form: str) -> tuple[float, ...]:
-    """`1,2,0.5` as numbers, as many as the form (`x,y,z`) has. Raises AirlightError."""
+    """Read `1,2,0.5` as numbers, as many as the form (`x,y,z`) has. Raises AirlightError."""
     try:
         found = tuple(float(part) for part in str(text).split(","))
     except ValueError:
@@ -141,7 +141,7 @@ def numbers(text: str, form: str) -> tuple[float, ...]:
 
 
 def triple(text: str) -> tuple[float, float, float]:
-    """`x,y,z` as numbers."""
+    """Read `x,y,z` as numbers."""
     x, y, z = numbers(text, PLACE)
     return x, y, z
 
@@ -156,7 +156,7 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
 
 
 def read_scene_light(text: str, form: str) -> "SceneLight":
-    """`x,y,z` or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with `;color=R,G,B;strength=S`."""
+    """Read `x,y,z` or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with `;color=R,G,B;strength=S`."""
     from airlight.pygfx import SceneLight
 
     at, known = light_numbers(text, form)

@@ -22,7 +22,7 @@ class Task:
 
     @property
     def outputs(self) -> list[str]:
-        """The files that are written, the first being the picture."""
+        """List the files that are written, the first being the picture."""
         return [path for path in (self.output, self.layer) if path is not None]
 
 
@@ -48,7 +48,7 @@ class PictureTask(Task):
 
     @property
     def inputs(self) -> list[str]:
-        """The files that are read."""
+        """List the files that are read."""
         return [path for path in (self.source, self.mask, self.depth, self.subject) if path is not None]
 
 

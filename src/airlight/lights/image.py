@@ -31,7 +31,7 @@ class ImageLight:
 
     @classmethod
     def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "ImageLight":
-        """A light so far away that its rays are parallel, the limit of a far one.
+        """Make a light so far away that its rays are parallel, the limit of a far one.
 
         angle: degrees, where the light comes from: 0 right, 90 above, counter-clockwise. The length of a ray is density image widths.
         """
@@ -44,7 +44,7 @@ class ImageLight:
         return cls((0.5 + PARALLEL * math.cos(turn), 0.5 - PARALLEL * math.sin(turn)), color, strength, float(angle))
 
     def placed(self, width: int, height: int, density: float) -> tuple[tuple[float, float], float]:
-        """(position, density) of the sum over an image of width x height pixels."""
+        """Give (position, density) of the sum over an image of width x height pixels."""
         if self.angle is None:
             return self.position, density
         far = PARALLEL * max(width, height)
@@ -81,7 +81,7 @@ class ImageLight:
 
 
 def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
-    """`0.4,0.3`, `960px,540px` or `50%,20%` as a normalised position in an image of width x height pixels.
+    """Read `0.4,0.3`, `960px,540px` or `50%,20%` as a normalised position in an image of width x height pixels.
 
     Pixels count from the corner: `0.5px,0.5px` is the centre of the first pixel.
     """
@@ -95,7 +95,7 @@ def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
 
 
 def as_lights(light: object) -> list[ImageLight]:
-    """A light, an (x, y) pair, what find_light gives, or a sequence of them, as a list of lights."""
+    """Make a list of lights of a light, an (x, y) pair, what find_light gives, or a sequence of them."""
     if isinstance(light, ImageLight):
         return [light]
     if hasattr(light, "position") and hasattr(light, "kind"):  # what was found in a picture

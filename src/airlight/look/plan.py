@@ -38,7 +38,7 @@ class _LightRays:
         self.amounts = device.texture(LINES + 2, RADII, "rgba16float")
         self.pattern = device.buffer(size=4 * LINES)
         self.field = device.texture(*plan.field_size, "rgba16float")
-        self.aim(True)
+        self.update(True)
         path, *picture = (MATTE_CODES, plan.picture) if plan.is_codes else (MATTE_LINEAR, plan.picture, plan.scale)
         before = plan.lights[number - 1].field if number else self.bands
         self.matte_bind = device.bind(path, self.uniform, self.may_emit, sampler, self.matte, *picture)
@@ -48,7 +48,7 @@ class _LightRays:
         rest = plan.guide, sampler, before, self.field
         self.field_bind = device.bind(SUMS, self.uniform, plan.uniform, self.amounts, self.matte, *rest)
 
-    def aim(self, inside: bool) -> None:
+    def update(self, inside: bool) -> None:
         """Choose the pipelines for a light in the picture, or beyond it."""
         plan, device = self.plan, self.plan.device
         full, small = plan.size, plan.field_size
@@ -134,7 +134,7 @@ class LookPlan(TimedSubmits):
         while len(self.lights) <= number:
             self.lights.append(_LightRays(self, len(self.lights)))
         rays = self.lights[number]
-        rays.aim(grid.inside)
+        rays.update(grid.inside)
         v = rays.values
         v["box"], v["light"], v["start"], v["span"] = grid.box, grid.light, grid.start, grid.span
         v["nearest"], v["step"] = grid.nearest, grid.step

@@ -54,7 +54,7 @@ class Option:
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """The methods with which it means something; (): all."""
+        """List the methods with which it means something; (): all."""
         return methods.reading(self.name, self.group)
 
     @property
@@ -64,7 +64,7 @@ class Option:
 
     @property
     def range(self) -> str:
-        """`≥ 1, ≤ 100`, `> 0, ≤ 16`, or the choices."""
+        """Write its range: `≥ 1, ≤ 100`, `> 0, ≤ 16`, or the choices."""
         if self.choices or self.kind is bool:
             return ", ".join(self.choices or ("true", "false"))
         low = "" if self.low is None else f"{'>' if self.low_open else '≥'} {self.low:g}"
@@ -74,7 +74,7 @@ class Option:
 
     @property
     def type(self) -> Any:
-        """The type against which msgspec checks its values."""
+        """Give the type against which msgspec checks its values."""
         found: Any = self.kind
         if self.choices_of and not callable(self.choices_of):
             found = Literal[self.choices_of]
@@ -174,7 +174,7 @@ class Options(msgspec.Struct, metaclass=_Declaring):
 
     @classmethod
     def options(cls) -> tuple[Option, ...]:
-        """The parameters of this class, in the order in which they are declared."""
+        """List the parameters of this class, in the order in which they are declared."""
         return _OPTIONS[cls]
 
 

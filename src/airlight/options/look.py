@@ -62,9 +62,10 @@ OF_LOOK = frozenset(Look.__struct_fields__)
 
 
 def chosen_look(values: Iterable[str], look: str | None = None, sum_by: str = "") -> str:
-    """`smart` or `classic`, by the names of what is set. look: the one that was asked for; sum_by: what else asks for the sum, if anything.
+    """Choose `smart` or `classic` by the names of what is set.
 
-    Raises AirlightError where some of them belong to the one, some to the other.
+    look: the one that was asked for; sum_by: what else asks for the sum, if anything. Raises AirlightError where
+    some of them belong to the one, some to the other.
     """
     of_sum = sum_by or next((name for name in values if name in OF_SUM), "")
     of_look = next((name for name in values if name in OF_LOOK and name != "look"), "")

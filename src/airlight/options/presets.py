@@ -34,7 +34,7 @@ def _folder(kind: str) -> Path:
 
 @functools.cache
 def names(kind: str = PRESETS) -> tuple[str, ...]:
-    """The presets that come with Airlight."""
+    """List the presets that come with Airlight."""
     return tuple(sorted(path.stem for path in _folder(kind).glob("*.toml")))
 
 
@@ -43,7 +43,7 @@ def description(name: str, kind: str = PRESETS) -> str:
 
 
 def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
-    """The values of a preset, checked: one that comes with Airlight by its name, or a .toml file."""
+    """Read the values of a preset, checked: one that comes with Airlight by its name, or a .toml file."""
     name, known = os.fsdecode(preset), names(kind)
     if name in known:
         return _check(_folder(kind) / f"{name}.toml", kind)
@@ -72,7 +72,7 @@ def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") 
 
 
 def written(text: str) -> dict[str, Any]:
-    """The values of a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
+    """Read a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
     known_as = {one.name: one for one in declared(scenes=True)}
     values: dict[str, Any] = {}
     for part in text.split(","):

@@ -46,7 +46,7 @@ class SceneOptions(Options, group="scene"):
     tone: str = choice("filmic", ("filmic", "none"), "how linear light becomes a picture: a filmic curve, or cut off at 1", "Airlight")
 
     def share(self, p: Parameters) -> float:
-        """The resolution, by method and quality where it is unset."""
+        """Give the resolution, by method and quality where it is unset."""
         if self.resolution is not None:
             return self.resolution
         return 1.0 if METHODS[p.method].lights_medium and p.quality == "final" else RESOLUTION

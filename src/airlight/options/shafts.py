@@ -98,12 +98,12 @@ class Parameters(Options, group="shafts"):
 
     @property
     def offset(self) -> str:
-        """Where samples lie in their step: `jitter`, or what suits the method."""
+        """Choose where samples lie in their step: `jitter`, or what suits the method."""
         return self.jitter or METHODS[self.method].jitter
 
     @property
     def knee(self) -> tuple[float, float]:
-        """(low, high): where a pixel begins to emit, and where it does so fully; linear luminance, or depth."""
+        """Give (low, high): where a pixel begins to emit, and where it does so fully; linear luminance, or depth."""
         threshold = THRESHOLD if self.threshold is None else self.threshold
         smoothness = SMOOTHNESS if self.smoothness is None else self.smoothness
         return threshold - smoothness, threshold + smoothness

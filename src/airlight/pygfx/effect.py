@@ -7,35 +7,21 @@ from functools import lru_cache
 from typing import Any
 
 import msgspec
-import numpy as np
 import pygfx as gfx
 import wgpu
 
-from airlight.colour import srgb_decode
+from airlight.composite.scene import SceneComposite, SceneLayer, SceneRule
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
-from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import Timer, compute, timing
-from airlight.lights import Light
-from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.gpu.timing import Timer
+from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
-from airlight.projection import Projected, depth_terms, pixel_rays, project
-from airlight.pygfx.casters import Casters
-from airlight.pygfx.lights import BODY, SceneLight
-from airlight.pygfx.prepass import Prepass
+from airlight.pygfx.lights import SceneLight
+from airlight.pygfx.medium_effect import MediumState
 from airlight.pygfx.private import use_hdr
-from airlight.pygfx.punctual import punctual_lights
+from airlight.pygfx.screen_effect import ScreenSpaceState
+from airlight.pygfx.uniforms import WHOLE, Region, Uniforms
 from airlight.scatter.methods import METHODS, check_ray
-from airlight.scatter.render import Moving
-from airlight.shadows import fit
-
-MASK, LOOK, BALANCE, MERGE = (f"pygfx/{name}.wgsl" for name in ("mask", "look", "balance", "merge"))
-MOST = 8  # lights, as in view.wgsl
-SHOWN = {None: 0, "occlusion": 1, "source": 2, "lines": 3}
-SAMPLED = 14400  # pixels that are measured, about
-VIEW = struct_dtype("pygfx/view.wgsl", "View")
-Region = tuple[float, float, float, float]
-WHOLE: Region = (0.0, 0.0, 1.0, 1.0)
 
 
 @lru_cache(maxsize=4)
@@ -56,32 +42,6 @@ def enable_timing() -> bool:
     return True
 
 
-class _Textures:
-    """What the pass holds for one size of the picture: the source, the layer, and the lights' plans over them."""
-
-    def __init__(self, device: Device, source: Any, p: Parameters, apron: int) -> None:
-        width, height = source.size[0] - 2 * apron, source.size[1] - 2 * apron
-        self.source = source
-        self.layer = device.texture(width, height, "rgba16float")
-        self.moving = Moving(device, (width, height), p, source, self.layer)
-        self.aimed: Any = None  # what `moving` was last aimed at
-
-    def record(self, encoder: Any, lights: list[Light], p: Parameters, timer: Timer | None) -> None:
-        if self.aimed != (lights, p):
-            self.moving.aim(lights, p)
-            self.aimed = lights, p
-        self.moving.record(encoder, timer)
-
-
-class _World:
-    """What the pass holds for a method that lights a medium: the shadow maps' casters, and the march over one size of the picture."""
-
-    def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
-        self.asked = method, size
-        self.casters = Casters(device, scene)
-        self.march: Any = METHODS[method].plan(device, size)
-
-
 class LightShafts(gfx.renderers.wgpu.EffectPass):
     """Light shafts on what a gfx.WgpuRenderer renders: a pass for its `effect_passes`, one instance for each place there.
 
@@ -96,9 +56,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
     light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
     linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
-    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. `region`: x, y, width,
-    height of the view in `source` and `layer`, as parts of them. `statistics`, `levels`: buffers of what occluders by contrast and
-    adaptation measured, as look.wgsl and balance.wgsl list them. Raises AirlightError.
+    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -129,19 +87,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.debug: str | None = None
         self.dt, self.timing = 0.0, False
         self.device = _device(renderer.device)
-        self._view = np.zeros((), VIEW)
-        self._uniform = self.device.buffer(size=VIEW.itemsize, uniform=True)
-        self.statistics, self.levels = self.device.buffer(size=32), self.device.buffer(size=32)
-        self._binds: dict[Any, Any] = {}
-        self._textures: _Textures | None = None
-        self._world: _World | None = None
-        self._resolved: ResolvedMedium | None = None
-        self._prepass: Prepass | None = None
-        self._laid_out: Any = None
+        self._uniforms = Uniforms(self.device)
+        self._merge = SceneComposite(self.device, self._uniforms.buffer)
+        self._state: ScreenSpaceState | MediumState | None = None
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
-        self.region = WHOLE
-        self._settled = False  # whether adaptation has begun
 
     @property
     def parameters(self) -> Parameters:
@@ -153,33 +103,48 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
 
     @property
-    def _summed(self) -> Parameters:
-        """The parameters of the sum: a pre-pass has no apron, since it sees beyond the view."""
-        p = self.parameters
-        drawn = self.in_scene.occluders == "prepass" and p.border != "clamp"
-        return msgspec.structs.replace(p, border="clamp") if drawn else p
+    def _layer(self) -> SceneLayer:
+        return self._state.layer if self._state else SceneLayer()
 
     @property
     def source(self) -> Any:
         """What was summed, or None before the first frame, and where a medium is lit."""
-        return self._textures.source if self._textures else None
+        return self._layer.source
 
     @property
     def layer(self) -> Any:
         """The shafts alone, at the resolution of the source, of a medium at that of the picture; None before the first frame."""
-        if self._world:
-            return self._world.march.layer
-        return self._textures.layer if self._textures else None
+        return self._layer.shafts if self._layer.radiance is None else self._layer.radiance
 
     @property
     def transmittance(self) -> Any:
         """RGB, 0..1, of the medium of the last frame: what it lets through of each surface's radiance; None where that is all."""
-        return self._world.march.transmittance if self._world else None
+        return self._layer.transmittance
+
+    @property
+    def region(self) -> Region:
+        """Where the view lies in source and layer: left, top, width, height, of them."""
+        return self._state.region if isinstance(self._state, ScreenSpaceState) else WHOLE
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether a light was seen in the last frame; otherwise `source` is an older one's."""
+        return bool(self._uniforms.record["aims"] > 0)
 
     @property
     def resolved_medium(self) -> ResolvedMedium | None:
         """The medium of the last frame, with nothing unset; None where none is lit."""
-        return self._resolved if self._world else None
+        return self._state.resolved if isinstance(self._state, MediumState) else None
+
+    @property
+    def levels(self) -> Any:
+        """The buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops, float32."""
+        return self._merge.balance
+
+    @property
+    def statistics(self) -> Any:
+        """The buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
+        return self._merge.looked
 
     def profile(self) -> list[tuple[str, float]]:
         """(label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
@@ -194,62 +159,46 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         timer = self._begin_timing()
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
-        lit = self._project(size)
+        seen = self._uniforms.update(self.camera, self.lights, self.in_scene.share(self.parameters), size)
         if METHODS[self.parameters.method].lights_medium:
-            self._light_medium(command_encoder, color, depth, target_tex, timer)
+            self._medium_state(size).record(self, command_encoder, depth, timer)
         else:
-            self._sum_picture(command_encoder, color, depth, target_tex, lit, timer)
+            self._screen_state().record(self, command_encoder, color, depth, seen, timer)
+        self._uniforms.write(self.region, self.composite, self.in_scene, self._follow())
+        self._merge.record(command_encoder, color, depth, self._layer, self._rule(bool(seen)), target_tex, timer)
         if timer:
             timer.resolve(command_encoder)
 
-    def _sum_picture(
-        self, command_encoder: Any, color: Any, depth: Any, target: Any, lit: list[tuple[SceneLight, Projected]], timer: Timer | None
-    ) -> None:
-        """Record a method that works on the picture."""
-        size: tuple[int, int] = color.size[:2]
-        if self._world:
-            self._world = None
-            self._binds.clear()
-        made, region = self._sources(size, bool(lit), timer)
-        self._write(region)
-        passes = self._passes(size, bool(lit), target.texture.format)
-        binds = self._bound(color, depth, made)
-        if lit:
-            self._emit(command_encoder, passes, binds, made, timer)
-            made.record(command_encoder, self._in_source(lit, region), self._summed, timer)
-        elif made.aimed and made.aimed[0]:  # or the layer would go on holding shafts
-            made.record(command_encoder, [], self._summed, timer)
-        self._put(command_encoder, passes, binds, target, timer)
+    def _medium_state(self, size: tuple[int, int]) -> MediumState:
+        """Returns the state for a method that lights a medium, anew where the method or the picture's size has changed."""
+        method, state = self.parameters.method, self._state
+        if not isinstance(state, MediumState) or state.key != (method, size):
+            state = self._state = MediumState(self.device, self.scene, method, size)
+        return state
 
-    def _light_medium(self, command_encoder: Any, color: Any, depth: Any, target: Any, timer: Timer | None) -> None:
-        """Record a method that lights a medium; its shadow maps are drawn and submitted before."""
-        size: tuple[int, int] = color.size[:2]
-        p, world = self.parameters, self._world
-        if world is None or world.asked != (p.method, size):
-            self._textures = self._prepass = self._laid_out = None
-            self._binds.clear()
-            world = self._world = _World(self.device, self.scene, p.method, size)
-        casters = world.casters
-        casters.scene, casters.lights, casters.exclude = self.scene, self.lights, self.exclude
-        gathered = casters.gather()
-        radius = fit.ball(gathered[1])[1] if self.radius is None else self.radius
-        resolved = self._resolved = world.march.resolve(resolve(self.medium, self.march, p.quality, radius or 1.0))
-        view, projection = (np.asarray(m, np.float64) for m in (self.camera.view_matrix, self.camera.projection_matrix))
-        shining = punctual_lights(self.lights)
-        shadows = casters.draw(view, projection, shining, resolved, timer, gathered)
-        pairs = list(zip(shining, shadows, strict=True))
-        share = {"share": self.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}  # which has the picture's resolution
-        world.march.aim(view, projection, pairs, resolved, jitter=p.offset, **share)
-        self._write(WHOLE)
-        device, step = self.device, self.measured_step(size)
-        merging = {"WORLD": True, "EXTINCTION": self.medium.extinction and self.transmittance is not None}
-        passes = {
-            "measure": device.pipeline(BALANCE, "measure", STEP=step, **merging),
-            "merge": device.raster(MERGE, "cover", "merge", target.texture.format, **merging, **self._last()),
-        }
-        binds = self._bound(color, depth, None)
-        world.march.record(command_encoder, depth, timer)
-        self._put(command_encoder, passes, binds, target, timer)
+    def _screen_state(self) -> ScreenSpaceState:
+        """Returns the state for a method that works on the picture."""
+        if not isinstance(self._state, ScreenSpaceState):
+            self._state = ScreenSpaceState(self.device, self._uniforms, self._merge.looked)
+        return self._state
+
+    def _follow(self) -> float:
+        """Computes the share of the way that light adaptation goes to what it measures now."""
+        at_once = not self._merge.has_balance or self.dt <= 0 or self.in_scene.adapt_seconds == 0
+        return 1.0 if at_once else -math.expm1(-self.dt / self.in_scene.adapt_seconds)
+
+    def _rule(self, lit: bool) -> SceneRule:
+        """Says how the layer is put on the picture."""
+        scene = self.in_scene
+        return SceneRule(
+            is_lit=lit,
+            contrast=scene.occluders == "contrast",
+            gather=scene.depth_aware > 0,
+            extinction=self.medium.extinction,
+            adapt=self.composite.adapt > 0,
+            filmic=scene.tone == "filmic",
+            debug=self.debug,
+        )
 
     def _begin_timing(self) -> Timer | None:
         if not self.timing:
@@ -258,174 +207,6 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._timer = Timer(self.device)
         self._timer.labels.clear()
         return self._timer
-
-    def _project(self, size: tuple[int, int]) -> list[tuple[SceneLight, Projected]]:
-        """The lights whose shafts are seen; and all the shaders need of the camera and of every light."""
-        if len(self.lights) > MOST:
-            raise AirlightError(f"{len(self.lights)} lights in LightShafts: at most {MOST}")
-        camera, view = self.camera, self._view
-        matrix, projection = np.asarray(camera.view_matrix, np.float64), np.asarray(camera.projection_matrix, np.float64)
-        view["rays"], view["depth"], view["pixels"] = pixel_rays(projection), depth_terms(projection), size
-        perspective = projection[3, 3] == 0
-        texel = abs(view["rays"][1]) / max(1.0, self.in_scene.share(self.parameters) * size[1])  # its angle, at the view's axis
-        lit: list[tuple[SceneLight, Projected]] = []
-        cones = 0
-        for light in self.lights:
-            light.check()
-            found = project(light.homogeneous(), matrix, projection)
-            rgb = light.seen((0, 0)).rgb
-            if found.fade * max(rgb) > 0:
-                at = view["aim"][len(lit)]
-                at["direction"], at["fade"], at["color"] = found.direction, found.fade, rgb
-                lit.append((light, found))
-            body = light.body() if perspective else None
-            if perspective and cones < MOST and (body or (light.size > 0 and found.fade > 0)):
-                _cone(view["cone"][cones], light, body, found, matrix, float(texel))
-                cones += 1
-        view["counts"] = cones, len(lit)
-        view["aim"]["fade"][len(lit) :] = 0
-        return lit
-
-    def _sources(self, size: tuple[int, int], lit: bool, timer: Timer | None) -> tuple[_Textures, Region]:
-        """The textures for a picture of this size, made anew where it or settings have changed; and where the view lies in them."""
-        p, scene = self._summed, self.in_scene
-        share = scene.share(p)
-        texels = max(1, round(share * size[0])), max(1, round(share * size[1]))
-        apron, source = (1 if p.border == "black" else 0), None
-        if scene.occluders == "prepass":
-            if lit:
-                source, self.region = self._drawn(size, timer)
-        else:
-            self.region = WHOLE
-        made = self._textures
-        kept = made is not None and (source is made.source if source is not None else not lit or self._laid_out == (texels, apron))
-        if made is None or not kept:
-            if source is None:
-                source = self.device.texture(texels[0] + 2 * apron, texels[1] + 2 * apron, "rgba16float")
-            self._binds.clear()
-            made = self._textures = _Textures(self.device, source, p, apron)
-            self._laid_out = None if scene.occluders == "prepass" else (texels, apron)  # whose texture is another's
-        view = self._view
-        view["texels"], view["apron"] = texels, apron
-        view["ratio"], view["pixel"] = np.array(size) / texels, 1 / np.array(size)
-        return made, self.region
-
-    def _drawn(self, size: tuple[int, int], timer: Timer | None) -> tuple[Any, Region]:
-        """The source that the pre-pass draws, for a picture of this size; and where the view lies in it."""
-        if self._prepass is None:
-            self._prepass = Prepass(self.renderer, self.scene, self.lights, size)
-        drawn = self._prepass
-        drawn.scene, drawn.lights, drawn.size, drawn.in_scene = self.scene, self.lights, size, self.in_scene
-        drawn.exclude, drawn.include = self.exclude, self.include
-        drawn.draw(self.camera, timer)
-        x, y, width, height = drawn.view
-        across, down, _ = drawn.texture.size
-        return drawn.texture, (x / across, y / down, width / across, height / down)
-
-    def _in_source(self, lit: list[tuple[SceneLight, Projected]], region: Region) -> list[Light]:
-        """The lights as the source sees them."""
-        left, top, width, height = region
-        places = [(left + width * at.position[0], top + height * at.position[1]) for _, at in lit]
-        return [light.seen(place, at.fade) for place, (light, at) in zip(places, lit, strict=True)]
-
-    def _write(self, region: Region) -> None:
-        """Send what the shaders read."""
-        view, scene = self._view, self.in_scene
-        view["region"] = region
-        if scene.clear is not None:
-            view["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
-        view["mix"] = 1.0 if self.composite.mix is None else self.composite.mix
-        view["reach"], view["adapt"] = scene.depth_aware, self.composite.adapt
-        settle = not self._settled or self.dt <= 0 or scene.adapt_seconds == 0
-        view["follow"] = 1.0 if settle else -math.expm1(-self.dt / scene.adapt_seconds)
-        self.device.queue.write_buffer(self._uniform, 0, view.tobytes())
-
-    def _flags(self) -> dict[str, Any]:
-        return {"CONES": int(self._view["counts"][0]), "CLEAR": self.in_scene.clear is not None and self.in_scene.occluders == "stencil"}
-
-    def _last(self) -> dict[str, Any]:
-        """The constants of the last pass, which puts everything on the picture."""
-        return {"ADAPT": self.composite.adapt > 0, "FILMIC": self.in_scene.tone == "filmic", "SHOW": SHOWN[self.debug]}
-
-    def measured_step(self, size: tuple[int, int]) -> int:
-        """Choose every how many-th row and column is measured, of a picture of this size."""
-        return max(1, int(math.sqrt(size[0] * size[1] / SAMPLED)))
-
-    def _passes(self, size: tuple[int, int], lit: bool, format: str) -> dict[str, Any]:
-        """The pipelines for the settings as they are; each is compiled once."""
-        scene = self.in_scene
-        contrast = scene.occluders == "contrast"
-        ratio = size[0] / self._view["texels"][0]
-        taps = 1 if ratio < 4 / 3 else 2 if ratio < 3 else 4
-        merging = {"CONTRAST": contrast, "GATHER": scene.depth_aware > 0}
-        device, flags, step = self.device, self._flags(), self.measured_step(size)
-        last = {**merging, **self._last()}
-        both = [device.raster(MERGE, "cover", "merge", format, LIT=on, **last) for on in (False, True)]  # before one is wanted
-        return {
-            "mask": device.pipeline(MASK, "mask", TAPS=taps, CONTRAST=contrast, **flags),
-            "look": device.pipeline(LOOK, "look", STEP=step, **flags),
-            "measure": device.pipeline(BALANCE, "measure", STEP=step, LIT=lit, **merging),
-            "merge": both[lit],
-        }
-
-    def _bound(self, color: Any, depth: Any, made: _Textures | None) -> dict[str, Any]:
-        """The bind groups for the renderer's textures, made once for each of the two that it draws on in turn; without `made`, of a medium,
-        whose shaders read neither source nor sums: the picture stands there."""
-        key = id(color), id(depth), id(self.layer)
-        if key not in self._binds:
-            if len(self._binds) > 3:
-                self._binds.clear()
-            device, shared = self.device, (self._uniform, color, depth)
-            source, layer, scattered = (made.source, made.layer, color) if made else (color, color, self.layer)
-            transmittance = color if self.transmittance is None else self.transmittance
-            after = (*shared, layer, device.sampler(), self.statistics, scattered, self.levels, transmittance)
-            # all are held, so that no id is used again
-            self._binds[key] = {"": after, "measure": device.bind(BALANCE, *after), "merge": device.bind(MERGE, *after, source)}
-            if made:
-                self._binds[key] |= {
-                    "mask": device.bind(MASK, *shared, source, self.statistics, device.sampler("nearest"), device.sampler()),
-                    "look": device.bind(LOOK, *shared, self.statistics),
-                }
-        found: dict[str, Any] = self._binds[key]
-        return found
-
-    def _emit(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], made: _Textures, timer: Timer | None) -> None:
-        """Record the source, where it is made of the picture."""
-        if self.in_scene.occluders == "contrast":
-            compute(encoder, passes["look"], binds["look"], (1, 1), "look", timer)
-        if self.in_scene.occluders != "prepass":
-            width, height, _ = made.source.size
-            compute(encoder, passes["mask"], binds["mask"], (-(-width // 64), -(-height // 8)), "mask", timer)
-
-    def _put(self, encoder: Any, passes: dict[str, Any], binds: dict[str, Any], target: Any, timer: Timer | None) -> None:
-        """Record adaptation and the merge."""
-        if self.composite.adapt > 0:
-            compute(encoder, passes["measure"], binds["measure"], (1, 1), "adapt", timer)
-            self._settled = True
-        attachment = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}
-        run = encoder.begin_render_pass(color_attachments=[attachment], **timing(timer, "merge", encoder))
-        run.set_pipeline(passes["merge"])
-        run.set_bind_group(0, binds["merge"])
-        run.draw(3)
-        run.end()
-
-
-def _cone(record: Any, light: SceneLight, body: Any, found: Projected, matrix: Any, texel: float) -> None:
-    """Write the record of a light that is a body or has a disc. texel: the angle of one of the source's texels."""
-    direction, half, near, far = np.array(found.direction), math.radians(light.size), 0.0, 0.0
-    if body:
-        centre, radius, solid = body
-        at = (matrix @ np.append(centre, 1.0))[:3]
-        distance = float(np.linalg.norm(at))
-        if distance > radius:
-            direction, half = at / distance, math.asin(radius / distance)
-        else:  # the eye is in it
-            half = math.pi
-        near, far = max(distance - BODY * radius, 0.0), distance + BODY * radius if solid else 3e38
-    record["direction"], record["cosine"] = direction, math.cos(half)
-    record["near"], record["far"] = near, far
-    record["sharp"] = 1 / max(math.sin(half) * texel, 1e-9)
-    record["disc"] = 1.0 if light.size > 0 else 0.0
 
 
 def add_light_shafts(renderer: Any, scene: Any, camera: Any, lights: Sequence[SceneLight] | SceneLight, **keywords: Any) -> LightShafts:

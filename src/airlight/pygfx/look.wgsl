@@ -1,10 +1,10 @@
 // What contrast needs to know of a picture before its source is made. Twin: reference/scene.py:look. One workgroup, in a fixed order.
 //! include "wgsl/luminance.wgsl"
-//! include "pygfx/view.wgsl"
+//! include "pygfx/emission.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;
 
-@group(0) @binding(0) var<storage, read> view: View;
+@group(0) @binding(0) var<storage, read> view: SceneUniforms;
 @group(0) @binding(3) var<storage, read_write> looked: array<f32>; // occluders' mean RGB, fog's level, fog's distance
 
 var<workgroup> colors: array<vec4f, LANES>; // RGB (1 - m), 1 - m
@@ -26,9 +26,9 @@ fn look(@builtin(local_invocation_index) lane: u32) {
         let p = vec2i(vec2u(i % count.x, i / count.x) * STEP);
         let uv = (vec2f(p) + 0.5) * view.pixel;
         var light = vec4f(0.0);
-        if (CONES > 0u) { light = cones_at(uv); }
+        if (CONES > 0u) { light = lights_at(uv); }
         let depth = textureLoad(depths, p, 0);
-        let pixel = emitter_at(p, depth, light);
+        let pixel = seen(p, depth, light);
         let level = log_luminance(pixel.rgb);
         color += (1.0 - pixel.a) * vec4f(pixel.rgb, 1.0);
         if (pixel.a < 1.0) {

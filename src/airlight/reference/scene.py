@@ -1,4 +1,4 @@
-"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl, which they are named after."""
+"""The passes of rendered scenes in float64: twins of the functions of pygfx/*.wgsl and composite/*.wgsl, of the same names."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -34,53 +34,6 @@ def view_ray(uv: Array, rays: Array) -> Array:
     """Find the view ray (..., 3) of picture positions (..., 2), at -z = 1. rays: projection.pixel_rays."""
     xy = rays[:2] * uv + rays[2:]
     return np.concatenate([xy, -np.ones_like(xy[..., :1])], axis=-1)
-
-
-def add_cone(found: Array, cone: Any, ray: Array, inverse: Array) -> Array:
-    """Add a light, a record of `Cone`, to what `cones_at` found so far, (..., 4), at rays (..., 3) whose lengths' inverses are given."""
-    cosine = ray @ np.asarray(cone["direction"], float) * inverse
-    cover = np.clip((cosine - cone["cosine"]) * cone["sharp"] + 0.5, 0, 1)
-    discs = np.maximum(found[..., 0], cone["disc"] * cover)
-    body = np.stack([cover, inverse * cone["near"], inverse * cone["far"]], axis=-1)
-    nearer = (cone["far"] > 0) & (cover > found[..., 1])
-    return np.concatenate([discs[..., None], np.where(nearer[..., None], body, found[..., 1:])], axis=-1)
-
-
-def cones_at(uv: Array, rays: Array, cones: Sequence[Any]) -> Array:
-    """Find the discs at picture positions (..., 2), and the light that is a body there: (..., 4) of the discs' radiance, the body's cover,
-    its near and far along the axis."""
-    ray = view_ray(uv, rays)
-    inverse = 1 / np.linalg.norm(ray, axis=-1)
-    found = np.zeros((*ray.shape[:-1], 4))
-    for cone in cones:
-        found = add_cone(found, cone, ray, inverse)
-    return found
-
-
-def pixel_emission(depth: Array, light: Array, terms: Array) -> Array:
-    """Find m of pixels: 1 where nothing writes depth (...), else the cover of the light that is a body there. light: `cones_at`."""
-    at = axial(depth, terms)
-    at_body = (at >= light[..., 2]) & (at <= light[..., 3])
-    return np.where(depth >= 1, 1.0, np.where(at_body, light[..., 1], 0.0))
-
-
-def emitted_radiance(color: Array, is_open: Array, light: Array, clear: Any = None) -> Array:
-    """Bound the radiance (..., 3) of pixels to 0..65504; where nothing is drawn (...) with discs, and the clear colour (3,) if given."""
-    bounded = np.clip(color, 0, 65504)
-    lit = bounded if clear is None else clear + light[..., 1, None] * (bounded - clear)
-    return np.where(is_open[..., None], np.maximum(lit, light[..., :1]), bounded)
-
-
-def light_lines(uv: Array, color: Array, rays: Array, aims: Sequence[Any], pixels: Any) -> Array:
-    """Draw lines every five degrees through lights, records of `Aim`, over a picture (..., 3) dimmed to a quarter. pixels: its size."""
-    shown, ray = 0.25 * color, view_ray(uv, rays)
-    for aim in aims:
-        to = np.asarray(aim["direction"], float)
-        off = (to[:2] / max(-to[2], 1e-3) - ray[..., :2]) / np.abs(rays[:2]) * np.asarray(pixels)
-        degrees = np.degrees(np.arctan2(off[..., 1], off[..., 0]))
-        aside = np.abs(degrees % 5 - 2.5) * np.radians(1) * np.linalg.norm(off, axis=-1)
-        shown = np.where(((aside < 0.7) & (aim["fade"] > 0))[..., None], (0.05, 0.25, 0.6), shown)
-    return shown
 
 
 def source(color: Array, depth: Array, factor: int, clear: Any = None, mean: Any = None) -> Array:
@@ -126,9 +79,67 @@ def gathered(added: Array, distance: Array, reach: float) -> Array:
     return np.asarray(added * -np.expm1(-distance / reach)[..., None])
 
 
-def through(color: Array, layer: Array, transmittance: Any, mix: float = 1.0) -> Array:
-    """A picture (..., 3) seen through a medium of transmittance (..., 3), or 1, with its in-scattered radiance (..., 3)."""
-    return np.asarray(color * transmittance + mix * layer)
+def through_medium(surface: Array, in_scattered: Array, transmittance: Any, mix: Any = 1.0) -> Array:
+    """Attenuate a surface's radiance (..., 3) by the transmittance (..., 3) before it, or 1, and add a share of what is scattered there."""
+    return np.asarray(surface * transmittance + mix * in_scattered)
+
+
+def ramp_gain(luminance: Any, scale: Any, white: Any, share: Any) -> Array:
+    """Evaluate a share of Reinhard's curve as a factor of a colour, from its luminance; whole, it is composite.adapt.Ramp.gain."""
+    y = scale * np.maximum(luminance, 0)
+    return np.asarray((scale * (1 + y / np.square(white)) / (1 + y)) ** share)
+
+
+def lines(uv: Array, color: Array, view: Any) -> Array:
+    """Draw every five degrees a line through each light, over (..., 3) the picture dimmed. view: composite.scene.UNIFORMS."""
+    shown = 0.25 * np.asarray(color, float)
+    ray, rays = view_ray(uv, view["rays"].astype(float)), view["rays"].astype(float)
+    for aim in view["aim"]:
+        to_light = aim["direction"].astype(float)
+        at = (to_light[:2] / max(-to_light[2], 1e-3) - ray[..., :2]) / np.abs(rays[:2]) * view["pixels"]
+        turn = np.arctan2(at[..., 1], at[..., 0]) * 72 / (2 * np.pi)
+        off = np.abs(turn - np.floor(turn) - 0.5) * np.linalg.norm(at, axis=-1) * 2 * np.pi / 72
+        shown = np.where(((off < 0.7) & (aim["fade"] > 0))[..., None], [0.05, 0.25, 0.6], shown)
+    return shown
+
+
+def with_light(found: Array, cone: Any, ray: Array, inverse: Array) -> Array:
+    """Add lights' cones to what was found at rays: (..., 4) radiance of discs, cover of the body, its near and far along the axis.
+
+    cone: records of composite/scene_uniforms.wgsl's Cone; inverse: of the rays' length.
+    """
+    cosine = (ray * cone["direction"]).sum(axis=-1) * inverse
+    cover = np.clip((cosine - cone["cosine"]) * cone["sharp"] + 0.5, 0, 1)
+    nearer = (cone["far"] > 0) & (cover > found[..., 1])
+    own = np.stack(np.broadcast_arrays(cover, inverse * cone["near"], inverse * cone["far"]), axis=-1)
+    discs = np.maximum(found[..., 0], cone["disc"] * cover)
+    return np.concatenate([discs[..., None], np.where(nearer[..., None], own, found[..., 1:])], axis=-1)
+
+
+def lights_at(uv: Array, view: Any, cones: int) -> Array:
+    """Find the discs and the body of light at picture positions (..., 2), of so many cones: see `with_light`."""
+    ray = view_ray(uv, view["rays"].astype(float))
+    found = np.zeros((*ray.shape[:-1], 4))
+    for cone in view["cone"][:cones]:
+        found = with_light(found, cone, ray, 1 / np.linalg.norm(ray, axis=-1))
+    return found
+
+
+def emits(depth: Array, light: Array, view: Any, cones: int) -> Array:
+    """Evaluate m of pixels: 1 where nothing writes depth, or where a light is. light: as `lights_at` gives it."""
+    a, b, c, d = view["depth"].astype(float)
+    over, under = a * depth + b, c * depth + d
+    at_body = (over >= light[..., 2] * under) & (over <= light[..., 3] * under) & (cones > 0)
+    return np.where(depth >= 1, 1.0, np.where(at_body, light[..., 1], 0.0))
+
+
+def radiance(color: Array, open: Any, light: Array, view: Any, cones: int, is_cleared: bool) -> Array:
+    """Convert colours (..., 3) of a scene to what they emit; open: nothing is drawn there. light: as `lights_at` gives it."""
+    found, open = np.clip(color, 0, 65504), np.asarray(open)[..., None]
+    if is_cleared:
+        cover = light[..., 1:2]
+        found = np.where(open, (1 - cover) * view["clear"].astype(float) + cover * found, found)
+    return np.where(open, np.maximum(found, light[..., :1]), found) if cones else found
 
 
 def fog(ray: Array, distance: Array, lights: Sequence[tuple[Any, float, Any]], level: float, reach: float) -> tuple[Array, Array]:

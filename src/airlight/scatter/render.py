@@ -101,7 +101,7 @@ class _Source:
 def plan(
     device: Device, size: tuple[int, int], lights: list[Light], p: Parameters, source: Any, layer: Any = None
 ) -> tuple[list[Any], Any]:
-    """A plan for each light, and the layer's texture that the last of them writes."""
+    """Make a plan for each light; give them, and the layer's texture that the last of them writes."""
     apron = 1 if p.border == "black" else 0
     plans: list[Any] = []
     before = None
@@ -114,8 +114,8 @@ def plan(
     return plans, before
 
 
-class Moving:
-    """The passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
+class LightPasses:
+    """Holds the passes of lights that move over one source, into one layer. Lights of the same number and parameters are aimed anew without
     allocation or compilation, but for the few frames in which a grid needs more room than any before.
 
     source, layer: rgba16float, the source with its apron where the border is black.
@@ -126,8 +126,8 @@ class Moving:
         self.device = ReusingDevice(device)
         self.plans: list[Any] = []
 
-    def aim(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
-        """Where the lights are now; and parameters, if they are others. Before `record`, at most once a submit."""
+    def update(self, lights: Sequence[Light], p: Parameters | None = None) -> None:
+        """Plan for where the lights are now; and for parameters, if they are others. Before `record`, at most once a submit."""
         self.p = p or self.p
         self.device.again()
         self.plans, _ = plan(self.device, self.size, list(lights), self.p, self.source, self.layer)
@@ -142,7 +142,7 @@ class Moving:
 
 
 class ImagePlan(TimedSubmits):
-    """All passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
+    """Holds all passes for pictures of one size and kind, with their textures: a further picture allocates and compiles nothing.
 
     picture: the texture that is read, rgba8unorm (sRGB codes) or rgba32float (linear); layer: the one that is written, rgba16float.
     Either may be the caller's own. mask and depth are (H, W) if masked and deep say that they are given.
@@ -168,8 +168,8 @@ class ImagePlan(TimedSubmits):
         self.source = _Source(device, picture, p, masked=masked, deep=deep, fraction=fraction)
         self.source.write(None, None, 1.0)
         self.layer = layer if layer is not None else device.texture(width, height, "rgba16float")
-        self.lights = Moving(device, (width, height), p, self.source.texture, self.layer)
-        self.lights.aim(lights)
+        self.lights = LightPasses(device, (width, height), p, self.source.texture, self.layer)
+        self.lights.update(lights)
         self.composites: dict[Any, CodesComposite] = {}
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
@@ -189,7 +189,7 @@ class ImagePlan(TimedSubmits):
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
 
     def codes(self, settings: CompositeSettings, profile: list[tuple[str, float]] | None = None) -> tuple[Array, CompositeSettings]:
-        """The picture's codes with the layer on them, (H, W, 4) uint8, and the settings as measured."""
+        """Put the layer on the picture's codes, (H, W, 4) uint8; give them and the settings as measured."""
         key = settings.blend, settings.haze_floor > 0
         if key not in self.composites:
             self.composites[key] = CodesComposite(self.device, self.picture, self.layer, settings)
@@ -215,7 +215,7 @@ class PictureRenderer:
         self._looks: dict[Any, LookPlan] = {}
 
     def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[Light], p: Parameters, **kind: bool) -> ImagePlan:
-        """The kept plan for such pictures, or a new one. size: (width, height)."""
+        """Give the kept plan for such pictures, or a new one. size: (width, height)."""
         key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
         found = self._plans.pop(key, None)
         if found is None:
@@ -229,7 +229,7 @@ class PictureRenderer:
         return found
 
     def look_plan(self, size: tuple[int, int], is_codes: bool, near: bool, quality: str) -> LookPlan:
-        """The kept plan of a look for such pictures, or a new one."""
+        """Give the kept plan of a look for such pictures, or a new one."""
         key = size, is_codes, near, quality
         found = self._looks.pop(key, None)
         if found is None:
@@ -242,7 +242,7 @@ class PictureRenderer:
         return found
 
     def texture_plan(self, picture: Any, layer: Any, light: Any, **parameters: Any) -> ImagePlan:
-        """For textures that the caller holds, of this renderer's device: nothing is copied.
+        """Plan for textures that the caller holds, of this renderer's device: nothing is copied.
 
         picture: rgba32float (linear) or rgba8unorm (sRGB codes), TEXTURE_BINDING; layer: rgba16float of the same size,
         STORAGE_BINDING, TEXTURE_BINDING and RENDER_ATTACHMENT. Call `record(encoder)` of the result whenever the picture has changed.

@@ -138,11 +138,6 @@ class _Shafts(LightShafts):
         self.depths = depth_tex.texture
         super().render(command_encoder, color_tex, depth_tex, target_tex)
 
-    @property
-    def lit(self) -> bool:
-        """Whether a light was seen in the last frame; otherwise `source` is an older one's."""
-        return bool(self._view["aims"] > 0)
-
 
 class Studio:
     """Films a stage with one renderer. Each frame is settled by itself: light adaptation looks at that frame alone, at its end."""
@@ -207,7 +202,7 @@ class Studio:
                 found.layer_transmittance = clear if shafts.transmittance is None else self.read(shafts.transmittance, np.float32)[..., :3]
         if source and not medium:
             found.source = self.read(shafts.source, np.float16)
-            if not shafts.lit:
+            if not shafts.is_lit:
                 found.source = np.zeros_like(found.source)
         return found
 

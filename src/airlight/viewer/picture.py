@@ -185,7 +185,7 @@ class PictureView:
             self.binds.clear()
 
     def _draft_size(self, seen: tuple[int, int]) -> tuple[int, int]:
-        """(width, height) of the copy for drags: as it is seen, and no larger than the picture."""
+        """Give (width, height) of the copy for drags: as it is seen, and no larger than the picture."""
         scale = min(1.0, LONGEST_DRAFT / max(seen), *(n / m for n, m in zip(self.size, seen, strict=True)))
         return max(1, round(seen[0] * scale)), max(1, round(seen[1] * scale))
 
@@ -228,7 +228,7 @@ class PictureView:
         if fresh:
             plan.source.knee["low"], plan.source.knee["high"] = p.knee
             plan.source.write(None, None, plan.scale)
-            plan.lights.aim(lights, p)
+            plan.lights.update(lights, p)
             self.debugs.clear()
         if fresh or state.timing:
             steps.append(plan.record)

@@ -14,7 +14,6 @@ from airlight.pygfx.private import extent
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
-STEERING = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down", "key_up")
 Area = tuple[float, float, float, float]
 
 

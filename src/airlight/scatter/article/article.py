@@ -60,7 +60,7 @@ class Article:
         out["bias"] = BIAS
         return out
 
-    def aim(
+    def update(
         self,
         view: Any,
         projection: Any,

@@ -1,10 +1,10 @@
-// A light's rays of a march: what part of a ray a shadow view or a spot's cone holds, and the integral over a lit segment of it.
+// What part of a ray a shadow view or a spot's cone holds, and the integral over a lit segment of it.
 //
 //     L = integral over the lit t of  sigma_s p(cosine) E(t) e^(-sigma_t (t + d))
 //
 // A directional light's integral is closed. For one with a position, t = t0 + h sinh v with the ray's nearest approach (t0, h) to it turns
 // dt / d^2 into dv / (h cosh v), so that the integrand over v is smooth however near the ray passes: three-point Gauss quadrature on pieces
-// of v, of our own devising (see docs/world.md).
+// of v. The substitution is our own.
 //! include "scatter/march/ray.wgsl"
 // The light once more: software Vulkan compiles a shader anew for each value of a uniform that ends a loop, but reads them faster.
 @group(0) @binding(7) var<storage, read> light_storage: Light;

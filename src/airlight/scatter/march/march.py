@@ -61,7 +61,7 @@ class March:
         """Keeps every setting: the march follows all of them."""
         return medium
 
-    def aim(
+    def update(
         self,
         view: Any,
         projection: Any,

@@ -10,7 +10,6 @@ from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
 from airlight.shadows import Shadow
 
-MAX_VIEWS = 6
 FRAME, LIGHT = (struct_dtype("scatter/march/scene.wgsl", name) for name in ("Frame", "Light"))
 
 

@@ -1,14 +1,14 @@
 // Light adaptation (13.8): average, least and greatest luminance of the picture with its shafts, followed over time, and the ramp for
 // them. Twin: reference/scene.py:balance. Twin: composite/adapt.py:measure_ramp. One workgroup; nothing is read back.
 //! include "wgsl/luminance.wgsl"
-//! include "pygfx/merged.wgsl"
+//! include "composite/scene.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides
 const LANES = 256u;             // invocations, and bins of the histogram
 const LOWEST = -17.0;           // stops: where bin 0 begins
 const BINS = 8.0;               // a stop
 const MIDDLE_GREY = 0.18;            // adapt.py
 
-@group(0) @binding(0) var<storage, read> view: View;
+@group(0) @binding(0) var<storage, read> view: SceneUniforms;
 @group(0) @binding(7) var<storage, read_write> balance: array<f32>; // scale, white; average, least, greatest in stops
 
 var<workgroup> histogram: array<atomic<u32>, LANES>;
@@ -70,7 +70,7 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
     atomicStore(&histogram[lane], 0u); // software Vulkan leaves the first bytes of workgroup memory unzeroed
     workgroupBarrier();
     for (var i = lane; i < count.x * count.y; i += LANES) {
-        let y = luminance(merged(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb);
+        let y = luminance(composited(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb);
         if (y > 0.0 && y < 3e38) {
             let bin = clamp((log2(y) - LOWEST) * BINS, 0.0, f32(LANES - 1u));
             atomicAdd(&histogram[u32(bin)], 1u);

@@ -1,16 +1,17 @@
-// The picture with its shafts, linear. Twin: reference/scene.py:gathered. Twin: reference/scene.py:through.
-//! include "pygfx/view.wgsl"
-override CONTRAST: bool = false;
+// The picture of a rendered scene with a layer on it, linear. Shafts of a screen method are added; a medium also attenuates what is behind.
+//! include "composite/scene_uniforms.wgsl"
+//! include "composite/medium.wgsl"
+override CONTRAST: bool = false; // fog in the light's colour (13.5.3)
 override GATHER: bool = false;  // shafts gather with the distance
 override LIT: bool = false;     // there is a light
-override WORLD: bool = false;   // a medium is lit
+override MEDIUM: bool = false;  // the layer is a medium's
 override EXTINCTION: bool = false; // the medium attenuates what is behind it, by its layer's transmittance
 
-@group(0) @binding(3) var layer: texture_2d<f32>;
+@group(0) @binding(3) var layer: texture_2d<f32>; // of a screen method
 @group(0) @binding(4) var linear: sampler;
-@group(0) @binding(5) var<storage, read> looked: array<f32>; // look.wgsl
-@group(0) @binding(6) var aside: texture_2d<f32>; // of a medium: in-scattered radiance
-@group(0) @binding(8) var transmittance: texture_2d<f32>; // of the same layer
+@group(0) @binding(5) var<storage, read> looked: array<f32>; // pygfx/look.wgsl
+@group(0) @binding(6) var aside: texture_2d<f32>; // in-scattered radiance of a medium's layer
+@group(0) @binding(8) var transmittance: texture_2d<f32>; // of a medium's layer
 
 /// Reads what of a surface's radiance the medium before it lets through.
 fn transmitted(p: vec2i) -> vec3f {
@@ -18,8 +19,7 @@ fn transmitted(p: vec2i) -> vec3f {
     return textureLoad(transmittance, p, 0).rgb;
 }
 
-/// Finds (fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
-/// Twin: reference/scene.py:fog.
+/// Make (the fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.
 fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     var sum = vec4f(0.0);
     for (var i = 0u; i < 8u; i++) {
@@ -33,11 +33,11 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
     return vec4f(sum.rgb / max(sum.a, 1e-6) * looked[3], cover);
 }
 
-/// Composites a pixel: its RGB with shafts, and 1 where that differs from the picture.
-fn merged(p: vec2i) -> vec4f {
+/// Composite a pixel with the layer: RGB, and whether that differs from the picture.
+fn composited(p: vec2i) -> vec4f {
     let pixel = textureLoad(scene, p, 0);
-    if (WORLD) {
-        let color = pixel.rgb * transmitted(p) + view.mix * textureLoad(aside, p, 0).rgb;
+    if (MEDIUM) {
+        let color = through_medium(pixel.rgb, transmitted(p), textureLoad(aside, p, 0).rgb, view.mix);
         return vec4f(color, f32(any(color != pixel.rgb)));
     }
     if (!LIT) { return vec4f(pixel.rgb, 0.0); }

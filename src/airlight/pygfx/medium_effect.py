@@ -1,0 +1,48 @@
+"""The state of a pass whose method lights a medium: what casts shadows, and the march."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from airlight.composite.scene import SceneLayer
+from airlight.gpu.device import Device
+from airlight.gpu.timing import Timer
+from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.pygfx.casters import Casters
+from airlight.pygfx.punctual import punctual_lights
+from airlight.scatter.methods import METHODS
+from airlight.shadows import fit
+
+if TYPE_CHECKING:
+    from airlight.pygfx.effect import LightShafts
+
+
+class MediumState:
+    """Lights a medium for a method and pictures of one size.
+
+    key: (method, size). resolved: the medium of the last frame, with nothing unset.
+    """
+
+    def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
+        self.key = method, size
+        self.casters = Casters(device, scene)
+        self.march: Any = METHODS[method].plan(device, size)
+        self.resolved: ResolvedMedium | None = None
+
+    @property
+    def layer(self) -> SceneLayer:
+        return SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+
+    def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
+        """Draws and submits the shadow maps for this frame, and records the march through the picture's depth."""
+        casters, p = self.casters, shafts.parameters
+        casters.scene, casters.lights, casters.exclude = shafts.scene, shafts.lights, shafts.exclude
+        gathered = casters.gather()
+        radius = fit.ball(gathered[1])[1] if shafts.radius is None else shafts.radius
+        medium = self.resolved = self.march.resolve(resolve(shafts.medium, shafts.march, p.quality, radius or 1.0))
+        view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
+        lights = punctual_lights(shafts.lights)
+        shadows = casters.draw(view, projection, lights, medium, timer, gathered)
+        share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
+        self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
+        self.march.record(encoder, depth, timer)
