@@ -43,6 +43,11 @@ def test_what_is_named_is_there(page: str) -> None:
     assert lacking == []
 
 
+def test_the_architecture_names_all_of_the_packages_top_level() -> None:
+    there = {path.name + "/" * path.is_dir() for path in (ROOT / "src" / "airlight").iterdir()} - {"__pycache__/", "py.typed"}
+    assert sorted(there - {path for path, _ in names("architecture")}) == []
+
+
 def test_tests_that_are_named_are_there() -> None:
     files = (ROOT / "tests").rglob("*.py")
     there = {name for path in files for name in re.findall(r"^def (test_\w+)", path.read_text(encoding="utf-8"), re.M)}

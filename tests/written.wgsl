@@ -1,12 +1,8 @@
 // Writes an image as depths, which cannot be uploaded.
+//! include "wgsl/fullscreen.wgsl"
 @group(0) @binding(0) var picture: texture_2d<f32>;
 
 struct Written { @location(0) colour: vec4f, @builtin(frag_depth) depth: f32 }
-
-@vertex
-fn cover(@builtin(vertex_index) i: u32) -> @builtin(position) vec4f {
-    return vec4f(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-}
 
 @fragment
 fn write(@builtin(position) at: vec4f) -> Written {

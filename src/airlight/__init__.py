@@ -33,7 +33,7 @@ __all__ = sorted(_MODULE)
 
 
 def __getattr__(name: str) -> Any:
-    """Imported on first use: `airlight --help` needs neither NumPy nor a GPU library."""
+    """Import a name on first use: `airlight --help` needs neither NumPy nor a GPU library."""
     if name not in _MODULE:
         raise AttributeError(f"module 'airlight' has no attribute {name!r}")
     return getattr(import_module(f"airlight.{_MODULE[name]}"), name)

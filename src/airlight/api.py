@@ -46,7 +46,7 @@ class Renderer(PictureRenderer):
 
 
 def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
-    """Parameters from keywords; `occlusion` may be an (H, W) mask."""
+    """Build parameters from keywords; `occlusion` may be an (H, W) mask."""
     mask = None
     if not isinstance(named.get("occlusion", "none"), str):
         mask = named.pop("occlusion")
@@ -220,7 +220,7 @@ def _add_sum(
 
 
 def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
-    """Linear pixels (H, W, 3) in the image's shape and dtype; where nothing changed (H, W) its own values."""
+    """Encode linear pixels (H, W, 3) in the image's shape and dtype; where nothing changed (H, W) keep its own values."""
     if array.dtype.kind != "f":
         if (array.ndim == 2 or array.shape[2] == 1) and not is_neutral(out):
             out = np.repeat(luminance(out)[..., None], 3, axis=2)
@@ -240,7 +240,7 @@ def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:
 def occlusion_fraction(
     image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
 ) -> FloatArray:
-    """D(phi) of Eq. 2, (H, W) float32 in 0..1: the fraction of a pixel's samples that meet occluders. Arguments as light_shafts."""
+    """Compute D(phi) of Eq. 2, (H, W) float32 in 0..1: the share of a pixel's samples that meet occluders. Arguments as light_shafts."""
     p, given = _parameters(image, dict(parameters))
     lights = as_lights(light)
     if len(lights) != 1:

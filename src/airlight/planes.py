@@ -68,7 +68,7 @@ def _means(plane: Array, count: int, axis: int) -> Array:
     inner = [slice(None)] * plane.ndim
     inner[axis] = slice(None, -1)
     with np.errstate(invalid="ignore"):  # of the infinite
-        before = np.take(plane, low, axis=axis) * share  # of a pixel on a border, what belongs to the stretch before
+        before = np.take(plane, low, axis=axis) * share  # of a pixel on a border, what belongs to the segment before
         total -= before
         total[tuple(inner)] += np.take(before, range(1, count), axis=axis)
     return np.asarray(total * (count / size))

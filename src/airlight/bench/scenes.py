@@ -50,8 +50,8 @@ class _Frame:
 
 
 def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
-    """Time mask, shafts and merge of the stencil way, of the contrast way, and of the pre-pass with the occluders drawn again; and a sum of
-    60 taps at half resolution in the place of ours. Nothing where pygfx is not installed."""
+    """Time mask, shafts and merge of the stencil, of contrast, and of the pre-pass with the occluders drawn again; and a sum of
+    60 taps at half resolution instead of ours. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
         say("scenes: pygfx is not installed (pip install 'airlight[scenes]'), so they are left out")
         return []

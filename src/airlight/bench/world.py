@@ -21,7 +21,7 @@ RAISED = 30.0  # degrees from sideways to upwards, of the side to which that is
 CASES: dict[str, tuple[str, float | None]] = {f"foliage, sun {name}": ("foliage-beside", angle) for name, angle in SUNS.items()}
 CASES |= {"slats, a spot": ("slats", None), "cage, a point": ("cage", None)}
 EXACT, LONG, SHORT = "exact", "2000 steps", "64 steps, half"
-WAYS = {
+VARIANTS = {
     EXACT: (March(steps="exact"), 1.0),
     LONG: (March(steps=2000, shadow_filter="nearest"), 1.0),
     SHORT: (March(steps=64, shadow_filter="nearest"), 0.5),
@@ -43,7 +43,7 @@ def _sun(stage: "Stage", angle: float) -> "SceneLight":
 class _Case:
     """Times a scene's frame by one method, carried out again."""
 
-    def __init__(self, scene: str, angle: float | None, way: str) -> None:
+    def __init__(self, scene: str, angle: float | None, variant: str) -> None:
         from airlight.scenes import open_scene
         from airlight.scenes.offline import Shot, Studio
         from airlight.scenes.replay import Replay
@@ -51,7 +51,7 @@ class _Case:
         stage = open_scene(scene)
         built = build(stage.settings)
         shot = Shot(*SIZE, samples=1, lights=() if angle is None else (_sun(stage, angle),))
-        march, resolution = WAYS[way]
+        march, resolution = VARIANTS[variant]
         more: dict[str, Any] = {"in_scene": SceneOptions(resolution=resolution), "medium": built[Medium], "march": march}
         self.replay = Replay(Studio(stage, shot, built[Parameters], **more))
         layer = self.replay.frame(layer=True).layer
@@ -77,7 +77,7 @@ class _Case:
 
 
 def world(_: Device, say: Any, runs: int = 3) -> list[dict[str, Any]]:
-    """Measure for each of CASES and WAYS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean
+    """Measure for each of CASES and VARIANTS: copies of the light alone, and of maps and set-up apart; the rmse of the light over its mean
     against the exact walk, of the whole picture; how many times as fast as 2,000 steps. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
         say("medium: pygfx is not installed (pip install 'airlight[scenes]'), so it is left out")
@@ -85,24 +85,24 @@ def world(_: Device, say: Any, runs: int = 3) -> list[dict[str, Any]]:
     shared_device()
     records = []
     for name, (scene, angle) in CASES.items():
-        cases = {way: _Case(scene, angle, way) for way in WAYS}
+        cases = {variant: _Case(scene, angle, variant) for variant in VARIANTS}
         device, truth = cases[EXACT].device, cases[EXACT].light
         copy = Passes(device, *(device.texture(*SIZE, "rgba16float") for _ in range(2))).copy()
         copies: list[float] = []
         for turn in range(runs):
             copies.append(run_ms(device, copy))
-            for way, case in cases.items():
-                if way != LONG or turn % 2 == 0:
+            for variant, case in cases.items():
+                if variant != LONG or turn % 2 == 0:
                     case.run()
         records.append(record_of(name, "copy", SIZE, copies))
         base, long = float(np.median(copies)), float(np.median(cases[LONG].summing))
-        for way, case in cases.items():
+        for variant, case in cases.items():
             error = float(np.sqrt(np.mean((case.light - truth) ** 2)) / truth.mean())
-            one = record_of(name, way, SIZE, case.summing, error=error, passes=case.passes)
+            one = record_of(name, variant, SIZE, case.summing, error=error, passes=case.passes)
             records.append(one)
             parts = ", ".join(f"{label} {ms / base:.1f}" for label, ms in case.passes.items())
             say(
-                f"{name:22} {way:15} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies {long / one['ms']:6.1f} x"
+                f"{name:22} {variant:15} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies {long / one['ms']:6.1f} x"
                 f"  rmse {error:6.2%}  ({parts})"
             )
     return records

@@ -100,6 +100,6 @@ def _flush() -> None:
 
 
 def _drop_stdout() -> None:
-    """Stdout cannot be written to: what is left in its buffer goes nowhere, or Python would complain at exit."""
+    """Discard what is left in stdout's buffer where it cannot be written to, or Python would complain at exit."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

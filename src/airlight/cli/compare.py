@@ -34,7 +34,7 @@ _option = image._option
 
 
 def _shared() -> list[click.Parameter]:
-    """Options that mean what they mean in `airlight image`, and in `airlight render`."""
+    """Collect options that mean what they mean in `airlight image`, and in `airlight render`."""
     found: dict[str | None, click.Parameter] = {}
     for command, names in ((image.image, _PICTURES), (render.render, _SCENES | _BOTH)):
         found |= {option.name: option for option in command.params if option.name in names}

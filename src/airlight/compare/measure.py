@@ -40,7 +40,7 @@ class _Limit:
 
 
 def errors(found: Array, truth: Array) -> tuple[float, float, float]:
-    """rmse, 99th percentile and maximum of |found - truth|, over the mean of truth."""
+    """Measure rmse, 99th percentile and maximum of |found - truth|, over the mean of truth."""
     off = np.abs(found - truth) / truth.mean()
     return float(np.sqrt(np.mean(off**2))), float(np.percentile(off, 99)), float(off.max())
 

@@ -27,7 +27,7 @@ def _uri(linear: npt.NDArray[Any]) -> str:
 
 
 def _figure(linear: npt.NDArray[Any], alt: str, caption: str = "", *, id: str = "", under: str = "") -> str:
-    """caption: HTML. id: of the picture; under: of that which is wiped over it."""
+    """Write a figure. caption: HTML. id: of the picture; under: of that which is wiped over it."""
     height, width = linear.shape[:2]
     image = f'<img{f" id={id!r}" if id else ""} alt="{alt}" src="{_uri(linear)}" width="{width}" height="{height}">'
     image = f'<div class="wipe" data-over="{under}">{image}</div>' if under else image

@@ -47,7 +47,7 @@ class ComparedView:
         self.hidden = first.shafts.exclude
         self.punctual = punctual_lights(self.lights)
         self.in_view = first.studio.shafts.is_lit
-        picture = first.studio.read(first.given["color_tex"].texture, np.float16)
+        picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
 
     def _studio(self, parameters: Parameters, **more: Any) -> Studio:
@@ -66,7 +66,7 @@ class ComparedView:
         return resolve(v.medium, v.march, v.parameters.quality, self.stage.radius)
 
     def replay(self, v: Variant) -> Replay:
-        """With the variant's settings. One for all whose textures are alike, so that none is made anew from one to the next."""
+        """Take the replay for the variant's settings, one for all whose textures are alike, so that none is made anew between two."""
         method, share = v.parameters.method, v.in_scene.share(v.parameters)
         in_medium = METHODS[method].lights_medium
         kind = (method, self.resolved(v).shadow_size, v.march.cascades) if in_medium else ("view", v.in_scene.occluders)
@@ -208,7 +208,7 @@ WHOLE = "whole"  # the part of a cost that has no parts
 
 
 def part_of(label: str) -> str | None:
-    """To which part of the light's cost a pass belongs; None: to none, it puts the light on the picture."""
+    """Tell to which part of the light's cost a pass belongs; None: to none, it puts the light on the picture."""
     if label in ("merge", "adapt"):
         return None
     if label in ("mask", "look", "prepass"):

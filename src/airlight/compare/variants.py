@@ -135,11 +135,11 @@ def limit(p: Parameters) -> Parameters:
 
 
 def limit_key(p: Parameters) -> tuple[Any, ...]:
-    """Equal for parameters whose limits are equal: of samples and decay only lambda counts, and for the listing samples."""
+    """Key parameters by their limit: of samples and decay only lambda counts, and for the listing samples."""
     plain = msgspec.structs.replace(limit(p), samples=1, decay=1.0)
     return (*msgspec.structs.astuple(plain), f"{p.lam:.9g}", p.samples if p.normalization == "listing" else 0)
 
 
 def source_key(p: Parameters) -> tuple[Any, ...]:
-    """Equal for parameters that sum the same source."""
+    """Key parameters by the source that they sum."""
     return (p.border, *(getattr(p, one.name) for one in p.options() if one.group == "occlusion"))

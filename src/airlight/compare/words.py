@@ -36,7 +36,7 @@ def cost(row: Row) -> str:
 
 
 def figures(row: Row) -> tuple[str, str, str, str]:
-    """Error, 99th percentile, maximum, cost."""
+    """Write error, 99th percentile, maximum, cost."""
     return percent(row.rmse), percent(row.p99), percent(row.worst), cost(row)
 
 

@@ -13,7 +13,7 @@ override EXTINCTION: bool = false; // the medium attenuates what is behind it, b
 @group(0) @binding(6) var aside: texture_2d<f32>; // in-scattered radiance of a medium's layer
 @group(0) @binding(8) var transmittance: texture_2d<f32>; // of a medium's layer
 
-/// Read what of a surface's radiance the medium before it lets through.
+/// Reads what of a surface's radiance the medium before it lets through.
 fn transmitted(p: vec2i) -> vec3f {
     if (!EXTINCTION) { return vec3f(1.0); }
     return textureLoad(transmittance, p, 0).rgb;

@@ -39,6 +39,7 @@ fn debug_view(p: vec2i, pixel: vec4f) -> vec4f {
     return vec4f(select(emitted, vec3f(f32(any(emitted > vec3f(0.0)))), SHOW == OCCLUSION), 1.0);
 }
 
+/// Merge a pixel: composite, adapt, map its tones.
 @fragment
 fn merge(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let p = vec2i(position.xy);

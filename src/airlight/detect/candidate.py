@@ -1,4 +1,4 @@
-"""A place where the light of a picture may be."""
+"""A position where the light of a picture may be."""
 
 from dataclasses import dataclass
 

@@ -53,9 +53,9 @@ def draw_candidates(image: Array, candidates: Sequence[Candidate]) -> Codes:
         wide = int(roi.xend - roi.xbegin) if roi.defined else 0
         real = np.array(one.position) * frame
         at = np.clip(real, ring, np.maximum(frame - ring, ring))
-        place = _free_place(at, ring, (wide + size, 1.7 * size), (width, height), taken)
-        taken.append(place)
-        left, top, right, bottom = (round(v) for v in place)
+        box = _free_box(at, ring, (wide + size, 1.7 * size), (width, height), taken)
+        taken.append(box)
+        left, top, right, bottom = (round(v) for v in box)
         under = codes[max(0, top) : bottom, max(0, left) : right]
         under[:] = PAPER * under + (1 - PAPER) * DARK
         texts.append((left + size // 2, top + round(1.25 * size), text, tuple(c / 255 for c in _ink(one))))
@@ -80,15 +80,15 @@ def _stroke(codes: Array, distance: Array, half_width: float, color: Array) -> N
 
 def _arrow(x: Array, y: Array, at: Array, towards: Array, ring: float) -> Array:
     """Measure the distances, px, to an arrow within a ring that points from its middle towards a position."""
-    way = (towards - at) / max(float(np.hypot(*(towards - at))), 1e-6)
-    along, across = (x - at[0]) * way[0] + (y - at[1]) * way[1], np.abs((y - at[1]) * way[0] - (x - at[0]) * way[1])
+    direction = (towards - at) / max(float(np.hypot(*(towards - at))), 1e-6)
+    along, across = (x - at[0]) * direction[0] + (y - at[1]) * direction[1], np.abs((y - at[1]) * direction[0] - (x - at[0]) * direction[1])
     tip = 0.8 * ring
     shaft = np.hypot(along - np.clip(along, -0.6 * ring, tip), across)
     back = np.clip((tip - along + across) / 2, 0, 0.5 * ring)  # along a barb, which leaves the tip at 45 degrees
     return np.minimum(shaft, np.hypot(along - tip + back, across - back))
 
 
-def _free_place(
+def _free_box(
     at: Array, ring: float, size: tuple[float, float], frame: tuple[int, int], taken: Sequence[tuple[float, float, float, float]]
 ) -> tuple[float, float, float, float]:
     """Choose a place for a text beside a ring: within the frame, on no other text."""
@@ -99,12 +99,12 @@ def _free_place(
     for dx, dy in offsets:
         left = float(np.clip(at[0] + dx, 0, max(0.0, frame[0] - wide)))
         top = float(np.clip(at[1] + dy, 0, max(0.0, frame[1] - high)))
-        place = (left, top, left + wide, top + high)
+        box = (left, top, left + wide, top + high)
         clear = all(left >= r or left + wide <= a or top >= b or top + high <= t for a, t, r, b in taken)
         off_ring = not (left < at[0] + ring and left + wide > at[0] - ring and top < at[1] + ring and top + high > at[1] - ring)
         if clear and off_ring:
-            return place
+            return box
         if clear or fallback is None:
-            fallback = place
+            fallback = box
     assert fallback is not None
     return fallback

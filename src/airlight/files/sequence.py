@@ -45,7 +45,7 @@ def numbered(path: str) -> Numbered | None:
     return Numbered(os.path.join(folder, name[: place.start()]), digits, name[place.end() :], place[0])
 
 
-def deliberate(path: str) -> bool:
+def is_explicit_pattern(path: str) -> bool:
     """Tell whether a name can hardly be meant but as a pattern: `##` or `%04d`; one `#` is common in plain names."""
     return re.search(r"##|%0\d+d", os.path.basename(path)) is not None
 

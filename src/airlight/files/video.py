@@ -96,7 +96,7 @@ def film(
     check_film(name, width, height, overwrite)
     av = library()
     count, sound = 0, True
-    with replacing(name, overwrite) as file, _told(av, name):
+    with replacing(name, overwrite) as file, _ffmpeg_errors(av, name):
         options = {"movflags": "faststart", "fflags": "+bitexact"}
         container = av.open(FileCursor(file), "w", format="mp4", options=options, io_open=lambda *_: FileCursor(file))
         stream = container.add_stream("libx264", rate=fps, options={"crf": f"{crf:g}", **_X264})
@@ -114,7 +114,7 @@ def film(
             if not sound:  # FFmpeg crashes if it is asked again after it has failed
                 raise MachineError(f"{name}: could not be written")
             sound = False
-            with _told(av, name):
+            with _ffmpeg_errors(av, name):
                 rgb = av.VideoFrame.from_ndarray(np.ascontiguousarray(codes), format="rgb24")
                 frame = rgb.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG", threads=1)
                 frame.pts, frame.time_base = count, 1 / fps
@@ -129,7 +129,7 @@ def film(
 
 
 @contextlib.contextmanager
-def _told(av: Any, name: str) -> Iterator[None]:
+def _ffmpeg_errors(av: Any, name: str) -> Iterator[None]:
     """Raise FFmpeg's errors as a MachineError; those of the file, as a full disk, are `replacing`'s to tell."""
     try:
         yield

@@ -64,8 +64,8 @@ def write_image(
     depth = wanted if wanted in possible else max((b for b in possible if b <= wanted), default=possible[0])
     if format == "openexr" and bits is None and (like is None or like.format != "openexr"):
         depth = 16
-    given = pixels if pixels is not None else encoded
-    if given is None or given.ndim != 3 or given.shape[2] != 3 or (like is not None and given.shape[:2] != like.codes.shape[:2]):
+    shown = pixels if pixels is not None else encoded
+    if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
     if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
@@ -78,7 +78,7 @@ def write_image(
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
         kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
-    colours = 1 if grey and is_neutral(given) else 3
+    colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     if real and pixels is not None:
@@ -112,7 +112,7 @@ def write_image(
             channels.append(like.extra)
         else:
             warn(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
-    spec = _spec(given.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
+    spec = _spec(shown.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
     if settings is not None:
         _note(spec, format, settings, name)

@@ -138,12 +138,12 @@ class Device:
             if key in self._pipelines:
                 return self._pipelines[key]
             module, _, layout = self._module(path)
-            said = {k: float(v) for k, v in constants.items()}
+            overrides = {k: float(v) for k, v in constants.items()}
             target = {"format": format} if blend is None else {"format": format, "blend": blend}
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": said, "targets": [target]},
+                fragment={"module": module, "entry_point": pixels, "constants": overrides, "targets": [target]},
                 primitive={"topology": "triangle-list"},
                 depth_stencil=depth,
                 label=f"{path}:{pixels}",

@@ -74,7 +74,7 @@ class FramesRequest:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height, pixels."""
+        """Give width and height, pixels."""
         return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
 
     @property

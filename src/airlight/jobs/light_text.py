@@ -93,7 +93,7 @@ def _kind(value: str, text: str) -> str:
 
 
 def _windows(picture: "Picture") -> "tuple[Window, Window]":
-    """Display and data window; the user counts in the first, of which the pixels may be a part."""
+    """Read display and data window; the user counts in the first, of which the pixels may be a part."""
     shown, data = picture.display_window, picture.data_window
     if min(shown[2:]) <= 0:
         shown = (0, 0, picture.width, picture.height)

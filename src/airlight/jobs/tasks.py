@@ -79,8 +79,8 @@ def picture_tasks(
     frames: str | None,
 ) -> tuple[list[PictureTask], bool]:
     """List what is to be done, and tell whether it is a sequence. Patterns stand for the files that there are, or for `frames`."""
-    from airlight.files.sequence import deliberate, numbered
     from airlight.files.sequence import frames as read_frames
+    from airlight.files.sequence import is_explicit_pattern, numbered
 
     given: list[tuple[int | None, str, int | None]] = []
     for source in sources:
@@ -102,7 +102,7 @@ def picture_tasks(
         pattern = numbered(target)
         if pattern is not None and number is not None:
             return pattern.frame(number)
-        if pattern is not None and deliberate(target):
+        if pattern is not None and is_explicit_pattern(target):
             raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
         if os.path.isdir(target) or target.endswith(("/", os.sep)):
             return os.path.join(target, os.path.basename(source))

@@ -75,7 +75,7 @@ class ImageLight:
 
     @property
     def rgb(self) -> tuple[float, float, float]:
-        """color times strength."""
+        """Multiply color and strength."""
         r, g, b = self.color
         return (r * self.strength, g * self.strength, b * self.strength)
 

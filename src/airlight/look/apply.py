@@ -60,11 +60,11 @@ def apply(
     is_codes = pixels.dtype == np.uint8
     white = measure.white_of(coarse) if float_output and not is_codes else 1.0
     small = measure.small_copy(coarse, white, near, (width, height))
-    lets = None if masked is None else shrink_to(masked, *small.size)
+    may_emit = None if masked is None else shrink_to(masked, *small.size)
     hidden = near
     if near is None and measure.wants_haze(lights):
         small.near = hidden = measure.haze_nearness(small)
-    options: dict[str, Any] = {"additive": float_output, "grey": grey, "masked": lets, "held": held}
+    options: dict[str, Any] = {"additive": float_output, "grey": grey, "masked": may_emit, "held": held}
     if renderer is None:
         linear = twin_pixels(pixels)
         if is_codes:

@@ -26,7 +26,7 @@ fn is_within(p: vec2f) -> bool {
     return all(p >= vec2f(0.0)) && all(p <= rays.box);
 }
 
-/// Sums what emits along a line: C, and how dark each kept place is, by which it counts in means.
+/// Sums what emits along a line: C, and how dark each kept point is, by which it counts in means.
 @compute @workgroup_size(32)
 fn scan(@builtin(global_invocation_id) id: vec3u) {
     let toward = direction_of(id.x);
@@ -60,7 +60,7 @@ fn falloff(sigma: f32) -> Falloff {
     return Falloff(1.0, q, q * q);
 }
 
-/// Weighs a neighbour: all the way round 1, else nothing beyond the first and the last. Twin: reference/rays.py:neighbour_weight.
+/// Weighs a neighbour: all round 1, else nothing beyond the first and the last. Twin: reference/rays.py:neighbour_weight.
 fn neighbour_weight(at: i32, count: u32) -> f32 {
     return select(0.0, 1.0, INSIDE || (at >= 0 && at < i32(count)));
 }
@@ -85,7 +85,7 @@ fn smooth_lines(@builtin(global_invocation_id) id: vec3u) {
     smoothed[row + id.x] = vec2f(sum.x / sum.y, own.y);
 }
 
-/// Sums COARSE lines for the wide means, weighted by how dark their places are.
+/// Sums COARSE lines for the wide means, weighted by how dark their points are.
 @compute @workgroup_size(64)
 fn group_lines(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec2f(0.0);

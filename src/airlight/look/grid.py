@@ -70,11 +70,11 @@ class RayGrid:
         if self.inside:
             return np.zeros(np.broadcast(dx, dy).shape)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ways = [
+            to_borders = [
                 np.where(d != 0, np.minimum(-at / d, (side - at) / d), -np.inf)
                 for d, at, side in zip((dx, dy), self.light, self.box, strict=True)
             ]
-        return np.asarray(np.maximum(0, np.maximum(*ways)))
+        return np.asarray(np.maximum(0, np.maximum(*to_borders)))
 
     def polar(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Find distance from the light, diagonals, and number of the line, fractional, of points in diagonals."""

@@ -5,7 +5,7 @@
 override TAPS: u32 = 1u;      // samples of the picture along each axis
 
 @group(0) @binding(0) var<uniform> rays: Rays;
-@group(0) @binding(1) var lets: texture_2d<f32>;  // r: 1 for what may emit
+@group(0) @binding(1) var may_emit: texture_2d<f32>;  // r: 1 for what may emit
 @group(0) @binding(2) var bilinear: sampler;
 @group(0) @binding(3) var matte: texture_storage_2d<rgba16float, write>; // E g, E, L
 
@@ -18,7 +18,7 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
     let d = uv * rays.box - rays.light;
     let distance = max(length(d), 1e-9);
     let y = luminance(mean_color(id.xy, size));
-    let e = emission(y, rays) * textureSampleLevel(lets, bilinear, uv, 0.0).r;
+    let e = emission(y, rays) * textureSampleLevel(may_emit, bilinear, uv, 0.0).r;
     let level = exp2(log2(max(y, 1e-20)) / 3.0);
     textureStore(matte, id.xy, vec4f(e * nearness_weight(distance - entry_distance(d / distance, rays)), e, level, 1.0));
 }

@@ -240,13 +240,13 @@ def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind
     may emit at all."""
     grid = RayGrid(size, position)
     tone = tones(small, grid)
-    lets = parts(small, tone, grid)
+    may_emit = parts(small, tone, grid)
     if masked is not None:
-        lets = lets * masked
-    emits = twin.emission(small.y, tone) * lets
+        may_emit = may_emit * masked
+    emits = twin.emission(small.y, tone) * may_emit
     if kind is None:
         kind = "beyond" if not grid.inside else "opening" if (emits > 0.5).mean() > OPENING else "disc"
-    return Seen(grid, tone, lets, kind, emits)
+    return Seen(grid, tone, may_emit, kind, emits)
 
 
 def is_misty(seen: Seen) -> bool:

@@ -32,7 +32,7 @@ class _LightRays:
         self.plan, self.number = plan, number
         self.values = np.zeros((), RAYS)
         self.uniform = device.buffer(size=RAYS.itemsize, uniform=True)
-        self.lets = device.texture(*plan.small_size, "rgba16float", target=False)
+        self.may_emit = device.texture(*plan.small_size, "rgba16float", target=False)
         self.matte = device.texture(*plan.field_size, "rgba16float")
         self.bands = device.texture(LINES + 2, RADII, "rgba16float")
         self.amounts = device.texture(LINES + 2, RADII, "rgba16float")
@@ -41,7 +41,7 @@ class _LightRays:
         self.update(True)
         path, *picture = (MATTE_CODES, plan.picture) if plan.is_codes else (MATTE_LINEAR, plan.picture, plan.scale)
         before = plan.lights[number - 1].field if number else self.bands
-        self.matte_bind = device.bind(path, self.uniform, self.lets, sampler, self.matte, *picture)
+        self.matte_bind = device.bind(path, self.uniform, self.may_emit, sampler, self.matte, *picture)
         self.bands_bind = device.bind(BANDS, self.uniform, self.matte, sampler, self.pattern, *plan.lines, self.bands)
         self.glance_bind = device.bind(GLANCE, self.uniform, self.bands, sampler, plan.seen)
         self.amounts_bind = device.bind(AMOUNTS, self.uniform, self.bands, self.amounts)
@@ -147,9 +147,9 @@ class LookPlan(TimedSubmits):
         queue.write_buffer(rays.uniform, 0, v.tobytes())
         if pattern is not None:
             queue.write_buffer(rays.pattern, 0, np.ascontiguousarray(pattern, np.float32).tobytes())
-        lets = np.zeros((*parts.shape, 4), np.float16)
-        lets[..., 0] = parts
-        self.device.write(rays.lets, lets, 8 * self.small_size[0])
+        may_emit = np.zeros((*parts.shape, 4), np.float16)
+        may_emit[..., 0] = parts
+        self.device.write(rays.may_emit, may_emit, 8 * self.small_size[0])
 
         def record(encoder: Any, timer: Timer | None) -> None:
             self._run("matte", encoder, rays.emit, rays.matte_bind, self.field_size, timer)

@@ -7,7 +7,7 @@
 // its wide mean over angles, so that what stands out is left. amounts.wgsl makes of that a signed amount of light, and field.wgsl of the
 // amounts of all lights what a pixel is given and loses, which codes.wgsl and layer.wgsl put on the picture.
 //! include "wgsl/smooth_step.wgsl"
-override INSIDE: bool = true; // the light lies in the picture: its lines go all the way round
+override INSIDE: bool = true; // the light lies in the picture: its lines go all round
 const LINES = 1024u;          // these are those of look/grid.py and reference/look.py
 const RADII = 128u;
 const STEPS = 4u;

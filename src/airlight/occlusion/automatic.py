@@ -13,7 +13,7 @@ from airlight.options import Parameters
 from airlight.options.shafts import SMOOTHNESS, THRESHOLD
 from airlight.scatter.methods import check_picture
 
-LIGHT_RADIUS_WIDTHS = 0.02  # of the width: the light's own place
+LIGHT_RADIUS_WIDTHS = 0.02  # of the width: the light's own disc
 LEAST_WHITE = 0.05  # of white: darker pictures are taken to hold no light
 
 

@@ -59,7 +59,7 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """Its name on the command line: --max-distance."""
+        """Write its name on the command line: --max-distance."""
         return "--" + self.name.replace("_", "-")
 
     @property

@@ -110,7 +110,7 @@ class Parameters(Options, group="shafts"):
 
     @property
     def lam(self) -> float:
-        """lambda = -samples ln(decay): the optical length of the whole ray."""
+        """Compute lambda = -samples ln(decay), the optical length of the whole ray."""
         return -self.samples * math.log(self.decay)
 
 

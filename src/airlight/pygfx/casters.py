@@ -116,7 +116,7 @@ class Casters:
             self._maps[i : i + 1] = [(texture, [texture.create_view(base_array_layer=layer, **one) for layer in range(count)])]
 
     def _draw_layer(self, clip: Matrix, size: int, layer: Any, drawn: list[tuple[Any, Any]], timer: Timer | None) -> None:
-        """clip: world to clip space, for the buffer that all of pygfx's shaders share; so each layer is submitted by itself."""
+        """Draw a layer. clip: world to clip space, in the buffer that all pygfx's shaders share; so each layer is submitted by itself."""
         private.write_camera(
             None,
             projection_transform=clip.T,

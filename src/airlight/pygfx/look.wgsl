@@ -1,4 +1,4 @@
-// What contrast needs to know of a picture before its source is made. Twin: reference/scene.py:look. One workgroup, in a fixed order.
+// Measures of a picture that contrast needs before its source is made. Twin: reference/scene.py:look. One workgroup, in a fixed order.
 //! include "wgsl/luminance.wgsl"
 //! include "pygfx/emission.wgsl"
 override STEP: u32 = 8u;        // every how many-th pixel, along both sides

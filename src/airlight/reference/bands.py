@@ -58,12 +58,12 @@ def bands(emitted: Array, at: Sequence[float], *, density: float, lam: float, bo
                 if ring == 0:
                     m = middle = (1 - mix.before)[:, None, None] / q[:, None, None] / density * own
                 else:
-                    place = on - (on + 0.5 - light[1 - axis]) / u
-                    entering = (place < 0) | (place > length - 1) | (ring == first)
-                    place = np.clip(place, home[1 - axis] - ring + 1, home[1 - axis] + ring - 1)
-                    place = np.clip(place, 0, length - 1)
-                    low = np.minimum(place.astype(np.int64), max(length - 2, 0))
-                    part = (place - low)[:, None]
+                    position = on - (on + 0.5 - light[1 - axis]) / u
+                    entering = (position < 0) | (position > length - 1) | (ring == first)
+                    position = np.clip(position, home[1 - axis] - ring + 1, home[1 - axis] + ring - 1)
+                    position = np.clip(position, 0, length - 1)
+                    low = np.minimum(position.astype(np.int64), max(length - 2, 0))
+                    part = (position - low)[:, None]
                     before = state[:, low] * (1 - part) + state[:, np.minimum(low + 1, length - 1)] * part
                     far = sample(x - density * (x - light)) if mix.ratio else 0 * own
                     new = own - mix.before[:, None, None] * far

@@ -114,7 +114,7 @@ def _along(grid: RayGrid, distance: Array) -> tuple[Array, Array, Array]:
 
 def scan(weighted: Array, emits: Array, grid: RayGrid) -> tuple[Array, Array]:
     """Sum along lines, (C, w), (RADII, LINES) each: the share of emitters on the way from the light, Eq. 4 of density and decay 1 over the
-    weights of the whole way; and how dark the place is, by which it counts in means."""
+    weights of the whole way; and how dark the point is, by which it counts in means."""
     height, width = emits.shape
     diagonal = math.hypot(width, height)
     step = grid.step / STEPS
@@ -176,7 +176,7 @@ def coarse_sigma(grid: RayGrid, degrees: float) -> float:
 
 
 def low(share: Array, weights: Array, grid: RayGrid, degrees: float) -> Array:
-    """Average C' over lines, weighted by how dark places are, (RADII, LINES): the light that is smooth in angle."""
+    """Average C' over lines, weighted by how dark points are, (RADII, LINES): the light that is smooth in angle."""
     sigma = coarse_sigma(grid, degrees)
     groups = [plane.reshape(RADII, LINES // COARSE, COARSE).sum(axis=2) for plane in (share * weights, weights)]
     light, weight = (across(plane, sigma, grid.inside) for plane in groups)

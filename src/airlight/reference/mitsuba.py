@@ -98,7 +98,7 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
 
 
 def ready() -> Any:
-    """Mitsuba. Raises AirlightError where it is not installed."""
+    """Import Mitsuba. Raises AirlightError where it is not installed."""
     try:
         import mitsuba as mi
     except ImportError:
@@ -182,7 +182,7 @@ EMITTERS: dict[type[PunctualLight], Callable[[Any, Any], dict[str, Any]]] = {
 
 
 def _mesh(mi: Any, triangles: Array) -> Any:
-    """Black triangles; None where there is none."""
+    """Make black triangles; None where there is none."""
     if not len(triangles):
         return None
     properties = mi.Properties()

@@ -178,7 +178,7 @@ class ImagePlan(TimedSubmits):
         self.lights.record(encoder, timer)
 
     def upload(self, picture: Array, mask: Array | None = None, depth: Array | None = None, luminance: Array = REC709_F32) -> None:
-        """picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
+        """Upload a picture: (H, W, 4) uint8 sRGB codes or float32 linear, as the texture holds; luminance: (3,) weights of its RGB."""
         self.scale = 1.0
         if picture.dtype != np.uint8 and self.scales:
             columns = picture.reshape(picture.shape[0], -1).max(axis=0)  # first down the columns, which is fast

@@ -15,14 +15,14 @@ class Replay:
 
     def __init__(self, studio: Studio) -> None:
         self.studio, self.shafts = studio, studio.shafts
-        self.given: dict[str, Any] = {}
+        self.textures: dict[str, Any] = {}
 
     def frame(self, *arguments: Any, **keywords: Any) -> Frame:
         """Film a frame as Studio.frame does, and keep what the pass is given there."""
         inner = self.shafts.render
 
         def render(command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
-            self.given.update(color_tex=color_tex, depth_tex=depth_tex, target_tex=target_tex)
+            self.textures.update(color_tex=color_tex, depth_tex=depth_tex, target_tex=target_tex)
             inner(command_encoder, color_tex, depth_tex, target_tex)
 
         self.shafts.render = render  # type: ignore[method-assign]
@@ -32,7 +32,7 @@ class Replay:
             del self.shafts.render  # the class's own again
 
     def record(self, encoder: Any) -> None:
-        self.shafts.render(encoder, **self.given)
+        self.shafts.render(encoder, **self.textures)
 
     def spent(self, record: Callable[[Any], None] | None = None) -> tuple[float, dict[str, float]]:
         """Time one run of `record`, None: its own: (ms of wall time, ms of each pass by label); {} where the device has no timestamps."""

@@ -435,9 +435,9 @@ def from_array(array: Any) -> Picture:
     from airlight.colour import alpha_of
     from airlight.files import to_linear
 
-    given = np.asarray(array)
-    to_linear(given)  # refuses what is no picture
-    codes = given if given.ndim == 3 else given[..., None]
+    pixels = np.asarray(array)
+    to_linear(pixels)  # refuses what is no picture
+    codes = pixels if pixels.ndim == 3 else pixels[..., None]
     if codes.dtype.kind == "f":
         codes = np.nan_to_num(codes.astype(np.float32), posinf=65504.0, neginf=0.0)
     real = codes.dtype.kind == "f"

@@ -64,8 +64,8 @@ def _smaller(pixels: np.ndarray, longest: int = LONGEST) -> np.ndarray:
 
     factor = longest / max(height, width)
     shape = max(1, round(factor * width)), max(1, round(factor * height))
-    given = oiio.ImageBuf(np.ascontiguousarray(pixels, np.float32))
-    resized = oiio.ImageBufAlgo.resize(given, "box", 0.0, oiio.ROI(0, shape[0], 0, shape[1], 0, 1, 0, channels))
+    source = oiio.ImageBuf(np.ascontiguousarray(pixels, np.float32))
+    resized = oiio.ImageBufAlgo.resize(source, "box", 0.0, oiio.ROI(0, shape[0], 0, shape[1], 0, 1, 0, channels))
     return np.ascontiguousarray(resized.get_pixels(oiio.FLOAT)).reshape(shape[1], shape[0], channels)
 
 

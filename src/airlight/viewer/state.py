@@ -234,12 +234,12 @@ def media() -> dict[str, dict[str, Any]]:
 
 def medium(state: ViewerState) -> str:
     """Name the one of these that is set, or ""."""
-    return next((name for name, said in media().items() if all(value(state, key) == v for key, v in said.items())), "")
+    return next((name for name, settings in media().items() if all(value(state, key) == v for key, v in settings.items())), "")
 
 
 def load_medium(state: ViewerState, name: str) -> None:
     """Set one of these, with the defaults of what only others of them say; "": the defaults alone."""
-    stuff = {key for said in media().values() for key in said}
+    stuff = {key for settings in media().values() for key in settings}
     set_values(state, {key: v for key, v in values(state).items() if key not in stuff} | media().get(name, {}))
     tell(state, "")
 

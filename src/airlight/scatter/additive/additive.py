@@ -14,7 +14,7 @@ from airlight.scatter.screen import Target, times
 ADDITIVE = "scatter/additive/additive.wgsl"
 BLENDS = struct_dtype(ADDITIVE, "Blends")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan
-PAUSED_DISPATCHES = 8  # dispatches from which on they are waited for on the way
+PAUSED_DISPATCHES = 8  # dispatches from which on each is waited for
 
 
 class AdditivePlan:

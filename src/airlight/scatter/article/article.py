@@ -83,7 +83,7 @@ class Article:
         self._shadow = shadow.texture if shadow else no_shadow(self.device)
 
     def record(self, encoder: Any, depth: Any, timer: Any = None) -> None:
-        """depth: texture, depth32float, of the picture's size."""
+        """Record the march. depth: texture, depth32float, of the picture's size."""
         key = id(depth), id(self._shadow)
         if key not in self._binds:
             if len(self._binds) > 3:

@@ -33,7 +33,7 @@ struct Frame {
 @group(0) @binding(3) var layer: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var before: texture_2d<f32>;
 @group(0) @binding(5) var<storage, read> factors: array<vec4f>; // of ring, side, power: g, k to the band's border; g, k to its middle
-@group(0) @binding(6) var<storage, read> enters: array<vec4f>;  // of a tap: its place s; weights of the powers
+@group(0) @binding(6) var<storage, read> enters: array<vec4f>;  // of a tap: its position s; weights of the powers
 @group(0) @binding(7) var<storage, read> parts: array<f32>;     // of the powers: (1 - D)^(p+1)
 @group(0) @binding(8) var<storage, read_write> state: array<f32>;
 @group(0) @binding(9) var<storage, read_write> counter: array<i32, 2>;

@@ -32,7 +32,7 @@ class Tables:
     states: int  # floats
 
 
-def _places(grid: Grid, q: Quadrant, s: Array, sign: int, apron: int) -> Array:
+def _positions(grid: Grid, q: Quadrant, s: Array, sign: int, apron: int) -> Array:
     """Place samples at distances s in the source, (n, 4): on line 0 and from line to line, in texture coordinates."""
     size = np.array([grid.size[0] + 2 * apron, grid.size[1] + 2 * apron] * 2)
     return (grid.uv(q, s, sign) + np.array([apron, apron, 0, 0])) / size
@@ -65,11 +65,11 @@ def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]
     """Lay out each run of steps of equal length, from the one to the other of its ends, (texels, 4): its head, then the factors."""
     mix, (a, b) = grid.mix, np.array(ends).T
     width = (b - a) / [len(own) for own in steps]
-    places = _places(grid, q, np.concatenate([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
-    far = _places(grid, q, mix.ratio * (a + 0.5 * width), -q.sign if mix.opposite else q.sign, apron)
+    positions = _positions(grid, q, np.concatenate([a + 0.25 * width, a + 1.25 * width]), q.sign, apron)
+    far = _positions(grid, q, mix.ratio * (a + 0.5 * width), -q.sign if mix.opposite else q.sign, apron)
     heads = np.zeros((len(steps), 4, 4))
-    heads[:, 0], heads[:, 2] = places[: len(a)], far
-    heads[:, 1] = places[len(a) :] - places[: len(a)]
+    heads[:, 0], heads[:, 2] = positions[: len(a)], far
+    heads[:, 1] = positions[len(a) :] - positions[: len(a)]
     heads[:, 3, :2] = [(len(own), own[..., 3].any()) for own in steps]
     return [block for head, own in zip(heads, steps, strict=True) for block in (head, own.reshape(-1, 4))]
 

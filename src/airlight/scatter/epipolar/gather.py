@@ -18,7 +18,7 @@ FRAME = struct_dtype(RASTER, "Frame")
 CORNER = struct_dtype(RASTER, "Corner")
 
 
-def ways(grid: Grid) -> tuple[Array, list[int]]:
+def major_rows(grid: Grid) -> tuple[Array, list[int]]:
     """Find for each quadrant and pixel on its major axis, (n, 4), the row of the sums, and the factors of line = y n + z at the minor
     coordinate n; and where the quadrants right, left, down, up begin."""
     out, first = [np.zeros((0, 4))], [0, 0, 0, 0]
@@ -143,7 +143,7 @@ class EpipolarGather:
                 self.draws.append((device.raster(RASTER, "around", "near", **flags), (6, 1)))
             path, rest = RASTER, [device.buffer(records.tobytes())]
         else:
-            table, frame["first"] = ways(grid)
+            table, frame["first"] = major_rows(grid)
             self.draws = [(device.pipeline(COMPUTE, "gather", **flags), (-(-grid.size[0] // 64), grid.size[1]))]
             if has_near:
                 self.draws.append((device.pipeline(COMPUTE, "near", **flags), (2 * NEAR_LIGHT_RADIUS_PX, 1)))

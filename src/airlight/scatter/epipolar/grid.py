@@ -22,7 +22,7 @@ PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pix
 class Fineness:
     """Sets how fine the grid is. radii: where steps grow from a quarter of the largest to a half, and to the largest."""
 
-    spacing: float  # of the lines at the far edge, px, for rays all the way to the light without decay
+    spacing: float  # of the lines at the far edge, px, for rays to the light without decay
     radii: tuple[float, float]
     slack: tuple[float, float]  # the radii in units of the weight's length D / lambda
     largest: float  # step, px
@@ -87,7 +87,7 @@ class Grid:
         inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
         parallel = farthest > PARALLEL * max(size)
-        # a short ray, or one that decays soon, sees finer detail; a small part of the way to a far light is no short ray
+        # a short ray, or one that decays soon, sees finer detail; a small part of the distance to a far light is no short ray
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
         fine = dataclasses.replace(fine, spacing=fine.spacing * min(mean, 1.0) ** 0.25)
         # what is bright lies far from a light at the edge, where its detail is as fine as near it
@@ -137,7 +137,7 @@ class Grid:
         u_max = max(u_max, 1e-3)
         low, high = 0.5 - self.light[1 - axis], other - 0.5 - self.light[1 - axis]
         m_lo, m_hi = _span(low, high, u_min, u_max)
-        if m_lo - m_hi > 0.1 / u_max:  # but for those hardly beside it: the way back's diagonals are not quite these
+        if m_lo - m_hi > 0.1 / u_max:  # but for those hardly beside it: the gather's diagonals are not quite these
             return None
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
@@ -204,8 +204,8 @@ class Grid:
             else:
                 step = inside(u)
                 cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
-                place = q.sign * (major + q.sign * u) / cell
-                edge = (math.floor(place + 1e-6) + 1 - place) * cell
+                position = q.sign * (major + q.sign * u) / cell
+                edge = (math.floor(position + 1e-6) + 1 - position) * cell
                 aligned = edge >= cell - 1e-6
                 following = u + (step if aligned else edge + step - cell)
                 if steady and aligned:

@@ -13,6 +13,7 @@ fn pack_conservative(range: vec2f) -> u32 {
     return pack2x16float(vec2f(select(0.0, least, least > SMALLEST_HALF), select(0.0, greatest, range.y > 0.0)));
 }
 
+/// Find least and greatest depth of a tile of texels.
 @compute @workgroup_size(8, 8)
 fn fine(@builtin(global_invocation_id) id: vec3u) {
     let side = textureDimensions(shadow).x;
@@ -30,6 +31,7 @@ fn fine(@builtin(global_invocation_id) id: vec3u) {
     tiles[tile_index(side, id.z, FINE, id.xy)] = pack_conservative(range);
 }
 
+/// Find least and greatest depth of a tile of tiles.
 @compute @workgroup_size(8, 8)
 fn coarse(@builtin(global_invocation_id) id: vec3u) {
     let side = textureDimensions(shadow).x;

@@ -38,7 +38,7 @@ fn search_alike(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
     return best.rgb * min(less, vec3f(1.0));
 }
 
-// One invocation makes the pixels between four of what was marched, since these have the same neighbours.
+/// Upsample the pixels between four of what was marched in one invocation, since these have the same neighbours.
 @compute @workgroup_size(8, 8)
 fn upsample(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy > frame.size)) { return; }

@@ -124,6 +124,7 @@ fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -
     return found;
 }
 
+/// March the ray of a pixel exactly, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }

@@ -15,15 +15,15 @@ from airlight.scatter.screen import Target, gains
 
 MULTIPASS = "scatter/multipass/multipass.wgsl"
 TAPS, PASSES = 8, 3
-NEAREST_TAP_SHARE = 1 / 128  # part of the way from the light at which geometric steps end; what is nearer is one sample
+NEAREST_TAP_SHARE = 1 / 128  # part of the distance from the light at which geometric steps end; what is nearer is one sample
 FIT_TOLERANCE = 2e-3  # of the weight's fit
 PAUSED_PIXELS = 4_000_000  # pixels from which on each pass is waited for, so that an interrupt is answered
 FRAME = struct_dtype(MULTIPASS, "Taps")
 
 
 def stages(mix: Mixture, density: float) -> tuple[list[list[Array]], Array, Array, float]:
-    """Find for each power and pass the taps (8, 2): part of the way to the light, weight, of sum 1; the factors of each power's sum and of
-    the nearest sample; and where that lies. The sum's derivation is in docs/methods.md."""
+    """Find for each power and pass the taps (8, 2): part of the distance to the light, weight, of sum 1; the factors of each power's sum
+    and of the nearest sample; and where that lies. The sum's derivation is in docs/methods.md."""
     q = mix.p + 1
     ends = 1 - density >= NEAREST_TAP_SHARE
     log_low = float(np.log1p(-density) if ends else np.log(NEAREST_TAP_SHARE))
@@ -55,18 +55,18 @@ class MultipassPlan:
         gain: tuple[float, ...] = (1, 1, 1),
     ) -> None:
         source, layer, apron, before = target.source, target.layer, target.apron, target.before
-        taps, factors, nearest, place = stages(mixture(density, lam, FIT_TOLERANCE), density)
+        taps, factors, nearest, shift = stages(mixture(density, lam, FIT_TOLERANCE), density)
         between = [device.texture(source.size[0], source.size[1], "rgba16float") for _ in range(PASSES - 1)]
         self.steps = []
         for i, passes in enumerate(taps):
             result_of = layer if i == len(taps) - 1 else device.texture(*size, "rgba16float")
-            ways = zip(passes, [source, *between], [*between, result_of], strict=True)
-            for stage, (own, given, result) in enumerate(ways):
+            links = zip(passes, [source, *between], [*between, result_of], strict=True)
+            for stage, (own, given, result) in enumerate(links):
                 last = stage == PASSES - 1
                 frame = np.zeros((), FRAME)
                 frame["light"], frame["size"], frame["apron"], frame["inset"] = light, result.size[:2], apron, apron if last else 0
                 frame["taps"][:, :2] = own
-                frame["gain"][:3], frame["nearest"] = factors[i] * np.array(gain), [*(nearest[i] * np.array(gain)), place]
+                frame["gain"][:3], frame["nearest"] = factors[i] * np.array(gain), [*(nearest[i] * np.array(gain)), shift]
                 flags = {"LAST": last, "ADD": last and before is not None, "NEAREST": last and bool(nearest[i])}
                 pipeline = device.pipeline(MULTIPASS, "eight", **flags)
                 uniform, spare = device.buffer(frame.tobytes(), uniform=True), before if before is not None else source

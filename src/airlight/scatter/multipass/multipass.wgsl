@@ -2,10 +2,10 @@
 //
 //     S(x) = sum_p c_p int_{1-D}^1 u^p I(l + u (x - l)) du
 //
-// with the weight of the converged sum fitted by powers u^p of the part u of the way from the light l at which a sample lies (moments.py).
+// with the weight of the converged sum fitted by powers u^p of the part u of the distance from the light l to the pixel at which a sample lies (moments.py).
 // In steps x -> l + gamma (x - l), u is a power of gamma, and the weight gamma^(k (p+1)) of tap k splits into factors: the first pass
 // steps by gamma, the second by gamma^8 over what the first gave, the third by gamma^64. This is one of these passes, for one p. Where the
-// ray ends nearer to the light than 1/128 of the way, the rest is one more sample, in the last pass. docs/methods.md derives it.
+// ray ends nearer to the light than 1/128 of that distance, the rest is one more sample, in the last pass. docs/methods.md derives it.
 // Twin: reference/multipass.py:multipass.
 //! include "wgsl/half.wgsl"
 override ADD: bool = false;   // add to what earlier powers and lights gave
@@ -18,9 +18,9 @@ struct Taps {
     size: vec2u,              // of the result
     apron: f32,               // of the source
     inset: f32,               // of the source, less that of the result
-    taps: array<vec4f, TAPS>, // part of the way to the light, weight
+    taps: array<vec4f, TAPS>, // part of the distance to the light, weight
     gain: vec4f,              // of the sum, in the last pass
-    nearest: vec4f,           // of the nearest sample; w: part of the way to the light
+    nearest: vec4f,           // of the nearest sample; w: part of the distance to the light
 }
 
 @group(0) @binding(0) var<uniform> frame: Taps;

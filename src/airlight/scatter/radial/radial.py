@@ -17,7 +17,7 @@ RADIAL, RESAMPLE = "scatter/radial/radial.wgsl", "scatter/radial/resample.wgsl"
 JITTERS = {"fixed": 0, "midpoint": 1, "gradient": 2, "blue": 3}
 RAYS = struct_dtype(RADIAL, "Rays")
 TAPS_A_DISPATCH = 60_000_000  # about 0.1 s on software Vulkan, so that an interrupt is answered
-PAUSED_DISPATCHES = 8  # dispatches from which on they are waited for on the way
+PAUSED_DISPATCHES = 8  # dispatches from which on each is waited for
 
 
 def noise_texture(device: Device) -> Any:

@@ -92,11 +92,11 @@ class _Loader:
     def _add_lights(self) -> None:
         nodes, lights = self._document.nodes, self._document.extensions.lights.lights
         named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
-        asked = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
-        if len(asked) > MAX_LIGHTS:
-            warn(f"{self._gltf.container.path}: has {len(asked)} lights; the {MAX_LIGHTS} brightest shine", 4)
-            asked = dict(sorted(asked.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
-        for i, light in asked.items():
+        shining = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
+        if len(shining) > MAX_LIGHTS:
+            warn(f"{self._gltf.container.path}: has {len(shining)} lights; the {MAX_LIGHTS} brightest shine", 4)
+            shining = dict(sorted(shining.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
+        for i, light in shining.items():
             self._lights[i], self._described[i] = _light(light), light
             self._scene.add(self._lights[i])
 
