@@ -30,7 +30,7 @@ class SceneLayer:
 
 
 @dataclass(frozen=True)
-class SceneRule:
+class SceneCompositeSettings:
     """Says how a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
 
     is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; adapt: whether light
@@ -66,7 +66,7 @@ class SceneComposite:
         self._binds: dict[Any, Any] = {}
 
     def record(
-        self, encoder: Any, color: Any, depth: Any, layer: SceneLayer, rule: SceneRule, target: Any, timer: Timer | None = None
+        self, encoder: Any, color: Any, depth: Any, layer: SceneLayer, rule: SceneCompositeSettings, target: Any, timer: Timer | None = None
     ) -> None:
         """Records the passes, from the picture's color and depth, textures, to target, a view."""
         device, format = self.device, target.texture.format

@@ -10,7 +10,7 @@ import msgspec
 import pygfx as gfx
 import wgpu
 
-from airlight.composite.scene import SceneComposite, SceneLayer, SceneRule
+from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
@@ -165,7 +165,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         else:
             self._screen_state().record(self, command_encoder, color, depth, seen, timer)
         self._uniforms.write(self.region, self.composite, self.in_scene, self._follow())
-        self._merge.record(command_encoder, color, depth, self._layer, self._rule(bool(seen)), target_tex, timer)
+        self._merge.record(command_encoder, color, depth, self._layer, self._composite_settings(bool(seen)), target_tex, timer)
         if timer:
             timer.resolve(command_encoder)
 
@@ -187,10 +187,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         at_once = not self._merge.has_balance or self.dt <= 0 or self.in_scene.adapt_seconds == 0
         return 1.0 if at_once else -math.expm1(-self.dt / self.in_scene.adapt_seconds)
 
-    def _rule(self, lit: bool) -> SceneRule:
+    def _composite_settings(self, lit: bool) -> SceneCompositeSettings:
         """Says how the layer is put on the picture."""
         scene = self.in_scene
-        return SceneRule(
+        return SceneCompositeSettings(
             is_lit=lit,
             contrast=scene.occluders == "contrast",
             gather=scene.depth_aware > 0,

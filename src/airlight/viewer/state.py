@@ -249,15 +249,15 @@ def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
     if not METHODS[state.parameters.method].lights_medium or radius <= 0:
         state.doubt = ""
         return
-    air = resolve(state.medium, state.march, state.parameters.quality, radius)
+    medium = resolve(state.medium, state.march, state.parameters.quality, radius)
     state.automatic |= {
-        "sigma_t": tuple(float(f"{v:.3g}") for v in air.sigma_t),
-        "max_distance": air.max_distance,
-        "lamp_distance": air.max_distance,
-        "steps": air.steps or "exact",
-        "shadow_size": air.shadow_size,
+        "sigma_t": tuple(float(f"{v:.3g}") for v in medium.sigma_t),
+        "max_distance": medium.max_distance,
+        "lamp_distance": medium.max_distance,
+        "steps": medium.steps or "exact",
+        "shadow_size": medium.shadow_size,
     }
-    state.doubt = (doubt(air, distance, radius) or "") if METHODS[state.parameters.method].has_units else ""
+    state.doubt = (doubt(medium, distance, radius) or "") if METHODS[state.parameters.method].has_units else ""
 
 
 def save(state: ViewerState, path: str) -> None:

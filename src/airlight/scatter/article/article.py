@@ -50,11 +50,11 @@ class Article:
         self._binds: dict[Any, Any] = {}
 
     @staticmethod
-    def resolve(air: ResolvedMedium) -> ResolvedMedium:
+    def resolve(medium: ResolvedMedium) -> ResolvedMedium:
         """Replaces what the code fixes: three cascades, as far as its samples reach, and a surface still ends them."""
-        return dataclasses.replace(air, max_distance=STEPS * STEP + STOP, march=msgspec.structs.replace(air.march, cascades=CASCADES))
+        return dataclasses.replace(medium, max_distance=STEPS * STEP + STOP, march=msgspec.structs.replace(medium.march, cascades=CASCADES))
 
-    def settings(self, air: ResolvedMedium) -> np.ndarray:
+    def settings(self, medium: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""
         out = np.zeros((), SETTINGS)
         out["bias"] = BIAS
@@ -64,18 +64,21 @@ class Article:
         self,
         view: Any,
         projection: Any,
-        lamps: Sequence[tuple[PunctualLight, Shadow | None]],
-        air: ResolvedMedium,
+        lights: Sequence[tuple[PunctualLight, Shadow | None]],
+        medium: ResolvedMedium,
         *,
         jitter: str = "fixed",
     ) -> None:
-        """view, projection: (4, 4), as pygfx's cameras have them. air: as `resolve` gives it. jitter: of Parameters.offset; the code has
-        none."""
-        if any(not lamp.directional for lamp, _ in lamps[:1]) or len(lamps) > 1:
-            one = f"method {self.name} takes one light, a sun (here: {', '.join(lamp.word for lamp, _ in lamps)})"
+        """Set what is seen: view, projection (4, 4), as pygfx's cameras have them; medium: as `resolve` gives it.
+
+        jitter: of Parameters.offset; the code has none. Raises AirlightError for other lights than one sun.
+        """
+        if any(not light.directional for light, _ in lights[:1]) or len(lights) > 1:
+            one = f"method {self.name} takes one light, a sun (here: {', '.join(light.word for light, _ in lights)})"
             raise AirlightError(f"{one}: give it one, as --sun does, or use method march")
-        lamp, shadow = lamps[0] if lamps else (DARK, None)
-        records = frame_record(projection, air, self.pixels, self.pixels), light_record(lamp, shadow, view, air), self.settings(air)
+        light, shadow = lights[0] if lights else (DARK, None)
+        frame = frame_record(projection, medium, self.pixels, self.pixels)
+        records = frame, light_record(light, shadow, view, medium), self.settings(medium)
         for buffer, record in zip(self._buffers, records, strict=True):
             self.device.queue.write_buffer(buffer, 0, record.tobytes())
         views = len(shadow.views) if shadow else 0
@@ -102,13 +105,13 @@ class ArticleProse(Article):
     name, entry = "article-prose", "prose"
 
     @staticmethod
-    def resolve(air: ResolvedMedium) -> ResolvedMedium:
+    def resolve(medium: ResolvedMedium) -> ResolvedMedium:
         """Keeps everything."""
-        return air
+        return medium
 
-    def settings(self, air: ResolvedMedium) -> np.ndarray:
+    def settings(self, medium: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""
-        out, m = np.zeros((), SETTINGS), air.march
+        out, m = np.zeros((), SETTINGS), medium.march
         out["bias"] = 0.0 if m.shadow_bias else BIAS
         out["absorption"], out["cap"], out["prose"] = m.article_absorption, m.article_cap, m.article_share == "prose"
         out["steps"], out["step"] = (STEPS, STEP) if m.article_steps is None else (m.article_steps, PROSE_STEP)
