@@ -138,7 +138,7 @@ def test_a_stage_is_its_twin() -> None:
     from airlight.pygfx.casters import Casters
     from airlight.pygfx.punctual import punctual_lights
     from airlight.scenes import open_scene
-    from airlight.scenes.offline import FAR, Shot, Studio
+    from airlight.scenes.offline import FAR_METRES, Shot, Studio
 
     stage = open_scene("foliage-view")
     air, march = Medium(max_distance=3.0), March(shadow_size=256)
@@ -154,7 +154,7 @@ def test_a_stage_is_its_twin() -> None:
     ]
     origins, directions = rays(matrix, (64, 36))
     ahead = frame.distance().astype(float)
-    surfaces = np.where(ahead == FAR, np.inf, ahead / -directions[..., 2])
+    surfaces = np.where(ahead == FAR_METRES, np.inf, ahead / -directions[..., 2])
     held = np.array([np.frombuffer(one, np.float32).reshape(256, 256) for one in maps])
     want = twin.article(
         origins, directions, surfaces, view[:3, :3] @ sun.direction, [v.matrix @ np.linalg.inv(view) for v in shadow.views], held

@@ -176,7 +176,7 @@ def test_each_medium_has_its_own_truth():
 
 
 def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
-    monkeypatch.setattr(scenes, "FINEST", 2048)
+    monkeypatch.setattr(scenes, "MAX_SHADOW_SIDE", 2048)
     air = view().resolved(chosen(EXACT)[0])
     (light, transmittance, way), about = view().truth(air, "walk")
     assert np.allclose(transmittance, np.exp(-way[..., None] * air.sigma_t), rtol=1e-5)
@@ -184,7 +184,7 @@ def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     truth, far = traced("window")
     errors = rule.errors(light, truth, rule.clear(far))
     assert errors.rmse < 0.01 and np.allclose(way, far, rtol=1e-3)
-    monkeypatch.setattr(scenes, "MOST", 0)
+    monkeypatch.setattr(scenes, "MAX_TRACED", 0)
     (again, *_), about = view().truth(air, None)
     assert "276 triangles are too many" in about and np.array_equal(again, light)
 

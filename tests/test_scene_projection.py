@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 pytest.importorskip("pygfx")
-from airlight.projection import GUARD, depth_terms, pixel_rays, project
+from airlight.projection import GUARD_HALF_SIZES, depth_terms, pixel_rays, project
 
 
 def perspective(fov: float, aspect: float, near: float = 0.1, far: float = 1000.0) -> np.ndarray:
@@ -65,7 +65,7 @@ def test_it_moves_and_fades_steadily(
     fades = np.array([s.fade for s in steps])
     places = np.array([s.position for s in steps])
     assert np.isfinite(places).all() and ((fades >= 0) & (fades <= 1)).all()
-    assert np.abs(places - 0.5).max() <= GUARD / 2 + 1e-9
+    assert np.abs(places - 0.5).max() <= GUARD_HALF_SIZES / 2 + 1e-9
     assert np.abs(np.diff(fades)).max() < (0.05 if flat else 0.012)
     seen = np.minimum(fades[1:], fades[:-1])[:, None]
     if not (flat and sun):  # which has a side, but no place
@@ -88,7 +88,7 @@ def test_at_right_angles_it_is_on_its_side(turn: float, fov: float, aspect: floa
     found = project((np.cos(turn), np.sin(turn), 0.0, w), np.eye(4), projection)
     assert found.fade == 0.0 and np.isfinite(found.position).all()
     side = np.array(found.position) - 0.5
-    assert np.abs(side).max() == pytest.approx(GUARD / 2)
+    assert np.abs(side).max() == pytest.approx(GUARD_HALF_SIZES / 2)
     assert side @ np.array([np.cos(turn) / aspect, -np.sin(turn)]) > 0
     assert project((0, 0, -1, w), np.eye(4), projection).position == (0.5, 0.5)
     assert project((0, 0, 1, w), np.eye(4), projection).fade == 0.0

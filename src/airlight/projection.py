@@ -12,7 +12,7 @@ import numpy.typing as npt
 from airlight.planes import smoothstep
 
 Matrix = npt.NDArray[np.float64]
-GUARD = 8.0  # half picture sizes from its centre: a light farther out is held here, on the same side
+GUARD_HALF_SIZES = 8.0  # half picture sizes from its centre: a light farther out is held here, on the same side
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def project(point: Any, view: Any, projection: Any) -> Projected:
     clip = projection @ (np.append(direction, 0.0) if at[3] == 0 else np.append(at[:3] / at[3], 1.0) / distance)
     reach = float(np.abs(clip[:2]).max())
     # beyond the guard band, at right angles and behind, only the side on which the light lies is kept
-    scale = max(float(clip[3]), reach / GUARD)
+    scale = max(float(clip[3]), reach / GUARD_HALF_SIZES)
     ndc = clip[:2] / scale if scale > 0 else np.zeros(2)
     if flat:
         fade = float(smoothstep(ahead, 0.0, 0.1))

@@ -27,14 +27,14 @@ def test_an_exr_holds_light_layer_and_depth(tmp_path):
     assert (found["A"] == 1).all()
     wall, sky = found["Z"][24, 32], found["Z"][2, 2]
     assert wall == pytest.approx(5.0, rel=1e-4)
-    assert sky == np.float32(offline.FAR)
+    assert sky == np.float32(offline.FAR_METRES)
     inside = found["Z"] < 6
     assert np.ptp(found["Z"][inside]) < 1e-3  # planar: the same all over the wall
     assert found["airlight.R"].max() > 0.05
     for c in "RGB":
         assert not plain["airlight." + c].any()
         assert np.abs(found[c] - found["airlight." + c] - plain[c]).max() < 4e-3 * max(1.0, found[c].max())
-    lamp = found["Z"] == np.float32(offline.FAR)
+    lamp = found["Z"] == np.float32(offline.FAR_METRES)
     assert plain["R"][lamp].max() == pytest.approx(0.2159, rel=2e-3)  # the grey of the background, not what a display shows of it
 
 

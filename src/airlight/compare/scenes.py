@@ -30,8 +30,8 @@ from airlight.scenes.replay import Replay
 from airlight.scenes.triangles import world_triangles
 
 Array = npt.NDArray[Any]
-MOST = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
-FINEST, MEMORY = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
+MAX_TRACED = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
+MAX_SHADOW_SIDE, MAX_SHADOW_BYTES = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
 CASCADES = 4  # of it
 
 
@@ -119,7 +119,7 @@ class ComparedView:
             alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
-        if against is None and count * len(self.punctual) * size[0] * size[1] > MOST:
+        if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
         return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
@@ -128,8 +128,8 @@ class ComparedView:
         cascades = CASCADES if any(light.directional for light in self.punctual) else 1
         march = March(steps="exact", cascades=cascades)
         layers = sum(light.shadow_layers(dataclasses.replace(medium, march=march)) for light in self.punctual)
-        side = min(FINEST, self.device.max_side)
-        while side > 1024 and 4 * side * side * layers > MEMORY:
+        side = min(MAX_SHADOW_SIDE, self.device.max_side)
+        while side > 1024 and 4 * side * side * layers > MAX_SHADOW_BYTES:
             side //= 2
         march = msgspec.structs.replace(march, shadow_size=side)
         studio = self._studio(Parameters(method=FOR_MEDIUM), in_scene=SceneOptions(resolution=1.0), medium=medium.settings, march=march)

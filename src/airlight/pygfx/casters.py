@@ -145,7 +145,7 @@ class Casters:
                 if own is not None:
                     found.append((thing, own))
         for thing, _ in found:
-            private.place(thing)
+            private.update_object(thing)
         hulls = self._bounds.hulls([thing for thing, _ in found])
         bodies = {id(light.target) for light in self.lights if light.emitter}
         bodies |= self._glowing(found, hulls, lights)

@@ -23,8 +23,8 @@ from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
 
 FORMAT, DEPTH = "rgba16float", "depth32float"
-MOST = 8  # discs, as in discs.wgsl
-STRONG = 1.0  # emission beyond which a material is a light
+MAX_DISCS = 8  # discs, as in discs.wgsl
+EMITTER_RADIANCE = 1.0  # emission beyond which a material is a light
 DISCS = struct_dtype("pygfx/discs.wgsl", "Discs")
 KEPT = {"operation": "add", "src_factor": "zero", "dst_factor": "one"}  # alpha
 
@@ -165,8 +165,8 @@ class Prepass:
     """Draws the source of the sum from a scene, for a picture of size (width, height) pixels.
 
     lights: their targets, where emitters, keep their colour, as do backgrounds, opaque meshes that write no depth, and materials that emit
-    more than STRONG; discs of lights that have a size are drawn where nothing is. Other meshes are black, by their opacity where one sees
-    through them. Lines, points, text, pygfx's helpers and what else is no mesh is left out. exclude, include: objects that, with their
+    more than EMITTER_RADIANCE; discs of lights that have a size are drawn where nothing is. Other meshes are black, by their opacity where
+    one sees through them. Lines, points, text, pygfx's helpers and what else is no mesh is left out. exclude, include: objects that, with their
     children, hide nothing, or do though they are no meshes; the nearest counts.
 
     renderer, scene, lights, size, in_scene, exclude, include may be set at any time.
@@ -233,7 +233,8 @@ class Prepass:
         if not emitter:
             if mark is False or (mark is None and not mesh):
                 return None
-            emitter = mesh and ((material.alpha_method == "opaque" and not material.depth_write) or (strength(material) or 0.0) > STRONG)
+            sky = material.alpha_method == "opaque" and not material.depth_write
+            emitter = mesh and (sky or (strength(material) or 0.0) > EMITTER_RADIANCE)
         whole = mesh and solid(wobject, material)
         if not emitter:
             return SOLID if whole else VEIL
@@ -246,7 +247,7 @@ class Prepass:
         self._fit(camera)
         found: dict[Role, list[Any]] = {role: [] for role in ROLES}
         for role, wobject in self._roles():
-            private.place(wobject)
+            private.update_object(wobject)
             made = self._made.setdefault(wobject, weakref.WeakKeyDictionary()).setdefault(wobject.material, {})
             if role not in made:
                 made[role] = private.Pipelines(role.shaders)
@@ -310,7 +311,7 @@ class Prepass:
 
     def _aim(self, camera: Any, projection: Any) -> bool:
         """Send where discs are; whether there are any."""
-        sized = [light for light in self.lights if light.disc_half_angle > 0][:MOST]
+        sized = [light for light in self.lights if light.disc_half_angle > 0][:MAX_DISCS]
         if not sized or projection[3, 3] != 0:
             return False
         data = np.zeros((), DISCS)

@@ -28,9 +28,9 @@ __all__ = [
     "extent",
     "influences",
     "is_hdr",
-    "place",
     "shader_of",
     "unlit",
+    "update_object",
     "upload",
     "use_hdr",
     "view_offset",
@@ -140,7 +140,7 @@ def influences(wobject: Any) -> Any:
     return None if buffer is None else buffer.data["influence"]
 
 
-def place(wobject: Any) -> None:
+def update_object(wobject: Any) -> None:
     """Let an object bring its buffers up to date, as a renderer does before it draws. Touches _update_object."""
     wobject._update_object()
 

@@ -31,10 +31,10 @@ from airlight.reference.lights import cone_ramp
 from airlight.reference.medium import Layer, transmittance
 
 Array = npt.NDArray[Any]
-SHEET = 1e-5  # of max_distance, half the thickness of a row's medium: far above the rounding of a ray in float32
+SHEET_SHARE = 1e-5  # of max_distance, half the thickness of a row's medium: far above the rounding of a ray in float32
 SAMPLER = {True: "stratified", False: "orthogonal"}  # suns: one distance; lights: that, and by chance the light's own way, together
-RAMP = 2048  # texels across a spot's cone
-WIDEST = 1.4  # radians, half angle of a spot that a texture covers well
+RAMP_TEXELS = 2048  # texels across a spot's cone
+MAX_HALF_ANGLE = 1.4  # radians, half angle of a spot that a texture covers well
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh")
 
 
@@ -93,8 +93,8 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
             raise AirlightError(f"Mitsuba has no {light.word} light here: take {', '.join(kind.word for kind in EMITTERS)}")
         if light.attenuation_range():
             raise AirlightError("Mitsuba's lamps have no range: set it to 0")
-        if isinstance(light, SpotLight) and light.outer > WIDEST:
-            raise AirlightError(f"a spot of {light.outer:.2f} radians is too wide for a texture: at most {WIDEST}")
+        if isinstance(light, SpotLight) and light.outer > MAX_HALF_ANGLE:
+            raise AirlightError(f"a spot of {light.outer:.2f} radians is too wide for a texture: at most {MAX_HALF_ANGLE}")
 
 
 def ready() -> Any:
@@ -124,7 +124,7 @@ def _grey(
     found = np.zeros((2, height, width))
     for row in range(height):
         if light.directional:
-            scene = mi.load_dict(parts | _sheet(mi, eye, rays[row], SHEET * medium.max_distance, medium.max_distance, inside))
+            scene = mi.load_dict(parts | _sheet(mi, eye, rays[row], SHEET_SHARE * medium.max_distance, medium.max_distance, inside))
         sensor = _sensor(mi, eye, rays[row], inside, SAMPLER[light.directional])
         for half in range(2):
             number = (2 * seed + half) * height + row
@@ -161,7 +161,7 @@ def _spot(mi: Any, light: SpotLight) -> dict[str, Any]:
     """Describes a spot of intensity 1 along its axis, whose falloff is a texture."""
     position = np.asarray(light.position, float)
     degrees = float(np.degrees(light.outer))
-    side = (2 * (np.arange(RAMP) + 0.5) / RAMP - 1) * np.tan(light.outer)
+    side = (2 * (np.arange(RAMP_TEXELS) + 0.5) / RAMP_TEXELS - 1) * np.tan(light.outer)
     ramp = cone_ramp(1 / np.sqrt(1 + side**2 + side[:, None] ** 2), *light.cone())[..., None] ** 2
     up = np.eye(3)[np.argmin(np.abs(light.direction))]
     return {

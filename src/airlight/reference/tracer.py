@@ -20,11 +20,11 @@ from airlight.reference.medium import Layer, transmittance, transmittance_integr
 from airlight.reference.medium import phase as phase_of
 
 Array = npt.NDArray[Any]
-TILE = 16  # pixels, of a tile for which triangles are chosen
-PANEL = 1.0  # of v, and nodes of Gauss's rule on it
+TILE_PX = 16  # pixels, of a tile for which triangles are chosen
+PANEL_WIDTH = 1.0  # of v, and nodes of Gauss's rule on it
 NODES = np.polynomial.legendre.leggauss(12)
-SLIVER = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
-NARROW = 1e-9  # m: a ray is no nearer to a light
+BARYCENTRIC_SLACK = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
+MIN_APPROACH_METRES = 1e-9  # m: a ray is no nearer to a light
 
 
 def layer(
@@ -48,9 +48,9 @@ def layer(
     into = np.linalg.inv(np.asarray(view, float))
     near, far = _depths(projection)
     found, reach = np.zeros((height, width, 3)), np.zeros((height, width))
-    for top in range(0, height, TILE):
-        for left in range(0, width, TILE):
-            rows, columns = np.arange(top, min(top + TILE, height)), np.arange(left, min(left + TILE, width))
+    for top in range(0, height, TILE_PX):
+        for left in range(0, width, TILE_PX):
+            rows, columns = np.arange(top, min(top + TILE_PX, height)), np.arange(left, min(left + TILE_PX, width))
             y, x = (k.ravel() for k in np.meshgrid(rows, columns, indexing="ij"))
             where = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
             origin, ray, slope = camera_rays(into, projection, (x + 0.5) / width, (y + 0.5) / height)
@@ -117,7 +117,8 @@ def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) 
         q = np.cross(away, e)
         v = np.einsum("rkj,rj->rk", q, ray) * scale
         t = np.einsum("rkj,kj->rk", q, f) * scale
-        inside = (u >= -SLIVER) & (v >= -SLIVER) & (u + v <= 1 + SLIVER) & (t >= near[:, None]) & (t <= far[:, None])
+        within = (t >= near[:, None]) & (t <= far[:, None])
+        inside = within & (u >= -BARYCENTRIC_SLACK) & (v >= -BARYCENTRIC_SLACK) & (u + v <= 1 + BARYCENTRIC_SLACK)
     return np.asarray(np.where(inside, t, np.inf).min(axis=1))
 
 
@@ -202,13 +203,13 @@ def _over_panels(
     """Integrates p E e^(-sigma (t + d)), E the irradiance, over panels of v: (n, 3) integrals, and (n,) their rays."""
     to_light = -light.travel(origin)
     nearest = np.einsum("rj,rj->r", to_light, ray)
-    h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), NARROW)
+    h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), MIN_APPROACH_METRES)
     breaks = _breaks(light, ray, to_light, nearest, h)[which]
     marks = np.sort(np.column_stack([start, np.clip(breaks, start[:, None], end[:, None]), end]), axis=1)
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
     which, low, high = which[row], low[row, column], high[row, column]
-    panels = np.ceil((high - low) / PANEL).astype(int)
+    panels = np.ceil((high - low) / PANEL_WIDTH).astype(int)
     part = np.arange(panels.sum()) - np.repeat(np.cumsum(panels) - panels, panels)
     which, low, half = (np.repeat(x, panels) for x in (which, low, (high - low) / panels / 2))
     result = np.zeros((len(which), 3))

@@ -23,8 +23,8 @@ from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.scatter.methods import METHODS
 from airlight.scenes.stage import Stage
 
-FAR = 1e10  # metres: the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
-LEAST = 1e-6  # metres
+FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
+NEAREST_METRES = 1e-6
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Frame:
         return box(self.picture[..., :3].astype(np.float32), self.samples)
 
     def distance(self) -> np.ndarray:
-        """Computes (height, width) float32 metres along the view's axis, of a pixel's nearest sample; FAR where nothing is drawn."""
+        """Computes (height, width) float32 metres along the view's axis, of a pixel's nearest sample; FAR_METRES where nothing is drawn."""
         assert self.depth is not None
         height, width = self.depth.shape
         n = self.samples
@@ -84,7 +84,7 @@ class Frame:
         a, b, c, e = self.terms
         with np.errstate(divide="ignore", invalid="ignore"):
             z = (a * depth.astype(np.float64) + b) / (c * depth.astype(np.float64) + e)
-        return np.where(depth >= 1, FAR, np.clip(np.nan_to_num(z, nan=FAR), LEAST, FAR)).astype(np.float32)
+        return np.where(depth >= 1, FAR_METRES, np.clip(np.nan_to_num(z, nan=FAR_METRES), NEAREST_METRES, FAR_METRES)).astype(np.float32)
 
     def shafts(self) -> np.ndarray:
         """Computes (height, width, 3) float32: what the shafts add to the picture, as `composited` of composite/scene.wgsl; of a medium its
