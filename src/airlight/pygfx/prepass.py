@@ -166,8 +166,8 @@ class Prepass:
 
     lights: their targets, where emitters, keep their colour, as do backgrounds, opaque meshes that write no depth, and materials that emit
     more than EMITTER_RADIANCE; discs of lights that have a size are drawn where nothing is. Other meshes are black, by their opacity where
-    one sees through them. Lines, points, text, pygfx's helpers and what else is no mesh is left out. exclude, include: objects that, with their
-    children, hide nothing, or do though they are no meshes; the nearest counts.
+    one sees through them. Lines, points, text, pygfx's helpers and what else is no mesh is left out. exclude, include: objects that, with
+    their children, hide nothing, or do though they are no meshes; the nearest counts.
 
     renderer, scene, lights, size, in_scene, exclude, include may be set at any time.
     texture: rgba16float, linear; view: (x, y, width, height) of the picture in it, texels; both change with the settings.
