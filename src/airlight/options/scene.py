@@ -19,7 +19,7 @@ class SceneOptions(Options, group="scene"):
     resolution: float | None = real(
         None,
         f"size of source and shafts; unset: {RESOLUTION}, of a medium in quality final 1",
-        "Vesper", "of the view", ge=0.125, le=1,
+        "Vesper; " + GEMS + ", sec. 13.8", "of the view", ge=0.125, le=1,
     )
     region: float = real(
         1.2,

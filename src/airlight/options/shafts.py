@@ -43,7 +43,7 @@ class Parameters(Options, group="shafts"):
     normalization: str = choice(
         "mean", ("mean", "listing"),
         "mean: Eq. 4, the sum over n; listing: Listing 13-1 as printed, no 1/n and the first sample unweighted",
-        GEMS, group="method",
+        GEMS + ", Eq. 4, Listing 13-1", group="method",
     )
     border: str = choice(
         "clamp", ("clamp", "black"),
@@ -53,12 +53,12 @@ class Parameters(Options, group="shafts"):
     jitter: str | None = choice(
         None, ("fixed", "midpoint", "gradient", "blue"),
         "where samples lie in their step: start, middle, interleaved-gradient noise, blue noise; unset: fixed, with march blue",
-        GEMS + ", sec. 13.8", group="method",
+        GEMS + ", sec. 13.8; Jimenez 2014", group="method",
     )
     scale: float = real(
         1.0,
         "resolution of the radial sum: 1, 0.5 or 0.25, filtered down and up",
-        GEMS + ", sec. 13.3.1", ge=0.25, le=1, slider=(1, 0.5, 0.25), group="method",
+        GEMS + ", sec. 13.8", ge=0.25, le=1, slider=(1, 0.5, 0.25), group="method",
     )
     quality: str = choice(
         "normal", ("draft", "normal", "final"),
