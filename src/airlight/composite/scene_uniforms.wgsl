@@ -1,4 +1,4 @@
-// What the passes over the picture of a rendered scene share: uniforms of its camera and lights, the picture and its depth.
+// Inputs that the passes over the picture of a rendered scene share: uniforms of its camera and lights, the picture and its depth.
 struct Cone {                   // around a light, from the eye
     direction: vec3f,           // unit, view space
     cosine: f32,                // of its half angle

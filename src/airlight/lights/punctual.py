@@ -3,6 +3,7 @@
 A kind of light is a subclass in a file of its own, and a line of `kinds.KINDS`; nothing else asks a light for its kind's name.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -25,7 +26,7 @@ def triple(v: Any) -> Triple:
 
 
 @dataclass(frozen=True)
-class PunctualLight:
+class PunctualLight(ABC):
     """Describes a light that shines on a medium.
 
     intensity: (3,) linear RGB: lux on a plane that faces a directional light, else candela. strength: factor of what the medium makes of
@@ -48,9 +49,9 @@ class PunctualLight:
         """Computes the light's factor for an eye at (3,), world, from Medium.lamp_distance and lamp_fade; 1 for directional lights."""
         return 1.0
 
+    @abstractmethod
     def in_view(self, view: Matrix) -> Array:
         """Transforms its position, or the direction towards it, by (4, 4) world to view space, to (3,)."""
-        raise NotImplementedError
 
     def axis(self) -> Triple:
         """Returns the unit vector, world, around which its intensity varies; any where it does not."""
@@ -72,30 +73,30 @@ class PunctualLight:
         """Returns the tangent of its angular radius, for soft shadows; default: the radius in degrees where it has none of its own."""
         return 0.0
 
+    @abstractmethod
     def incident(self, points: Array) -> tuple[Array, Array, Array]:
         """Computes what reaches points (..., 3), world, through empty space.
 
         Returns (..., 3) unit vectors towards the light, (...) metres of the way from it that are in the medium, 0 for a directional light,
         and (...) the factor of `intensity` that makes it the irradiance of a plane that faces the light, lux.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def travel(self, points: Array) -> Array:
         """Computes (..., 3) vectors of any length along which its light travels at points (..., 3), world."""
-        raise NotImplementedError
 
     def kink_cosines(self) -> tuple[float, ...]:
         """Returns the cosines to its axis at which the irradiance has a kink, where it is integrated in parts."""
         return ()
 
+    @abstractmethod
     def shadow_layers(self, medium: ResolvedMedium) -> int:
         """Returns how many `shadow_views` there can be."""
-        raise NotImplementedError
 
+    @abstractmethod
     def shadow_views(self, view: Any, projection: Any, hulls: Matrix, medium: ResolvedMedium) -> list[ShadowView]:
         """Fits its shadow map's views to hulls (N, 8, 3), world, for a camera with (4, 4) matrices view (world to view space) and
         projection (to clip space)."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

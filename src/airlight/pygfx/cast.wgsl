@@ -1,4 +1,4 @@
-// What fragments of pygfx's own shaders come to where only their depth is kept.
+// Ends of pygfx's own fragment shaders where only their depth is kept.
 struct FragmentOutput {
     @location(0) color: vec4<f32>,
 };

@@ -1,4 +1,4 @@
-// What fragments of pygfx's own shaders come to where only their depth is kept, and that of the more opaque half alone.
+// Ends of pygfx's own fragment shaders where only their depth is kept, and that of the more opaque half alone.
 struct FragmentOutput {
     // virtualfield none: bool = false;
     @location(0) color: vec4<f32>,

@@ -1,4 +1,4 @@
-// What each fragment of pygfx's own shaders hands to the blending, when they draw the source of the sum.
+// Values that fragments of pygfx's own shaders hand to the blending, when they draw the source of the sum.
 struct FragmentOutput {
     // virtualfield none: bool = false;
     @location(0) color: vec4<f32>,

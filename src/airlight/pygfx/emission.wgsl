@@ -1,4 +1,4 @@
-// What a rendered scene emits (13.5.2): what nothing writes depth at, the discs of lights, and the bodies of lights.
+// Emission of a rendered scene (13.5.2): what nothing writes depth at, the discs of lights, and the bodies of lights.
 //! include "composite/scene_uniforms.wgsl"
 override CONES: u32 = 0u;       // lights that have discs or are bodies
 override CLEAR: bool = false;   // nothing drawn counts as the clear colour

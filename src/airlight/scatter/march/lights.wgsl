@@ -1,4 +1,4 @@
-// What part of a ray a shadow view or a spot's cone holds, and the integral over a lit segment of it.
+// The part of a ray that a shadow view or a spot's cone holds, and the integral over a lit segment of it.
 //
 //     L = integral over the lit t of  sigma_s p(cosine) E(t) e^(-sigma_t (t + d))
 //
