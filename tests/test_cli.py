@@ -17,6 +17,7 @@ from airlight.cli import cli, docs, main
 from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.jobs.light_text import place, read_light
 from airlight.options import Look, Parameters, declared, presets
+from airlight.scatter.methods import of_screen
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "airlight"]
@@ -97,7 +98,7 @@ def test_every_parameter_is_an_option_with_its_default_and_source():
     for p in declared():
         assert p.description and p.group != "other", p.name
     text = " ".join(CliRunner().invoke(cli, ["image", "--help"], env={"COLUMNS": "300", "TERMINAL_WIDTH": "300"}).output.split())
-    assert "[default: 0.97]" in text and "GPU Gems 3, ch. 13, Eq. 4" in text and "[epipolar|radial|bands|multipass|additive]" in text
+    assert "[default: 0.97]" in text and "GPU Gems 3, ch. 13, Eq. 4" in text and f"[{'|'.join(of_screen())}]" in text
 
 
 def test_help_comes_without_the_heavy_imports():

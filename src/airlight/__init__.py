@@ -32,6 +32,11 @@ _MODULE = {name: module for module, names in _HOME.items() for name in names}
 __all__ = sorted(_MODULE)
 
 
+def __dir__() -> list[str]:
+    """List the public names, for completion: those too that no one has asked for yet."""
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str) -> Any:
     """Import a name on first use: `airlight --help` needs neither NumPy nor a GPU library."""
     if name not in _MODULE:

@@ -1,6 +1,7 @@
 """The functions that a script calls: arrays in, arrays out."""
 
 import dataclasses
+import difflib
 import warnings
 from typing import Any
 
@@ -194,7 +195,9 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
     known = [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
     if unknown:
-        raise AirlightError(f"unknown parameter {unknown[0]!r}: there is " + ", ".join(known))
+        close = difflib.get_close_matches(unknown[0], known, 1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        raise AirlightError(f"unknown parameter {unknown[0]!r}{hint or ':'} there is " + ", ".join(known))
 
 
 def _add_sum(

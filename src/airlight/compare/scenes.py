@@ -122,7 +122,7 @@ class ComparedView:
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
-        return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit stretches of each ray"
+        return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit segments of each ray"
 
     def _walked(self, medium: ResolvedMedium, why: str) -> tuple[Layer, str]:
         cascades = CASCADES if any(light.directional for light in self.punctual) else 1

@@ -54,7 +54,7 @@ struct Falloff {
     shrinks: f32,
 }
 
-/// Begins the weights of a Gaussian, at its middle. Twin: reference/rays.py:falloff.
+/// Makes the first of the weights of a Gaussian, and the factors that lead from each to the next. Twin: reference/rays.py:falloff.
 fn falloff(sigma: f32) -> Falloff {
     let q = exp(-0.5 / max(sigma * sigma, 1e-6));
     return Falloff(1.0, q, q * q);

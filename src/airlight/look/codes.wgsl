@@ -18,7 +18,7 @@ fn linear_root_slope(t: vec3f) -> vec3f {
     return 0.58482 + t * (1.8452 + t * (-2.41065 + 1.1988 * t));
 }
 
-/// Changes a pixel's code.
+/// Puts the look on a pixel: decodes its sRGB code, changes its light, and encodes that with dither where it has changed.
 @fragment
 fn put(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let p = vec2u(position.xy);

@@ -12,7 +12,7 @@ OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
 MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
 OPAQUE_DEPTH, EMPTY_DEPTH = 6.0, 1e-3  # optical depths across a scene: from here nothing is seen through it, up to here nothing of it
-PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in scatter/march/scene.wgsl
+PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in medium/phase.wgsl
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ struct FragmentOutput {
     @location(0) color: vec4<f32>,
 };
 
-/// Discards the more transparent half; called by pygfx.
+/// Discards fragments of an alpha below 0.5, so that they cast no shadow; called by pygfx.
 fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, none: bool) {
     if ((*outp).color.a < 0.5) { discard; }
 }

@@ -18,8 +18,12 @@ def frame_record(projection: Any, medium: ResolvedMedium, size: tuple[int, int],
     out = np.zeros((), FRAME)
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
-    out["sigma_t"], out["sigma_s"], out["ambient"] = medium.sigma_t, medium.sigma_s, medium.ambient
-    out["max_distance"], out["size"], out["pixels"] = medium.max_distance, size, pixels
+    out["size"], out["pixels"] = size, pixels
+    for name in FRAME.names or ():  # what is named as in the medium is the medium's: resolved, or as it is set
+        for holder in (medium, medium.settings):
+            if hasattr(holder, name):
+                out[name] = getattr(holder, name)
+                break
     return out
 
 
