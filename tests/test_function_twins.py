@@ -114,7 +114,7 @@ def test_picture_luminance() -> None:
 
 @pytest.mark.parametrize("taps", [1, 2, 3, 4])
 def test_sample_pixel(taps: int) -> None:
-    view = np.zeros((), struct_dtype("pygfx/mask.wgsl", "View"))
+    view = np.zeros((), struct_dtype("pygfx/mask.wgsl", "SceneUniforms"))
     view["pixels"], view["ratio"] = (301, 200), (301 / 150, 2)
     texel, k = RNG.integers(0, (150, 100), (3000, 2)), RNG.integers(0, taps**2, 3000)
     found = call("pygfx/mask.wgsl", "sample_pixel", [texel, k], constants={"TAPS": taps}, bindings={"view": view})
