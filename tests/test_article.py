@@ -22,6 +22,7 @@ from airlight.options import March, Medium, Parameters
 from airlight.reference import article as twin
 from airlight.reference import jitter as jittered
 from airlight.scatter.article.article import Article, ArticleProse
+from airlight.scatter.methods import METHODS
 from airlight.shadows import Shadow, ShadowView
 
 PIXELS, SIDE, DEEP = (13, 9), 32, 60.0
@@ -345,3 +346,11 @@ def test_both_take_one_sun_or_none(kind: type[Article]) -> None:
 
 def test_the_methods_offsets() -> None:
     assert [Parameters(method=name).offset for name in ("article", "article-prose", "march")] == ["fixed", "fixed", "blue"]
+
+
+@pytest.mark.parametrize("name", ["article", "article-prose"])
+def test_its_light_is_what_its_layer_was_made_of(name: str) -> None:
+    """The composite is picture + 0.1 (2 x - 1): comparisons measure x."""
+    x = np.linspace(0, 1, 5)
+    factor, offset = METHODS[name].light_of_layer
+    np.testing.assert_allclose(factor * 0.1 * (2 * x - 1) + offset, x, atol=1e-12)

@@ -9,7 +9,8 @@ import re
 from functools import cache
 from pathlib import Path
 
-from wgsl import Function, functions, impure
+import pytest
+from wgsl import Function, functions, impure, uncommented
 
 import airlight
 from airlight.gpu.shader import load
@@ -102,6 +103,12 @@ def test_names_of_pure_functions_are_unique() -> None:
     """So that a name says which function a test calls."""
     names = [name for _, name in pure()]
     assert sorted(names) == sorted(set(names))
+
+
+@pytest.mark.parametrize("path", SHADERS)
+def test_no_function_is_overlooked(path: str) -> None:
+    code = uncommented((PACKAGE / path).read_text(encoding="utf-8"))
+    assert len(functions((PACKAGE / path).read_text(encoding="utf-8"))) == len(re.findall(r"\bfn\b", code))
 
 
 def test_this_finds_functions() -> None:

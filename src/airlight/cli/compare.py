@@ -192,6 +192,8 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
     emits, far = request.reading.mask(request.mask), request.reading.depth(request.depth, picture)
     found = resolve_lights(request.lights, picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
     lights = [place(light, picture) for light in found]
+    if not lights:
+        raise AirlightError(f"{source}: without a light there is nothing to compare; give --light X,Y")
 
     def measured(say: Any) -> "Comparison":
         return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say)

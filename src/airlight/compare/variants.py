@@ -21,7 +21,7 @@ from airlight.options import (
     presets,
     refuse_look,
 )
-from airlight.scatter.methods import CONVERGED, check_picture, of_screen
+from airlight.scatter.methods import CONVERGED, check_picture, of_medium, of_screen
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -110,8 +110,7 @@ def usual(
     """List what is compared by default, of pictures with every method that it lacks; and say why some do not go with the base. lacks: why a
     variant does not go with a scene, else None."""
     texts = list(IN_SCENES if in_scene else DEFAULT)
-    if not in_scene:
-        texts += [f"method={m}" for m in of_screen() if not any(f"method={m}," in text for text in texts)]
+    texts += [f"method={m}" for m in (of_medium() if in_scene else of_screen()) if not any(f"method={m}," in f"{text}," for text in texts)]
     found, lacking = [], []
     for text in texts:
         try:

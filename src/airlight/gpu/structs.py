@@ -53,9 +53,12 @@ def _layout(code: str, kind: str) -> tuple[np.dtype[Any], int]:
         if element.subdtype:
             return np.dtype((element.subdtype[0], (count, *element.shape))), alignment
         return np.dtype((element, (count,))), alignment
+    members = dict(_STRUCT.findall(code))[kind]
+    if "@size" in members or "@align" in members:
+        raise ValueError(f"struct {kind}: @size and @align are not read here")
     names, formats, offsets = [], [], []
     end, largest = 0, 4
-    for name, member in _MEMBER.findall(dict(_STRUCT.findall(code))[kind]):
+    for name, member in _MEMBER.findall(members):
         dtype, alignment = _layout(code, member.replace(" ", ""))
         names.append(name)
         formats.append(dtype)

@@ -20,7 +20,7 @@ from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
-from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look
+from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
 from airlight.scatter.methods import check_picture
 
 if TYPE_CHECKING:
@@ -83,7 +83,9 @@ class ImageRequest:
     def settings(self) -> Settings:
         """Collect what is kept in the outputs."""
         defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING}
-        return Settings(self.values, {name: getattr(self, name) for name in SHAPING}, defaults, self.preset or self.recalled_preset)
+        of_pictures = {one.name for one in declared()}  # a preset of scenes may have set others
+        values = {name: value for name, value in self.values.items() if name in of_pictures}
+        return Settings(values, {name: getattr(self, name) for name in SHAPING}, defaults, self.preset or self.recalled_preset)
 
     @property
     def has_depth(self) -> bool:

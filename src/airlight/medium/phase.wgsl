@@ -4,7 +4,6 @@
 override PHASE: u32 = 0u;       // one of these, as PHASES of resolve.py
 
 const HENYEY_GREENSTEIN = 0u;
-const TWO_LOBE = 1u;
 const ISOTROPIC = 2u;
 const RAYLEIGH = 3u;
 const CORNETTE_SHANKS = 4u;

@@ -46,15 +46,21 @@ class March(Options, group="march"):
     shadow_bias: float = real(0.0, "how far behind what hides the light shadows begin", "Airlight", "m", ge=0, le=1e6, slider=(0, 0.1))
     article_share: str = choice(
         "code", ("code", "prose"),
-        "what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",
+        "with method article-prose: what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",
         ARTICLE, group="article",
     )
     article_steps: int | None = whole(
         None,
-        "steps of half a metre: 500, or 2,000, as the article's prose says; unset: 600 of 0.8 m, as in its code",
+        "with method article-prose: steps of half a metre: 500, or 2,000, as its prose says; unset: 600 of 0.8 m, as in its code",
         ARTICLE, ge=1, le=4096, slider=(100, 2000), group="article",
     )
     article_absorption: RGB = rgb(
-        (0.0, 0.0, 0.0), "how fast a step's share falls with its distance", ARTICLE, "1/m", ge=0, le=1e6, slider=(0, 0.1), group="article"
+        (0.0, 0.0, 0.0),
+        "with method article-prose: how fast a step's share falls with its distance",
+        ARTICLE, "1/m", ge=0, le=1e6, slider=(0, 0.1), group="article",
     )
-    article_cap: float = real(1.0, "most light before a surface in shadow; 1: as before any", ARTICLE, ge=0, le=1, group="article")
+    article_cap: float = real(
+        1.0,
+        "with method article-prose: most light before a surface in shadow; 1: as before any",
+        ARTICLE, ge=0, le=1, group="article",
+    )

@@ -20,7 +20,7 @@ from airlight.look.plan import LookPlan
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
 from airlight.planes import by_rows
-from airlight.scatter.methods import METHODS
+from airlight.scatter.methods import METHODS, check_picture
 from airlight.scatter.screen import Target
 
 SOURCE, OCCLUDERS = "occlusion/source.wgsl", "occlusion/occluders.wgsl"
@@ -246,8 +246,11 @@ class PictureRenderer:
 
         picture: rgba32float (linear) or rgba8unorm (sRGB codes), TEXTURE_BINDING; layer: rgba16float of the same size,
         STORAGE_BINDING, TEXTURE_BINDING and RENDER_ATTACHMENT. Call `record(encoder)` of the result whenever the picture has changed.
+        Raises AirlightError for bad parameters, and for methods that need a scene.
         """
-        return ImagePlan(self.device, picture, as_lights(light), Parameters(**parameters), layer=layer)
+        p = Parameters(**parameters)
+        check_picture(p.method)
+        return ImagePlan(self.device, picture, as_lights(light), p, layer=layer)
 
 
 @contextlib.contextmanager

@@ -308,9 +308,7 @@ def written_values(state: ViewerState) -> dict[str, Any]:
 def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
     """Request what the command line requests, written to a path."""
     lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
-    values = written_values(state)
-    explicit = frozenset(values) | ({"written"} if lights else frozenset())
-    return ImageRequest([state.source], path, lights or AUTO, values, explicit, device=device)
+    return ImageRequest([state.source], path, lights or AUTO, written_values(state), device=device)
 
 
 def command_line(state: ViewerState) -> list[str]:
