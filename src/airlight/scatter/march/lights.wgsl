@@ -8,19 +8,11 @@
 //! include "scatter/march/ray.wgsl"
 // The light once more: software Vulkan compiles a shader anew for each value of a uniform that ends a loop, but reads them faster.
 @group(0) @binding(7) var<storage, read> light_storage: Light;
-@group(0) @binding(8) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
-override UPSAMPLED: bool = false; // a later pass brings the layer to the picture's size, and writes its transmittance
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
 const QUADRATURE_WIDTHS = vec3f(0.25, 0.5, 0.25); // of v, of a piece: before, in and behind a cone's fully lit part
 const GAUSS_NODE = 0.38729833;  // sqrt(3 / 5) / 2: of the outer nodes from a piece's middle, of its width
-
-/// Write a pixel of the layer: the in-scattered radiance of this light and those before it, and, once, the ray's transmittance.
-fn store_layer(p: vec2u, ray: Ray, radiance: vec3f) {
-    textureStore(layer, p, vec4f(radiance, ray.reach));
-    if (FIRST && !UPSAMPLED) { textureStore(layer_transmittance, p, vec4f(transmittance(ray.reach, frame.sigma_t), 1.0)); }
-}
 
 /// Convert the bias to view i's depth, or, of a light with a position, to the inverse of its depth. Twin: reference/march.py:depth_bias.
 fn depth_bias(i: u32) -> f32 {

@@ -13,7 +13,8 @@ from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_rec
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-WALK, STEPS, UPSAMPLE, HIERARCHY = (f"scatter/march/{name}.wgsl" for name in ("walk", "steps", "upsample", "build_hierarchy"))
+SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
+WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
 FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
@@ -90,18 +91,17 @@ class March:
             self._fit_tiles()
         self._names = [light.word for light, _ in lights] or ["ambient"]
         self._pipelines = []
-        small = self.size != self.pixels
         for i, (light, shadow) in enumerate(lights):
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
-            chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased, "UPSAMPLED": small}
+            chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, UPSAMPLED=small))
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False))
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -135,7 +135,7 @@ class March:
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light = self._lights[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light, self.transmittance)
+        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
@@ -144,11 +144,16 @@ class March:
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             compute(encoder, pipeline, self._of_light(i, depth), counts, f"march {name}", timer)
-        if self.size != self.pixels:
+        parts: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+        if self.size == self.pixels:
+            pipeline = self.device.pipeline(TRANSMIT, "transmit")
+            bind = self._bound("transmit", TRANSMIT, *parts, _spare(self.device), self.transmittance)
+            compute(encoder, pipeline, bind, counts, "march transmittance", timer)
+        else:
             counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
-            parts = (self._frame, self._lights[0], depth, self._shadows[0], self.marched_layers[0], self.layer, self.transmittance)
-            compute(encoder, pipeline, self._bound("upsample", UPSAMPLE, *parts), counts, "upsample", timer)
+            bind = self._bound("upsample", UPSAMPLE, *parts, self.marched_layers[0], self.layer, self.transmittance)
+            compute(encoder, pipeline, bind, counts, "upsample", timer)
 
     def _build_hierarchy(self, encoder: Any, timer: Timer | None) -> None:
         """Records the passes that build each shadow map's depth hierarchy."""

@@ -182,5 +182,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (light_storage.views == 0u) { sum += integrate_punctual(ray, nearest, full_cone_range(ray, range), range); }
         for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
-    store_layer(id.xy, ray, sum);
+    textureStore(layer, id.xy, vec4f(sum, ray.reach));
 }

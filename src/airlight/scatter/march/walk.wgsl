@@ -154,5 +154,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
         sum += total;
     }
-    store_layer(id.xy, ray, sum);
+    textureStore(layer, id.xy, vec4f(sum, ray.reach));
 }
