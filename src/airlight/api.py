@@ -139,16 +139,16 @@ def add_light_shafts(
             named["occlusion"] = "none"
         composite = Composite(**of_rule)
         if searched:
-            place = likeliest(to_linear(array)[0])
+            linear = to_linear(array)[0]
+            place = likeliest(linear)
             if isinstance(place, str):
                 warnings.warn(place, AirlightWarning, stacklevel=2)
-                return shown(_encoded(array, to_linear(array)[0], np.zeros(array.shape[:2], bool)))
+                return shown(_encoded(array, linear, np.zeros(array.shape[:2], bool)))
             lights = as_lights(place)
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
     quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
     look = Look(**named)
-    codes = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
-    rgb = None if codes else to_linear(array)[0]  # codes are decoded by the GPU
+    rgb = None if _holds_codes(array) else to_linear(array)[0]  # codes are decoded by the GPU
     shape = array.shape[:2]
     is_float = array.dtype.kind == "f"
     near = hiding_nearness(depth, subject, shape, check_range(near_range), look.wrap)
@@ -169,7 +169,7 @@ def add_light_shafts(
     if done.resolved.message:
         warnings.warn(done.resolved.message, AirlightWarning, stacklevel=2)
     if done.codes is not None:
-        return shown(done.codes if array.shape[2] == 3 else np.concatenate([done.codes, array[..., 3:]], axis=2))
+        return shown(_with_own_alpha(done.codes, array))
     if rgb is None:
         rgb = to_linear(array)[0]
     if done.added is None or done.taken is None:
@@ -207,19 +207,28 @@ def _add_sum(
     is_float = array.dtype.kind == "f"
     settings = resolve(composite, is_float)
     chosen = open_renderer(device)
-    plain = array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0
-    if chosen is not None and plain and not settings.adapt:
+    if chosen is not None and _holds_codes(array) and not settings.adapt:
         p, _ = _parameters(array, dict(named))
         shape = array.shape[:2]
         emits = checked_plane("mask", mask, shape)
         opaque, far = checked_plane("alpha", alpha, shape), checked_plane("depth", depth, shape)
         lights = as_lights(light)
         codes, _ = compute_codes(array, opaque, lights, _auto_threshold(p, array, lights), settings, emits, far, chosen)
-        return shown(codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2))
+        return shown(_with_own_alpha(codes, array))
     layer = _shafts(array, light, alpha, depth, mask, named, chosen, settings.adapt > 0)
     linear, _ = to_linear(array)
     out, added = blend_layer(linear, layer, settings)
     return shown(_encoded(array, out, where_lit(added) | (settings.adapt > 0)))
+
+
+def _holds_codes(array: Any) -> bool:
+    """Tell whether an array holds sRGB codes of 8 bits with colour, which the GPU decodes."""
+    return bool(array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0)
+
+
+def _with_own_alpha(codes: Any, array: Any) -> Any:
+    """Join codes (H, W, 3) with the alpha of the array that they were made of, if it has one."""
+    return codes if array.shape[2] == 3 else np.concatenate([codes, array[..., 3:]], axis=2)
 
 
 def _encoded(array: Any, out: FloatArray, changed: Any) -> Any:

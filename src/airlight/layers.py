@@ -99,8 +99,8 @@ def compute_layer(
     check_inputs(p, alpha is not None, depth is not None)
     if device is None:
         return fallback.layer(rgb, lights, p, alpha=alpha, depth=depth, mask=mask, fraction=fraction, luminance=luminance)
-    more: dict[str, Any] = {"mask": mask, "depth": depth, "fraction": fraction, "luminance": luminance, "profile": profile}
-    return render_layer(device, rgba_pixels(rgb, alpha), lights, p, **more)
+    pixels = rgba_pixels(rgb, alpha)
+    return render_layer(device, pixels, lights, p, mask=mask, depth=depth, fraction=fraction, luminance=luminance, profile=profile)
 
 
 def compute_codes(

@@ -13,6 +13,7 @@ import rich_click
 from airlight.cli import image, render
 from airlight.cli.light import LightType
 from airlight.cli.options import given
+from airlight.cli.shared import LIGHT, flag_option, option
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes
@@ -30,14 +31,13 @@ _PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "exclude"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
-_option = image._option
 
 
 def _shared() -> list[click.Parameter]:
     """Collect options that mean what they mean in `airlight image`, and in `airlight render`."""
     found: dict[str | None, click.Parameter] = {}
     for command, names in ((image.image, _PICTURES), (render.render, _SCENES | _BOTH)):
-        found |= {option.name: option for option in command.params if option.name in names}
+        found |= {one.name: one for one in command.params if one.name in names}
     found["width"] = copy.copy(found["width"])
     found["width"].default = WIDTH
     return list(found.values())
@@ -55,18 +55,18 @@ class _Light(click.ParamType):
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
 @click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
-@_option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
-@image._flag("--html", None, "Files", "Write a page, whatever the output's name ends with.")
-@_option(
+@option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
+@flag_option("--html", None, "Files", "Write a page, whatever the output's name ends with.")
+@option(
     "--light",
     "written",
-    panel=image.LIGHT,
+    panel=LIGHT,
     type=_Light(),
     multiple=True,
     help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3. "
     'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
-@_option(
+@option(
     "--variant",
     "texts",
     panel="Comparison",
@@ -76,15 +76,15 @@ class _Light(click.ParamType):
     "vesper, or in a scene method=march,steps=64; samples without decay keep the length of the shafts. Without this option: a list of the "
     "methods.",
 )
-@_option(
+@option(
     "--against",
     panel="Comparison",
     type=click.Choice(["tracer", "walk", "mitsuba"]),
     help="In a scene, the truth: a ray tracer over its triangles; the exact walk with the finest shadow maps; Mitsuba. Unset: the tracer "
     "where it can and is quick enough, else the walk.",
 )
-@_option("--runs", panel="Comparison", type=click.IntRange(1, 99), default=5, help="Timed runs of each, interleaved.")
-@_option("--amplify", panel="Comparison", type=click.FloatRange(0.001, 1e6), default=10.0, help="Factor of the difference over the mean.")
+@option("--runs", panel="Comparison", type=click.IntRange(1, 99), default=5, help="Timed runs of each, interleaved.")
+@option("--amplify", panel="Comparison", type=click.FloatRange(0.001, 1e6), default=10.0, help="Factor of the difference over the mean.")
 @click.pass_context
 def compare(
     ctx: click.Context,
@@ -102,11 +102,11 @@ def compare(
     scene = is_scene(source)
     if not scene:
         _check_picture(source)
-    for option in ctx.command.params:
-        name = str(option.name)
+    for one in ctx.command.params:
+        name = str(one.name)
         if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
             other = "a picture" if scene else "a scene (table, flying, a .glb or .gltf file)"
-            raise AirlightError(f"{option.opts[0]} goes with {other}, which {source} is not: leave it out")
+            raise AirlightError(f"{one.opts[0]} goes with {other}, which {source} is not: leave it out")
     result, title = (_in_scene if scene else _on_picture)(ctx, source, output, texts)
 
     from airlight import files

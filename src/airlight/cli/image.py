@@ -1,85 +1,25 @@
 """`airlight image`: light shafts on a picture."""
 
 import dataclasses
-import functools
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 import rich_click
 
 from airlight.cli.light import AngleType, LightType
-from airlight.cli.options import F, gather, given, parameter_options
-from airlight.cli.settings import recall, recalled_preset
-from airlight.options import presets
+from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.settings import recalled_preset
+from airlight.cli.shared import DEPTH, FILES, LIGHT, OCCLUSION, choice_option, file_option, flag_option, option, preset_options
 
 if TYPE_CHECKING:
     from airlight.jobs.image import ImageRequest
 
 
-def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
-    if wanted and not ctx.resilient_parsing:
-        for name in presets.names(kind):
-            click.echo(f"{name:16} {presets.description(name, kind)}")
-        ctx.exit()
-
-
-LIGHT, OCCLUSION, DEPTH, FILES = "Light", "Occlusion", "Depth", "Files"  # panels of the help
-_option = functools.partial(click.option, cls=rich_click.RichOption)
-
-
-def _file(name: str, short: str | None, panel: str, help: str, required: bool = False) -> Any:
-    names = [name] if short is None else [short, name]
-    return _option(*names, panel=panel, help=help, required=required, type=click.Path(), metavar="FILE")
-
-
-def _choice(name: str, panel: str, values: Sequence[str], help: str) -> Any:
-    return _option(name, panel=panel, help=help, type=click.Choice(values), default=values[0])
-
-
-def _flag(name: str, short: str | None, panel: str | None, help: str) -> Any:
-    names = [name] if short is None else [short, name]
-    return _option(*names, panel=panel, help=help, is_flag=True)
-
-
-def preset_options(command: F) -> F:
-    """Decorator: the options that give others their values."""
-    recalling = _option(
-        "--settings-from",
-        panel="Presets",
-        metavar="FILE",
-        type=click.Path(),
-        is_eager=True,
-        expose_value=False,
-        callback=recall,
-        help="Repeat the settings, lights included, that a picture or film written by this command holds; "
-        "options and presets given here go before them.",
-    )
-    preset = _option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-    return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
-
-
-def medium_options(command: F) -> F:
-    """Decorator: the options that give a medium its values."""
-    medium = _option(
-        "--medium",
-        panel="Presets",
-        metavar="NAME|FILE.toml",
-        help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
-    )
-    return medium(_listing("--list-media", presets.MEDIA, "Show the media.")(command))
-
-
-def _listing(name: str, kind: str, help: str) -> Any:
-    show = functools.partial(_list, kind)
-    return _option(name, panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=show, help=help)
-
-
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
-@_file("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.")
-@_option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
-@_option(
+@file_option("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.")
+@option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
+@option(
     "--light",
     "written",
     panel=LIGHT,
@@ -89,8 +29,8 @@ def _listing(name: str, kind: str, help: str) -> Any:
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds it, auto:2 the next likely place, "
     'auto:3+ the best three together. May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
-@_file("--candidates", None, LIGHT, "Show the places where the light may be, numbered on the picture; or write them to a .json file.")
-@_option(
+@file_option("--candidates", None, LIGHT, "Show the places where the light may be, numbered on the picture; or write them to a .json file.")
+@option(
     "--angle",
     "angles",
     panel=LIGHT,
@@ -99,53 +39,59 @@ def _listing(name: str, kind: str, help: str) -> Any:
     help="A parallel light, as of a sun far away: degrees, where it comes from, 0 right, 90 above, counter-clockwise. "
     "Density is then in image widths. May be repeated, with colour and strength as --light.",
 )
-@_choice("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
+@choice_option("--origin", LIGHT, ["top", "bottom"], "Where y of the light counts from (Nuke, Blender: bottom).")
 @preset_options
 @parameter_options
-@_file("--mask", None, OCCLUSION, "An image of the same size; white emits.")
-@_flag("--mask-invert", None, OCCLUSION, "Black emits instead.")
-@_file("--depth", None, DEPTH, "An image of the same size, larger is farther: shafts pass behind what is near. With --occlusion depth what"
-    " is far emits.")
-@_option("--depth-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds depths, as Z: instead of --depth.")
-@_choice("--depth-near", DEPTH, ["black", "white"], "Which end of the depths is near: white for maps that hold inverse depths.")
-@_option(
+@file_option("--mask", None, OCCLUSION, "An image of the same size; white emits.")
+@flag_option("--mask-invert", None, OCCLUSION, "Black emits instead.")
+@file_option(
+    "--depth",
+    None,
+    DEPTH,
+    "An image of the same size, larger is farther: shafts pass behind what is near. With --occlusion depth what is far emits.",
+)
+@option("--depth-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds depths, as Z: instead of --depth.")
+@choice_option("--depth-near", DEPTH, ["black", "white"], "Which end of the depths is near: white for maps that hold inverse depths.")
+@option(
     "--near-range",
     panel=DEPTH,
     metavar="A,B",
     default="0.05,0.6",
     help="Of the depths, 0 the nearest and 1 the farthest: what is nearer than A hides shafts, nothing beyond B does.",
 )
-@_option("--depth-aware/--no-depth-aware", "depth_hides", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
-@_file("--subject", None, DEPTH, "An image of the same size: shafts pass behind what is white; --wrap lets light round its edge.")
-@_option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds such a mask: instead of --subject.")
-@_option(
+@option("--depth-aware/--no-depth-aware", "depth_hides", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
+@file_option("--subject", None, DEPTH, "An image of the same size: shafts pass behind what is white; --wrap lets light round its edge.")
+@option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds such a mask: instead of --subject.")
+@option(
     "--input-layer",
     panel=FILES,
     metavar="NAME",
     help="The layer of an EXR to work on, rgba being R G B A. In an EXR output its own "
     "channels are replaced and R G B A stay; the shafts alone are in airlight.R/G/B, to be added where you like.",
 )
-@_option(
+@option(
     "--colorspace",
     panel=FILES,
     metavar="NAME",
     help="The linear space that the floats of IN are in, kept in an EXR output: ACEScg, "
     "lin_rec709_scene, ACES2065-1 or another of $OCIO's or OpenColorIO's studio config. Unset: by the EXR's chromaticities, else Rec. 709.",
 )
-@_file("--layer", None, FILES, "Also write the shafts alone.")
-@_file("--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all).")
-@_option(
+@file_option("--layer", None, FILES, "Also write the shafts alone.")
+@file_option(
+    "--occlusion-fraction", None, FILES, "Also write how much of each ray is occluded: D of GPU Gems 3, ch. 13, Eq. 2 (white: all)."
+)
+@option(
     "--debug",
     panel=FILES,
     type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
     help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
 )
-@_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
-@_flag("--skip-existing", "-n", FILES, "Leave out what exists.")
-@_flag("--resume", None, FILES, "Do only what is missing or damaged.")
-@_choice("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
-@_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
-@_flag("--profile", None, None, "Show where the time goes.")
+@flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
+@flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
+@flag_option("--resume", None, FILES, "Do only what is missing or damaged.")
+@choice_option("--on-damage", FILES, ["error", "warn", "ignore"], "What to do with a damaged input.")
+@option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@flag_option("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def image(ctx: click.Context, **_: Any) -> int:
     """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""

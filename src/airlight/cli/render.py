@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 import rich_click
 
-from airlight.cli.image import FILES, LIGHT, _file, _flag, _option, medium_options, preset_options
 from airlight.cli.options import gather, given, scene_options
 from airlight.cli.settings import recalled_preset
+from airlight.cli.shared import FILES, LIGHT, file_option, flag_option, medium_options, option, preset_options
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -64,22 +64,22 @@ class _Fps(click.ParamType):
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("scene", metavar="SCENE")
-@_file("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
-@_option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
-@_option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
-@_option("--target", panel=CAMERA, type=_Numbers(PLACE), help="With --eye: look at this; unset: the scene's centre.")
-@_option("--fov", panel=CAMERA, type=click.FloatRange(1, 170), default=50.0, help="With --eye: degrees, of the picture's smaller side.")
-@_option("--width", panel=CAMERA, type=click.IntRange(1, 16384), default=1280, help="Pixels.")
-@_option("--height", panel=CAMERA, type=click.IntRange(1, 16384), help="Pixels; unset: 9/16 of the width.")
-@_flag("--no-antialias", None, CAMERA, "One sample at each pixel's centre, whatever the quality: for comparisons.")
-@_option("--turn", panel=CAMERA, type=click.FloatRange(-1e6, 1e6), default=0.0, help="Degrees by which the camera goes around the centre.")
-@_option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
-@_option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
-@_option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
-@_option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
-@_flag("--draw-path", None, TIME, "Draw the path that something of the scene flies along.")
-@_option("--fps", panel=TIME, type=_Fps(), default="24", help="Frames a second: frame k is at (k - 1) / fps.")
-@_option(
+@file_option("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
+@option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
+@option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
+@option("--target", panel=CAMERA, type=_Numbers(PLACE), help="With --eye: look at this; unset: the scene's centre.")
+@option("--fov", panel=CAMERA, type=click.FloatRange(1, 170), default=50.0, help="With --eye: degrees, of the picture's smaller side.")
+@option("--width", panel=CAMERA, type=click.IntRange(1, 16384), default=1280, help="Pixels.")
+@option("--height", panel=CAMERA, type=click.IntRange(1, 16384), help="Pixels; unset: 9/16 of the width.")
+@flag_option("--no-antialias", None, CAMERA, "One sample at each pixel's centre, whatever the quality: for comparisons.")
+@option("--turn", panel=CAMERA, type=click.FloatRange(-1e6, 1e6), default=0.0, help="Degrees by which the camera goes around the centre.")
+@option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
+@option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
+@option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
+@option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
+@flag_option("--draw-path", None, TIME, "Draw the path that something of the scene flies along.")
+@option("--fps", panel=TIME, type=_Fps(), default="24", help="Frames a second: frame k is at (k - 1) / fps.")
+@option(
     "--light",
     panel=LIGHT,
     type=SceneLightType(PLACE),
@@ -87,30 +87,30 @@ class _Fps(click.ParamType):
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2". It moves a lamp of the scene where one casts shafts.'
     " May be repeated.",
 )
-@_option(
+@option(
     "--sun",
     panel=LIGHT,
     type=SceneLightType(SUN),
     multiple=True,
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light.",
 )
-@_option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
-@_option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
+@option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
+@option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
 @scene_options
-@_file(
+@file_option(
     "--layer",
     None,
     FILES,
     "Also write the shafts alone, linear; EXR holds transmittance and Z of a medium too, and an EXR output all of it.",
 )
-@_file("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
-@_option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
-@_flag("--overwrite", "-y", FILES, "Replace outputs that exist.")
-@_flag("--skip-existing", "-n", FILES, "Leave out what exists.")
-@_flag("--resume", None, FILES, "Do only the frames that are missing or damaged.")
-@_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@file_option("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
+@option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
+@flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
+@flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
+@flag_option("--resume", None, FILES, "Do only the frames that are missing or damaged.")
+@option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @click.pass_context
 def render(ctx: click.Context, **_: Any) -> int:
     """Render SCENE (table, flying, or a .glb or .gltf file) with its light shafts: a picture, numbered pictures, or a film.

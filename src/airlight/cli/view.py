@@ -7,22 +7,20 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli.image import medium_options
 from airlight.cli.light import LightText, LightType
 from airlight.cli.options import gather, parameter_options
+from airlight.cli.shared import medium_options, option
 from airlight.errors import AirlightError
-
-_option = functools.partial(click.option, cls=rich_click.RichOption)
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("source", metavar="SCENE|IMAGE", default="table")
-@_option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
-@_option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
-@_option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
-@_option("--screenshot", metavar="FILE", type=click.Path(), help="Open nothing: write what the viewer would show, panel and all.")
-@_option("-y", "--overwrite", is_flag=True, help="Replace the screenshot if it exists.")
-@_option(
+@option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
+@option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
+@option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
+@option("--screenshot", metavar="FILE", type=click.Path(), help="Open nothing: write what the viewer would show, panel and all.")
+@option("-y", "--overwrite", is_flag=True, help="Replace the screenshot if it exists.")
+@option(
     "--light",
     "written",
     panel="Light",
@@ -31,10 +29,10 @@ _option = functools.partial(click.option, cls=rich_click.RichOption)
     help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
     "Unset: it is found.",
 )
-@_option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @medium_options
 @functools.partial(parameter_options, scenes=True)
-@_option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @click.pass_context
 def view(
     ctx: click.Context,

@@ -66,20 +66,27 @@ class SceneComposite:
         self._binds: dict[Any, Any] = {}
 
     def record(
-        self, encoder: Any, color: Any, depth: Any, layer: SceneLayer, rule: SceneCompositeSettings, target: Any, timer: Timer | None = None
+        self,
+        encoder: Any,
+        color: Any,
+        depth: Any,
+        layer: SceneLayer,
+        settings: SceneCompositeSettings,
+        target: Any,
+        timer: Timer | None = None,
     ) -> None:
         """Records the passes, from the picture's color and depth, textures, to target, a view."""
         device, format = self.device, target.texture.format
-        last = {"ADAPT": rule.adapt, "FILMIC": rule.filmic, "SHOW": DEBUG_VIEWS[rule.debug]}
-        merging: dict[str, Any] = {"LIT": rule.is_lit, "CONTRAST": rule.contrast, "GATHER": rule.gather}
+        last = {"ADAPT": settings.adapt, "FILMIC": settings.filmic, "SHOW": DEBUG_VIEWS[settings.debug]}
+        merging: dict[str, Any] = {"LIT": settings.is_lit, "CONTRAST": settings.contrast, "GATHER": settings.gather}
         if layer.radiance is not None:
-            merging = {"MEDIUM": True, "EXTINCTION": rule.extinction and layer.transmittance is not None}
+            merging = {"MEDIUM": True, "EXTINCTION": settings.extinction and layer.transmittance is not None}
         else:  # before it is wanted
-            device.raster(MERGE, "cover", "merge", format, **(merging | {"LIT": not rule.is_lit}), **last)
+            device.raster(MERGE, "cover", "merge", format, **(merging | {"LIT": not settings.is_lit}), **last)
         measure = device.pipeline(BALANCE, "measure", STEP=measured_step(color.size[:2]), **merging)
         merge = device.raster(MERGE, "cover", "merge", format, **merging, **last)
         measure_bind, merge_bind = self._bound(color, depth, layer)
-        if rule.adapt:
+        if settings.adapt:
             compute(encoder, measure, measure_bind, (1, 1), "adapt", timer)
             self.has_balance = True
         attachment = {"view": target, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}

@@ -3,9 +3,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from airlight.lights import ImageLight
+from airlight.options.declare import RGB
 from airlight.options.shafts import Parameters
-
-RGB = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,70 @@
+"""Makes the options that several commands have, and the forms in which options are written."""
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import click
+import rich_click
+
+from airlight.cli.options import F
+from airlight.cli.settings import recall
+from airlight.options import presets
+
+
+def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing:
+        for name in presets.names(kind):
+            click.echo(f"{name:16} {presets.description(name, kind)}")
+        ctx.exit()
+
+
+LIGHT, OCCLUSION, DEPTH, FILES = "Light", "Occlusion", "Depth", "Files"  # panels of the help
+option = functools.partial(click.option, cls=rich_click.RichOption)
+
+
+def file_option(name: str, short: str | None, panel: str, help: str, required: bool = False) -> Any:
+    names = [name] if short is None else [short, name]
+    return option(*names, panel=panel, help=help, required=required, type=click.Path(), metavar="FILE")
+
+
+def choice_option(name: str, panel: str, values: Sequence[str], help: str) -> Any:
+    return option(name, panel=panel, help=help, type=click.Choice(values), default=values[0])
+
+
+def flag_option(name: str, short: str | None, panel: str | None, help: str) -> Any:
+    names = [name] if short is None else [short, name]
+    return option(*names, panel=panel, help=help, is_flag=True)
+
+
+def preset_options(command: F) -> F:
+    """Decorator: the options that give others their values."""
+    recalling = option(
+        "--settings-from",
+        panel="Presets",
+        metavar="FILE",
+        type=click.Path(),
+        is_eager=True,
+        expose_value=False,
+        callback=recall,
+        help="Repeat the settings, lights included, that a picture or film written by this command holds; "
+        "options and presets given here go before them.",
+    )
+    preset = option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+    return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
+
+
+def medium_options(command: F) -> F:
+    """Decorator: the options that give a medium its values."""
+    medium = option(
+        "--medium",
+        panel="Presets",
+        metavar="NAME|FILE.toml",
+        help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
+    )
+    return medium(_listing("--list-media", presets.MEDIA, "Show the media.")(command))
+
+
+def _listing(name: str, kind: str, help: str) -> Any:
+    show = functools.partial(_list, kind)
+    return option(name, panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=show, help=help)
