@@ -28,7 +28,7 @@ LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
 SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
-SHAPING += ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
+SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class FramesRequest:
     """Says what is wanted of a scene; the names are those of the options of `airlight render`.
 
     values: declared parameters that are set, those of pictures among them. explicit: names of options that the user wrote.
-    recalled_preset: of the settings that are repeated. eye, target: `x,y,z`; lights, suns: as `read_scene_light`.
+    recalled_preset: of the settings that are repeated. animation, scene_of_file: those of `open_scene`. eye, target: `x,y,z`; lights,
+    suns: as `read_scene_light`.
     """
 
     scene: str
@@ -61,6 +62,8 @@ class FramesRequest:
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
     environment: str | None = None
+    animation: str | None = None
+    scene_of_file: str | None = None
     exclude: Sequence[str] = ()
     preset: str | None = None
     medium: str | None = None
@@ -174,7 +177,7 @@ def run_frames(request: FramesRequest) -> bool:
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = open_scene(r.scene, r.environment, r.seed, r.animation, r.scene_of_file)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
@@ -183,7 +186,7 @@ def run_frames(request: FramesRequest) -> bool:
         return True
     if stage is None:
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = open_scene(r.scene, r.environment, r.seed, r.animation, r.scene_of_file)
     if r.draw_path:
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")

@@ -9,10 +9,17 @@ from airlight.scenes.stage import Stage
 __all__ = ["NAMES", "VALIDATION", "Stage", "is_scene", "open_scene"]
 
 
-def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
+def open_scene(
+    name_or_path: str | os.PathLike[str],
+    environment: str | None = None,
+    seed: int | None = None,
+    animation: str | None = None,
+    scene: str | None = None,
+) -> Stage:
     """Open "table", "flying", a scene of VALIDATION, or a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
+    animation, scene: of a file, a clip and a scene by name, or by number from 0; None: its first clip, and its default scene.
     seed: of the path of "flying", None: its own.
     Raises AirlightError where there is no such scene, or the file is damaged or asks for more than the limits of `gltf`.
     """
@@ -20,6 +27,9 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
     if seed is not None and name != "flying":
         raise AirlightError(f"{name}: has no seed; only flying has")
     if name in (*NAMES, *VALIDATION):
+        for option, value in (("animation", animation), ("scene", scene)):
+            if value is not None:
+                raise AirlightError(f"{name}: has one {option} only; leave --{option} out, or give a .glb or .gltf file")
         if environment is not None:
             raise AirlightError(f"{name}: has its own environment; choose another for a .glb or .gltf file")
         if name in VALIDATION:
@@ -37,4 +47,4 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
         raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 
-    return load(name, environment)
+    return load(name, environment, animation, scene)

@@ -55,6 +55,13 @@ class Track:
             + step * (cube - square) * self.values[i + 1, 0].astype(np.float64)
         )
 
+    def least(self) -> float:
+        """Bound how small its numbers become, from below: 0 where they may change their sign."""
+        if self.interpolation == "CUBICSPLINE":
+            return 0.0 if (np.diff(self.values[:, 1], axis=0) != 0).any() else float(np.abs(self.values[:, 1]).min())
+        passes = (self.values.min(axis=0) < 0) & (self.values.max(axis=0) > 0)
+        return 0.0 if passes.any() else float(np.abs(self.values).min())
+
     def _value(self, i: int) -> np.ndarray:
         return (self.values[i, 1] if self.interpolation == "CUBICSPLINE" else self.values[i]).astype(np.float64)
 
@@ -63,20 +70,20 @@ class Track:
 
 
 THIN = 1e-6  # least scale: what is flatter has no inverse, which normals need
+LEAST = THIN**3  # least product of scales, from the root down: single floats hold its square
 
 
-def thick(matrix: np.ndarray) -> np.ndarray:
-    """Scale (4, 4) up where a direction is scaled by less than THIN."""
+def thick(matrix: np.ndarray, least: float = THIN) -> np.ndarray:
+    """Scale (4, 4) up where a direction is scaled by less than `least`."""
     u, sizes, v = np.linalg.svd(matrix[:3, :3])
-    if sizes[2] < THIN:
+    if sizes[2] < least:
         matrix = matrix.copy()
-        matrix[:3, :3] = u * np.maximum(sizes, THIN) @ v
+        matrix[:3, :3] = u * np.maximum(sizes, least) @ v
     return matrix
 
 
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Compose (4, 4) from a translation, a unit quaternion and a scale, of THIN at least."""
-    scale = np.where(np.abs(scale) < THIN, np.copysign(THIN, scale), scale)
+    """Compose (4, 4) from a translation, a unit quaternion and a scale."""
     x, y, z, w = rotation
     out = np.eye(4)
     out[:3, :3] = (

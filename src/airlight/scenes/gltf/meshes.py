@@ -13,6 +13,7 @@ POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 
 
 
 _CHUNK = 65536  # vertices that are skinned at a time
+_MANY = 2**22  # vertices of instances, beyond which their boxes stand for them
 
 
 def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
@@ -74,12 +75,24 @@ class Meshes:
         return found
 
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
-        """Make points and lines, a pixel or so wide, in the material's plain colour."""
-        color = self._materials.material(primitive.material).color
+        """Make points and lines, a pixel or so wide, in the material's plain colour, or their own."""
+        more = {"color": self._materials.material(primitive.material).color}
+        if getattr(geometry, "colors", None) is not None:
+            more["color_mode"] = "vertex"
         if primitive.mode == POINTS:
-            return gfx.Points(geometry, gfx.PointsMaterial(color=color, size=2))
+            return gfx.Points(geometry, gfx.PointsMaterial(size=2, **more))
         kind = gfx.LineSegmentMaterial if primitive.mode == LINES else gfx.LineMaterial
-        return gfx.Line(geometry, kind(color=color, thickness=1.5))
+        return gfx.Line(geometry, kind(thickness=1.5, **more))
+
+    def _plain_colors(self, primitive: Primitive) -> np.ndarray:
+        """Multiply COLOR_0 by the material's colour: (N, 3 or 4) float32, linear as all colours of vertices."""
+        colors = np.clip(self._gltf.floats(primitive.attributes["COLOR_0"]), 0, 1)
+        if primitive.material is not None:
+            factor = self._gltf.document.materials[primitive.material].pbr_metallic_roughness.base_color_factor
+            if factor[3] < 1 and colors.shape[1] == 3:
+                colors = np.concatenate([colors, np.ones((len(colors), 1), np.float32)], axis=1)
+            colors = colors * np.clip(np.array(factor[: colors.shape[1]], np.float32), 0, 1)
+        return np.ascontiguousarray(colors, np.float32)
 
     def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:
         gltf = self._gltf
@@ -91,7 +104,11 @@ class Meshes:
             if primitive.mode == LINE_LOOP:
                 indices = np.append(indices, indices[:1])
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
-            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None
+            if len(indices) < min(2, primitive.mode + 1):
+                return None
+            if "COLOR_0" not in primitive.attributes:
+                return gfx.Geometry(positions=positions[indices])
+            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices])
         faces = triangles(indices, primitive.mode)
         if not len(faces):
             return None
@@ -161,4 +178,15 @@ def vertices(thing: gfx.WorldObject) -> np.ndarray:
                 placed[part] += weights[part, i, None] * moved
         return placed
     matrix = thing.world.matrix
+    if isinstance(thing, gfx.InstancedMesh):
+        return _instanced(points, matrix @ np.asarray(thing.instance_buffer.data["matrix"], np.float64).transpose(0, 2, 1))
+    points = points[np.isfinite(points).all(axis=1)]  # between lines that are one object
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def _instanced(points: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Place points once for each matrix, or, where these are many, the corners of their box."""
+    if len(points) * len(matrices) > _MANY:
+        low, high = points.min(axis=0), points.max(axis=0)
+        points = np.stack(np.meshgrid(*zip(low, high)), axis=-1).reshape(-1, 3)
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]).reshape(-1, 3)
