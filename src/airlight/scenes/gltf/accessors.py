@@ -132,14 +132,13 @@ class Accessors:
         """Read an accessor in the file's own type: (count, components)."""
         what = f"accessor {index}"
         accessor = self.document.accessors[index]
+        self._spend(accessor.count * COMPONENTS[accessor.type] * 4, what)
         kind, components = np.dtype(KINDS[accessor.component_type]), COMPONENTS[accessor.type]
         if index in self._unpacked:
             array = self._unpacked[index].copy()
             if array.shape != (accessor.count, components):
                 self.refuse(f"{what} holds {' x '.join(map(str, array.shape))} values instead of {accessor.count} x {components}")
-            return array
-        self._spend(accessor.count * components * 4, what)
-        if accessor.buffer_view is not None:
+        elif accessor.buffer_view is not None:
             array = self._elements(accessor.buffer_view, accessor.byte_offset, accessor.count, kind, components, what)
         else:
             if accessor.count > 65536 + sum(len(buffer) for buffer in self.buffers):

@@ -83,13 +83,13 @@ def decode(data: bytes, corners: int, limit: int) -> tuple[np.ndarray, dict[int,
 
     faces, points = counts(data)
     if faces * 3 > corners or max(faces, points) * 12 > limit:
-        raise ValueError(f"its header says {faces} triangles and {points} points, more than its accessors")
+        raise ValueError(f"its header says {faces} triangles and {points} points, more than the file does")
     try:
         mesh: Any = DracoPy.decode(data)
         triangles = np.asarray(mesh.faces, np.uint32).reshape(-1, 3)
         attributes = {int(one["unique_id"]): np.asarray(one["data"]) for one in mesh.attributes}
     except (DracoPy.FileTypeException, ValueError, MemoryError, KeyError, TypeError, AttributeError, RuntimeError) as error:
-        raise ValueError(str(error) or "it is damaged") from None
+        raise ValueError("it is damaged") from error
     return triangles, attributes
 
 

@@ -8,6 +8,7 @@ from airlight.scenes.gltf.animate import LEAST, compose, thick, unit
 from airlight.scenes.gltf.validate import Gltf
 
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
+DEFAULTS = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
 
 
 def matrices(gltf: Gltf, instancing: schema.Instancing) -> np.ndarray:
@@ -18,9 +19,6 @@ def matrices(gltf: Gltf, instancing: schema.Instancing) -> np.ndarray:
     found = [compose(move, unit(turn), scale) for move, turn, scale in zip(moves, turns, scales)]
     shown = [thick(one) for one in found if np.linalg.svd(one[:3, :3], compute_uv=False)[1] > LEAST]
     return np.array(shown).reshape(-1, 4, 4)
-
-
-DEFAULTS = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
 
 
 def reach(gltf: Gltf, instancing: schema.Instancing, size: float) -> float:

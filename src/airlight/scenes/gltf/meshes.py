@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
+from airlight.colour import srgb_encode
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
 from airlight.scenes.gltf.validate import Gltf
@@ -85,13 +86,14 @@ class Meshes:
         return gfx.Line(geometry, kind(thickness=1.5, **more))
 
     def _plain_colors(self, primitive: Primitive) -> np.ndarray:
-        """Multiply COLOR_0 by the material's colour: (N, 3 or 4) float32, linear as all colours of vertices."""
+        """Multiply COLOR_0 by the material's colour: (N, 3 or 4) float32, as sRGB codes, which pygfx takes for points and lines alone."""
         colors = np.clip(self._gltf.floats(primitive.attributes["COLOR_0"]), 0, 1)
         if primitive.material is not None:
             factor = self._gltf.document.materials[primitive.material].pbr_metallic_roughness.base_color_factor
             if factor[3] < 1 and colors.shape[1] == 3:
                 colors = np.concatenate([colors, np.ones((len(colors), 1), np.float32)], axis=1)
             colors = colors * np.clip(np.array(factor[: colors.shape[1]], np.float32), 0, 1)
+        colors[:, :3] = srgb_encode(colors[:, :3])
         return np.ascontiguousarray(colors, np.float32)
 
     def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:

@@ -8,8 +8,15 @@ import pygfx as gfx
 
 from airlight.scenes.gltf import MAX_EXTENT, instances, schema
 from airlight.scenes.gltf.animate import LEAST, THIN, Track, compose, thick, unit
+from airlight.scenes.gltf.instances import MIRROR
 from airlight.scenes.gltf.meshes import Meshes
 from airlight.scenes.gltf.validate import PATHS, Gltf
+
+
+def _is_mirrored(skeleton: gfx.Skeleton) -> bool:
+    """Tell whether most joints turn what hangs on them inside out, now."""
+    signs = [np.linalg.det(bone.world.matrix @ inverse) for bone, inverse in zip(skeleton.bones, skeleton.bone_inverses)]
+    return bool(np.sign(signs).sum() < 0)
 
 
 class Model:
@@ -50,6 +57,10 @@ class Model:
         if not self.drawn:
             gltf.refuse("shows nothing", "export it with its meshes")
         self.pose(0.0)
+        for thing in self.drawn:
+            if isinstance(thing, gfx.SkinnedMesh) and _is_mirrored(thing.skeleton):
+                thing.local.state_basis = "matrix"
+                thing.local.matrix = MIRROR  # moves no vertex: pygfx takes from it which side is the front
 
     def pose(self, t: float) -> None:
         """Pose everything as it is at t seconds of the looped animation, the same for the same t whatever came before."""
