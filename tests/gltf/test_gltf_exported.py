@@ -14,6 +14,7 @@ from gltf_stage import Eye, agrees, corners, drawn, flat, frontal, refused, seen
 from gltfs import SQUARE, SQUARE_FACES, SQUARE_UV, TRIANGLE, Writer
 from PIL import Image
 
+from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.pygfx.casters import Casters
 from airlight.scenes import Stage, open_scene
@@ -414,11 +415,11 @@ def test_a_scene_by_name_or_number(wanted: str | None, count: int, place: float,
 
 def test_choices_that_a_file_does_not_have(tmp_path: Path) -> None:
     path = clips().save(tmp_path)
-    has = r"has no animation 'WALK'; it has 0 'Idle', 1 'Walk', 2 'walk', 3 '0'"  # two are alike
+    has = r"has no animation 'WALK'; it has 0 \('Idle'\), 1 \('Walk'\), 2 \('walk'\), 3 \('0'\)"  # two are alike
     for more, words in (
         ({"animation": "WALK"}, has),
         ({"animation": "9"}, "has no animation '9'"),
-        ({"scene": "Dusk"}, "has no scene 'Dusk'; it has 0 'Day', 1 'Night', 2$"),
+        ({"scene": "Dusk"}, r"has no scene 'Dusk'; it has 0 \('Day'\), 1 \('Night'\), 2 \(no name\)$"),
     ):
         with pytest.raises(AirlightError, match=words):
             open_scene(path, **more)
@@ -428,3 +429,18 @@ def test_choices_that_a_file_does_not_have(tmp_path: Path) -> None:
         open_scene(w.save(tmp_path), scene="0")
     with pytest.raises(AirlightError, match="table: has one animation only; leave --animation out"):
         open_scene("table", animation="1")
+
+
+def test_choices_on_the_command_line_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, size = clips().save(tmp_path), ["--width", "64", "--quality", "draft", "--environment", "none"]
+    made = [str(tmp_path / name) for name in ("walk.png", "again.png", "first.png", "pair.png")]
+    assert main(["render", path, "-o", made[0], "--animation", "walk", "--scene", "2", *size]) == 0
+    assert main(["render", path, "-o", made[1], "--settings-from", made[0]]) == 0
+    assert main(["render", path, "-o", made[2], "--scene", "2", *size]) == 0
+    walk, again, first = (Path(name).read_bytes() for name in made[:3])
+    assert walk == again != first
+    assert main(["compare", path, "-o", made[3], "--animation", "run"]) == 2
+    assert main(["view", made[0], "--animation", "1", "--screenshot", str(tmp_path / "v.png")]) == 2
+    assert main(["view", path, "--scene", "Dawn", "--screenshot", str(tmp_path / "v.png")]) == 2
+    run, picture, dawn = capsys.readouterr().err.splitlines()[-3:]
+    assert "has no animation 'run'" in run and "--animation and --scene are for" in picture and "has no scene 'Dawn'" in dawn

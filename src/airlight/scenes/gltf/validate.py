@@ -154,7 +154,7 @@ class Gltf(Accessors):
         alike = [i for i, name in enumerate(names) if name.casefold() == wanted.casefold()]
         if len(alike) == 1:
             return alike[0]
-        has = ", ".join(f"{i} {shown(name)}" if name else str(i) for i, name in enumerate(names[:12])) or "none"
+        has = ", ".join(f"{i} ({shown(name)})" if name else f"{i} (no name)" for i, name in enumerate(names[:12])) or "none"
         more = f" and {len(names) - 12} more" if len(names) > 12 else ""
         self.refuse(f"has no {what} {shown(wanted)}", f"it has {has}{more}")
 
