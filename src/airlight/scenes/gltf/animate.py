@@ -7,9 +7,9 @@ import numpy as np
 
 
 def unit(quaternion: np.ndarray) -> np.ndarray:
-    """Normalise (4,) x, y, z, w; no turn where there is none to take."""
-    length = float(np.linalg.norm(quaternion))
-    return quaternion / length if length > 1e-9 else np.array([0.0, 0.0, 0.0, 1.0])
+    """Normalise (..., 4) x, y, z, w; no turn where there is none to take."""
+    length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    return np.where(length > 1e-9, quaternion / np.maximum(length, 1e-9), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
@@ -74,27 +74,26 @@ LEAST = THIN**3  # least product of scales, from the root down: single floats ho
 
 
 def thick(matrix: np.ndarray, least: float = THIN) -> np.ndarray:
-    """Scale (4, 4) up where a direction is scaled by less than `least`."""
-    u, sizes, v = np.linalg.svd(matrix[:3, :3])
-    if sizes[2] < least:
-        matrix = matrix.copy()
-        matrix[:3, :3] = u * np.maximum(sizes, least) @ v
+    """Scale (..., 4, 4) up where a direction is scaled by less than `least`."""
+    u, sizes, v = np.linalg.svd(matrix[..., :3, :3])
+    matrix = matrix.copy()
+    whole = (sizes[..., 2] >= least)[..., None, None]
+    matrix[..., :3, :3] = np.where(whole, matrix[..., :3, :3], u * np.maximum(sizes, least)[..., None, :] @ v)
     return matrix
 
 
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Compose (4, 4) from a translation, a unit quaternion and a scale."""
-    x, y, z, w = rotation
-    out = np.eye(4)
-    out[:3, :3] = (
-        np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        * scale
+    """Compose (..., 4, 4) of translations, unit quaternions and scales."""
+    x, y, z, w = np.moveaxis(rotation, -1, 0)
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
     )
-    out[:3, 3] = translation
+    out = np.zeros((*x.shape, 4, 4))
+    out[..., :3, :3] = np.moveaxis(turn, (0, 1), (-2, -1)) * scale[..., None, :]
+    out[..., :3, 3] = translation
+    out[..., 3, 3] = 1
     return out

@@ -16,9 +16,8 @@ def matrices(gltf: Gltf, instancing: schema.Instancing) -> np.ndarray:
     parts = {name: gltf.floats(index).astype(np.float64) for name, index in instancing.attributes.items() if name in DEFAULTS}
     count = max((len(part) for part in parts.values()), default=1)
     moves, turns, scales = (parts.get(name, np.broadcast_to(default, (count, len(default)))) for name, default in DEFAULTS.items())
-    found = [compose(move, unit(turn), scale) for move, turn, scale in zip(moves, turns, scales)]
-    shown = [thick(one) for one in found if np.linalg.svd(one[:3, :3], compute_uv=False)[1] > LEAST]
-    return np.array(shown).reshape(-1, 4, 4)
+    found = compose(moves, unit(turns), scales)
+    return thick(found[np.linalg.svd(found[:, :3, :3], compute_uv=False)[:, 1] > LEAST])
 
 
 def reach(gltf: Gltf, instancing: schema.Instancing, size: float) -> float:
