@@ -20,7 +20,9 @@ from airlight.lights.punctual import Triple
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.origin import near_origin
 from airlight.scatter.methods import METHODS
+from airlight.scenes.origin import origin
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -180,7 +182,7 @@ class Studio:
         for target, position in self._moved:
             target.world.position = position
         self._carry(turn)
-        with _raised():
+        with _raised(), self.near():
             self.renderer.render(self.stage.scene, self.camera)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
@@ -205,6 +207,11 @@ class Studio:
             if not shafts.is_lit:
                 found.source = np.zeros_like(found.source)
         return found
+
+    def near(self) -> contextlib.AbstractContextManager[None]:
+        """Bring the stage near the origin for as long as a block lasts, with the camera where the last frame had it."""
+        stage = self.stage
+        return near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), self.shafts.lights)
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size

@@ -8,6 +8,7 @@ import pygfx as gfx
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.origin import recentred, shifted
 
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
 
@@ -45,6 +46,7 @@ class Meshes:
         self._gltf = gltf
         self._materials = Materials(gltf)
         self._geometries: dict[tuple[int, int], gfx.Geometry | None] = {}
+        self._shifts: dict[tuple[int, int], np.ndarray] = {}  # of their vertices, towards the origin
 
     def objects(self, mesh: int, weights: list[float], skeleton: gfx.Skeleton | None) -> list[gfx.WorldObject]:
         """Make the objects that show a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
@@ -52,20 +54,24 @@ class Meshes:
         found: list[gfx.WorldObject] = []
         for i, primitive in enumerate(described.primitives):
             if (mesh, i) not in self._geometries:
-                self._geometries[mesh, i] = self._geometry(primitive)
-            geometry = self._geometries[mesh, i]
+                self._geometries[mesh, i], self._shifts[mesh, i] = self._geometry(primitive)
+            geometry, shift = self._geometries[mesh, i], self._shifts[mesh, i]
             if geometry is None:
                 continue
             if primitive.mode < TRIANGLES:
                 found.append(self._thin(geometry, primitive))
+                found[-1].local.position = shift
                 continue
             material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
+                if shift.any():
+                    skeleton = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
                 thing.bind(skeleton, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
+                thing.local.position = shift
             if primitive.targets:
                 thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
             thing.cast_shadow = material.alpha_mode != "blend"
@@ -81,9 +87,10 @@ class Meshes:
         kind = gfx.LineSegmentMaterial if primitive.mode == LINES else gfx.LineMaterial
         return gfx.Line(geometry, kind(color=color, thickness=1.5))
 
-    def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:
+    def _geometry(self, primitive: Primitive) -> tuple[gfx.Geometry | None, np.ndarray]:
+        """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
         gltf = self._gltf
-        positions = gltf.floats(primitive.attributes["POSITION"])
+        positions, shift = recentred(gltf.floats(primitive.attributes["POSITION"]))
         indices = np.arange(len(positions), dtype=np.uint32)
         if primitive.indices is not None:
             indices = gltf.integers(primitive.indices)[:, 0]
@@ -91,10 +98,10 @@ class Meshes:
             if primitive.mode == LINE_LOOP:
                 indices = np.append(indices, indices[:1])
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
-            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None
+            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None, shift
         faces = triangles(indices, primitive.mode)
         if not len(faces):
-            return None
+            return None, shift
         if "NORMAL" in primitive.attributes:
             faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
         arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
@@ -121,7 +128,7 @@ class Meshes:
             if getattr(geometry, "morph_positions", None) is None:
                 geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
             geometry.morph_targets_relative = True
-        return geometry
+        return geometry, shift
 
 
 def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
