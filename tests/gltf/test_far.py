@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pygfx as gfx
 import pytest
+from gltf_rooms import box
 from gltfs import Writer
 
 from airlight.colour import encode_codes
@@ -26,28 +27,14 @@ LIGHTS = {
 SHOT = Shot(160, 90, 1)
 
 
-def box(x: float, y: float, z: float) -> tuple[np.ndarray, list[int]]:
-    """(24, 3) corners of faces, half sizes x, y, z; indices."""
-    points, faces = [], []
-    for axis in range(3):
-        for side in (-1, 1):
-            u, v = (axis + 1) % 3, (axis + 2) % 3
-            for a, b in ((-1, -1), (side, -side), (1, 1), (-side, side)):
-                corner = [0, 0, 0]
-                corner[axis], corner[u], corner[v] = side, a, b
-                points.append(corner)
-            faces += [len(points) - 4 + i for i in (0, 1, 2, 0, 2, 3)]
-    return np.array(points) * (x, y, z), faces
-
-
 def scene(light: str, away: tuple[float, float, float], skinned: bool = False, in_vertices: bool = False) -> Writer:
     """A post on a floor, its top bent by a bone, under one light, seen by a camera; all moved by `away`."""
     w = Writer()
     apart, root = np.array(away), w.node(translation=list(away))
     kept, moved = (root, np.zeros(3)) if not in_vertices else (None, apart)
-    floor, faces = box(4, 0.125, 4)
+    floor, _, faces = box(4, 0.125, 4)
     w.node(kept, mesh=w.mesh(floor + moved, faces))
-    post, faces = box(0.25, 1, 0.25)
+    post, _, faces = box(0.25, 1, 0.25)
     post = post + (0, 1.125, 0)
     if skinned:
         bone = w.node(root, translation=[0, 1, 0], rotation=[0, 0, 0.3, 0.954])

@@ -16,7 +16,7 @@ from airlight.cli.options import given
 from airlight.cli.shared import LIGHT, flag_option, option
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
-from airlight.jobs.frames import LARGEST, needing_scenes
+from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
 from airlight.scenes import NAMES, VALIDATION, is_scene
@@ -63,8 +63,8 @@ class _Light(click.ParamType):
     panel=LIGHT,
     type=_Light(),
     multiple=True,
-    help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3. "
-    'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+    help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
+    "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",
 )
 @option(
     "--variant",
@@ -220,7 +220,8 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     if o["against"] == "mitsuba":
         mitsuba.ready()
     shared_device(o["device"])
-    stage = open_scene(source, o["environment"], o["seed"])
+    stage = open_scene(source, o["environment"], o["seed"], lamps=request.adds_lamps)
+    say_offer(stage, o["written"])
     base = stage.settings | values
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)

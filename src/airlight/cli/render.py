@@ -84,8 +84,8 @@ class _Fps(click.ParamType):
     panel=LIGHT,
     type=SceneLightType(PLACE),
     multiple=True,
-    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2". It moves a lamp of the scene where one casts shafts.'
-    " May be repeated.",
+    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a mesh by name. It moves a lamp of the '
+    "scene where one casts shafts, else it is added. May be repeated.",
 )
 @option(
     "--sun",

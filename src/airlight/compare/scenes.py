@@ -45,8 +45,8 @@ class ComparedView:
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
-        self.near = first.studio.near
-        with self.near():
+        self.set_up = first.studio.set_up
+        with self.set_up():
             self.punctual = punctual_lights(self.lights)
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
@@ -108,7 +108,7 @@ class ComparedView:
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
         try:
-            with self.near():
+            with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
                 view, projection = self.camera.view_matrix.copy(), self.camera.projection_matrix
         except AirlightError as error:

@@ -78,6 +78,11 @@ class FramesRequest:
         return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
 
     @property
+    def adds_lamps(self) -> bool:
+        """Tell whether lamps light the scene, and no sun is asked for."""
+        return bool(self.light) and not self.sun
+
+    @property
     def is_film(self) -> bool:
         from airlight.files import video
 
@@ -137,6 +142,15 @@ def needing_scenes() -> Iterator[None]:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
 
 
+def say_offer(stage: "Stage", asked: Sequence[str]) -> None:
+    """Tell which meshes may be the light of a scene that has none, unless a light is asked for."""
+    from airlight.scenes.lamps import offer
+
+    text = None if asked else offer(stage)
+    if text is not None:
+        say(text, prefix="")
+
+
 def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> None:
     """Raise AirlightError for an option that the user wrote and that means nothing with the method. by: what asks for that, if not
     --method."""
@@ -174,7 +188,7 @@ def run_frames(request: FramesRequest) -> bool:
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
@@ -183,7 +197,7 @@ def run_frames(request: FramesRequest) -> bool:
         return True
     if stage is None:
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps)
     if r.draw_path:
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
@@ -195,6 +209,7 @@ def run_frames(request: FramesRequest) -> bool:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    say_offer(stage, r.light)
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,

@@ -9,11 +9,13 @@ from airlight.scenes.stage import Stage
 __all__ = ["NAMES", "VALIDATION", "Stage", "is_scene", "open_scene"]
 
 
-def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None) -> Stage:
+def open_scene(
+    name_or_path: str | os.PathLike[str], environment: str | None = None, seed: int | None = None, *, lamps: bool = False
+) -> Stage:
     """Open "table", "flying", a scene of VALIDATION, or a .glb or .gltf file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
-    seed: of the path of "flying", None: its own.
+    seed: of the path of "flying", None: its own. lamps: some will be added, so a file without lights gets no sun.
     Raises AirlightError where there is no such scene, or the file is damaged or asks for more than the limits of `gltf`.
     """
     name = os.fspath(name_or_path)
@@ -37,4 +39,4 @@ def open_scene(name_or_path: str | os.PathLike[str], environment: str | None = N
         raise AirlightError(f"{name}: is not a scene; give table, flying, or a .glb or .gltf file")
     from airlight.scenes.gltf.load import load
 
-    return load(name, environment)
+    return load(name, environment, lamps)

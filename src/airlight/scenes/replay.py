@@ -32,7 +32,7 @@ class Replay:
             del self.shafts.render  # the class's own again
 
     def record(self, encoder: Any) -> None:
-        with self.studio.near():
+        with self.studio.set_up():
             self.shafts.render(encoder, **self.textures)
 
     def spent(self, record: Callable[[Any], None] | None = None) -> tuple[float, dict[str, float]]:
