@@ -27,7 +27,7 @@ SAMPLES = {"draft": 1, "normal": 2, "final": 3}  # along each side of a pixel
 LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
-SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
+SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
 SHAPING += ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
@@ -61,6 +61,7 @@ class FramesRequest:
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
     environment: str | None = None
+    up: str | None = None
     exclude: Sequence[str] = ()
     preset: str | None = None
     medium: str | None = None
@@ -188,7 +189,7 @@ def run_frames(request: FramesRequest) -> bool:
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps)
+        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps, up=r.up)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
@@ -197,7 +198,7 @@ def run_frames(request: FramesRequest) -> bool:
         return True
     if stage is None:
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps)
+        stage = open_scene(r.scene, r.environment, r.seed, lamps=r.adds_lamps, up=r.up)
     if r.draw_path:
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")

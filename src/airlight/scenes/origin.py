@@ -6,13 +6,15 @@ from typing import Any
 import numpy as np
 
 FAR_RADII = 64.0  # of what it belongs to: a place farther from the origin loses what can be seen, in float32
+ROUND_RADII = 8.0  # so coarse that things of one shape, moved by round numbers, come to lie at one place
 FAR_NEARS = 2.0**17  # of a camera's near plane: so far away from it a step of float32 is 1/128 of that
 
 
 def origin(center: np.ndarray, radius: float, camera: Any) -> np.ndarray:
     """Choose (3,) the origin for a frame: 0, or a round place near the scene's centre, the same for all frames; where the camera is far
     from there, as one that follows something through 1,000 km, a round place near it."""
-    found = _round(np.asarray(center, np.float64), FAR_RADII * max(radius, 1e-12))
+    center, radius = np.asarray(center, np.float64), max(radius, 1e-12)
+    found = _round(center, ROUND_RADII * radius) if np.abs(center).max() > FAR_RADII * radius else np.zeros(3)
     position = np.asarray(camera.world.position, np.float64)
     reach = FAR_NEARS * max(float(camera.near), 1e-12)
     if np.abs(position - found).max() > reach:
@@ -33,7 +35,7 @@ def recentred(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     shift = (low + high) / 2
     if radius == 0 or np.abs(shift).max() < FAR_RADII * radius:
         return points, np.zeros(3)
-    shift = _round(shift, radius)
+    shift = _round(shift, ROUND_RADII * radius)
     return (points.astype(np.float64) - shift).astype(np.float32), shift
 
 

@@ -32,7 +32,13 @@ SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 def load(path: str, environment: str | None = None, lamps: bool = False) -> Stage:
     """Load a stage as `scenes.open_scene` says."""
-    return _Loader(Gltf(path), environment, lamps).stage()
+    gltf = Gltf(path)
+    return stage_of(gltf, Model(gltf), environment, lamps)
+
+
+def stage_of(gltf: Any, model: Any, environment: str | None, lamps: bool) -> Stage:
+    """Make the stage of a model, as `Model` is one, with the cameras and lights of its file's document."""
+    return _Loader(gltf, model, environment, lamps).stage()
 
 
 def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
@@ -45,10 +51,10 @@ def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
 
 
 class _Loader:
-    def __init__(self, gltf: Gltf, environment: str | None, lamps: bool = False) -> None:
+    def __init__(self, gltf: Any, model: Any, environment: str | None, lamps: bool) -> None:
         self._gltf, self._environment, self._lamps = gltf, environment, lamps
         self._document = gltf.document
-        self._model = Model(gltf)
+        self._model = model
         self._nodes, self._moving = self._model.nodes, self._model.moving
         self._scene = gfx.Scene()
         self._scene.add(self._model.root)
