@@ -419,7 +419,7 @@ def offscreen(make: Any, frames: int = 8) -> Any:
 def view(source: Any, light: Any = None, *, device: str | None = None, size: tuple[int, int] = (1000, 600), **parameters: Any) -> Viewer:
     """Open the live viewer in a notebook cell, which shows it.
 
-    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb or .gltf file.
+    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb, .gltf, .obj, .ply, .stl file.
     light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
     """
     try:

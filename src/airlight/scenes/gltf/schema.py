@@ -195,6 +195,7 @@ class Primitive(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 class Mesh(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     primitives: list[Primitive]
     weights: list[Number] = []
+    name: str = ""
 
 
 class Skin(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
