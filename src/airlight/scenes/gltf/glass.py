@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.scenes.gltf import schema
-from airlight.scenes.gltf.opacity import BLENDED, SOLID, layers
+from airlight.scenes.gltf.opacity import BLENDED, split
 
 LEAST = 0.5  # transmission from which light passes; below, a surface is drawn, and casts, as a solid one
 DARK = 0.05  # transmission times tint below which nothing is seen through it: it is solid too
@@ -69,7 +69,7 @@ def draws(share: float, framed: bool, tinted: bool) -> list[tuple[str, dict[str,
         found.append(("body", BLENDED if framed else {**BLENDED, "opacity": 1 - share}))
     if not framed:
         return [*found, ("gloss", {**GLOSS, "opacity": share if share < 1 - BODY else 1.0})]
-    frame, rest = layers((0.0, 1.0), 1 - share / 2)
+    frame, rest = split(1 - share / 2)
     glass = {name: rest[name] for name in ("alpha_test", "alpha_compare")}
     found.append(("gloss", GLOSS_WHOLE))
-    return [("frame", {**SOLID, **frame}), *((what, {**settings, **glass}) for what, settings in found)]
+    return [("frame", frame), *((what, {**settings, **glass}) for what, settings in found)]

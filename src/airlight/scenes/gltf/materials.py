@@ -110,7 +110,7 @@ class Materials:
         pbr = m.pbr_metallic_roughness
         codes = self._codes(pbr.base_color_texture, bled=True)
         alpha = None if codes is None else codes[..., 3]
-        return opacity.layers(opacity.alpha_range(alpha, pbr.base_color_factor[3], alphas), opacity.solid_from(alpha))
+        return opacity.layers(opacity.alpha_range(alpha, pbr.base_color_factor[3], alphas), opacity.is_cut_out(alpha))
 
     def _glass(self, m: schema.Material, flat: bool, share: float) -> list[gfx.Material]:
         """Make the materials of what light passes, of which `glass.transmission` is the share."""

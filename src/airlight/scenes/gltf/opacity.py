@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 OPAQUE = 0.95  # alpha from which a texel is solid; below 1 for what compression and filters leave of it
-CUT_OUT = 0.5  # the same where intermediate alphas are only the soft edges of an outline: as glTF's MASK
+OUTLINE = 0.5  # alpha from which the soft edge of an outline is solid: as with glTF's MASK
 CLEAR = 0.05  # alpha up to which a texel is not there
 EDGE_TEXELS = 2  # reach of a soft edge
 EDGE_SHARE = 0.7  # of the intermediate alphas that lie in edges, from which a texture is a cut-out
@@ -24,19 +24,16 @@ def alpha_range(codes: np.ndarray | None, factor: float = 1.0, vertices: Range =
     return low * factor * vertices[0], high * factor * vertices[1]
 
 
-def solid_from(codes: np.ndarray | None) -> float:
-    """Choose the alpha from which texels of (H, W) uint8 are solid: CUT_OUT where others are the edges of an outline, or OPAQUE.
+def is_cut_out(codes: np.ndarray | None) -> bool:
+    """Tell whether the alphas of a texture, (H, W) uint8, that lie between clear and opaque are the edges of outlines, or none.
 
-    At a distance a texture's filter takes leaves down to alphas in between, and they must not vanish from depth and shadow.
+    At a distance a texture's filter takes leaves down to such alphas, and they must not vanish from depth and shadow.
     """
     if codes is None:
-        return OPAQUE
+        return False
     between = (codes > CLEAR * 255) & (codes < OPAQUE * 255)
-    count = int(between.sum())
-    if not count:
-        return CUT_OUT
     edges = between & _near(codes >= OPAQUE * 255) & _near(codes <= CLEAR * 255)
-    return CUT_OUT if int(edges.sum()) >= EDGE_SHARE * count else OPAQUE
+    return int(edges.sum()) >= EDGE_SHARE * int(between.sum())
 
 
 def _near(mask: np.ndarray) -> np.ndarray:
@@ -46,17 +43,21 @@ def _near(mask: np.ndarray) -> np.ndarray:
     return mask
 
 
-def layers(alphas: Range, solid: float) -> list[dict[str, Any]]:
-    """Choose pygfx's settings for the draws that show a blended material: solid, with depth; blended; or one over the other.
+def split(solid: float) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Choose pygfx's settings for what has at least the alpha `solid`, and for the rest: they share out the fragments."""
+    return {**SOLID, "alpha_test": solid}, {**BLENDED, "alpha_test": solid, "alpha_compare": ">="}
 
-    alphas: its range; solid: see `solid_from`. The two draws share out the fragments: none is drawn twice, nor by neither.
+
+def layers(alphas: Range, cut_out: bool) -> list[dict[str, Any]]:
+    """Choose pygfx's settings for the draws that show a blended material: as solid, as blended, or one over the other.
+
+    alphas: its range; cut_out: see `is_cut_out`. The outer half of an outline's edge is blended; the inner one is solid, since a medium
+    would light what shines through it as if it were as near as the leaf.
     """
     low, high = alphas
     if low >= OPAQUE:
         return [SOLID]
-    if high < OPAQUE:
-        return [BLENDED]
-    return [{**SOLID, "alpha_test": solid}, {**BLENDED, "alpha_test": solid, "alpha_compare": ">="}]
+    return [BLENDED] if high < OPAQUE else list(split(OUTLINE if cut_out else OPAQUE))
 
 
 def bled(pixels: np.ndarray) -> np.ndarray:
