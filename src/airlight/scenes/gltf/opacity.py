@@ -10,7 +10,8 @@ import numpy as np
 OPAQUE = 0.95  # alpha from which a texel is solid; below 1 for what compression and filters leave of it
 OUTLINE = 0.5  # alpha from which the soft edge of an outline is solid: as with glTF's MASK
 CLEAR = 0.05  # alpha up to which a texel is not there
-EDGE_TEXELS = 2  # reach of a soft edge
+LOOKED_AT = 256  # texels of a texture's larger side that are looked at for outlines
+EDGE = 1 / 32  # of the larger side: how far a soft edge reaches to both of its sides
 EDGE_SHARE = 0.7  # of the intermediate alphas that lie in edges, from which a texture is a cut-out
 
 Range = tuple[float, float]
@@ -31,15 +32,18 @@ def is_cut_out(codes: np.ndarray | None) -> bool:
     """
     if codes is None:
         return False
+    step = -(-max(codes.shape) // LOOKED_AT)
+    codes = codes[::step, ::step]
+    reach = max(3, round(EDGE * max(codes.shape)))
     between = (codes > CLEAR * 255) & (codes < OPAQUE * 255)
-    edges = between & _near(codes >= OPAQUE * 255) & _near(codes <= CLEAR * 255)
+    edges = between & _near(codes >= OPAQUE * 255, reach) & _near(codes <= CLEAR * 255, reach)
     return int(edges.sum()) >= EDGE_SHARE * int(between.sum())
 
 
-def _near(mask: np.ndarray) -> np.ndarray:
-    """Widen a mask (H, W) by EDGE_TEXELS; around its borders too, since textures repeat."""
+def _near(mask: np.ndarray, reach: int) -> np.ndarray:
+    """Widen a mask (H, W) by so many texels; around its borders too, since textures repeat."""
     for axis in (0, 1):
-        mask = np.logical_or.reduce([np.roll(mask, shift, axis) for shift in range(-EDGE_TEXELS, EDGE_TEXELS + 1)])
+        mask = np.logical_or.reduce([np.roll(mask, shift, axis) for shift in range(-reach, reach + 1)])
     return mask
 
 
