@@ -151,11 +151,6 @@ def everything() -> Writer:
     )
     transform = {"KHR_texture_transform": {"offset": [0.1, 0.2], "rotation": 0.3, "scale": [2, 3]}}
     w.add("materials", pbrMetallicRoughness={"baseColorTexture": {**texture, "extensions": transform}}, alphaMode="BLEND")
-    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": texture}}
-    glass["KHR_materials_volume"] = {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.2]}
-    w.add("materials", extensions=glass, pbrMetallicRoughness={"metallicFactor": 0, "baseColorTexture": texture})
-    old = {"diffuseFactor": [1, 0.5, 0.2, 1], "diffuseTexture": texture, "specularFactor": [0.5, 0.5, 0.5], "glossinessFactor": 0.4}
-    w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": {**old, "specularGlossinessTexture": texture}}, alphaMode="BLEND")
     w.add("materials", extensions={"KHR_materials_unlit": {}})
     w.json["extensionsUsed"] = w.json["extensionsRequired"] = ["KHR_texture_transform", "KHR_lights_punctual"]
     normals, colors = [[0, 0, 1]] * 4, w.accessor([[255, 255, 0, 128]] * 4, "uint8", normalized=True)
@@ -164,9 +159,7 @@ def everything() -> Writer:
     w.json["meshes"][morph]["weights"] = [0.2, 0]
     joints = w.accessor([[0, 1, 0, 0]] * 4, "uint8")
     skinned = w.mesh(SQUARE, SQUARE_FACES, 1, NORMAL=normals, JOINTS_0=joints, WEIGHTS_0=[[0.5, 0.5, 0, 0]] * 4)
-    plain = w.mesh(SQUARE, None, 4, mode=5)
-    for i in (2, 3):
-        w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, i, NORMAL=normals, TEXCOORD_0=SQUARE_UV, COLOR_0=colors))
+    plain = w.mesh(SQUARE, None, 2, mode=5)
     w.json["meshes"][plain]["primitives"].append({"attributes": {"POSITION": w.accessor(TRIANGLE)}, "mode": 2})
     sparse = {"count": 1, "indices": {"bufferView": w.view(b"\1"), "componentType": 5121}, "values": {"bufferView": w.view(bytes(12))}}
     w.json["accessors"][w.json["meshes"][plain]["primitives"][0]["attributes"]["POSITION"]]["sparse"] = sparse
@@ -187,4 +180,11 @@ def everything() -> Writer:
     w.animate(body, "weights", [0, 1, 2], [[0], [0], [1], [0], [0], [1]], clip=0)
     w.animate(body, "translation", [0, 1], [[0, 0, 0]] * 6, "CUBICSPLINE", 0)
     w.animate(bone, "scale", [0, 0.5], [[1, 1, 1], [2, 2, 2]], "STEP")
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": texture}}
+    glass["KHR_materials_volume"] = {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.2]}
+    w.add("materials", extensions=glass, pbrMetallicRoughness={"metallicFactor": 0, "baseColorTexture": texture})
+    old = {"diffuseFactor": [1, 0.5, 0.2, 1], "diffuseTexture": texture, "specularFactor": [0.5, 0.5, 0.5], "glossinessFactor": 0.4}
+    w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": {**old, "specularGlossinessTexture": texture}}, alphaMode="BLEND")
+    for i in (3, 4):
+        w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, i, NORMAL=normals, TEXCOORD_0=SQUARE_UV, COLOR_0=colors))
     return w
