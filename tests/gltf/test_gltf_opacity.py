@@ -192,6 +192,14 @@ def test_glass_neither_casts_nor_writes_depth_and_what_lets_little_through_does(
     assert found(1.0, alphaMode="BLEND", colour=(1, 0.5, 0.5)) == [("add", False, False)]
 
 
+def test_holes_in_glass_are_holes(tmp_path: Path, eye: Eye) -> None:
+    for factor, expected in ((1.0, [1, 0.5, 1]), (0.6, [0.6, 0.3, 0.6])):
+        w = Writer()
+        pane(w, factor, (1, 0.5, 1), texels(DISC), alphaMode="MASK")
+        assert through(w, tmp_path, eye) == pytest.approx(expected, abs=0.1)
+        assert through(w, tmp_path, eye, 0.9, 0.9) == pytest.approx([1, 1, 1], abs=0.02)
+
+
 def test_metal_lets_nothing_through_and_volumes_colour() -> None:
     given = {"transmission": schema.Transmission(transmission_factor=1.0)}
     extensions = schema.MaterialExtensions(**given)

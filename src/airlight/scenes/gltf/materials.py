@@ -77,11 +77,8 @@ class Materials:
         key = (-1 if index is None else index, flat, alphas)
         if key not in self._parts:
             m = self._described(index)
-            share = glass.transmission(m, self._mean(m.pbr_metallic_roughness.metallic_roughness_texture, 2))
-            if glass.is_glass(m, share):
-                self._parts[key] = self._glass(m, flat, share)
-            else:
-                self._parts[key] = [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
+            found = self._glass(m, flat) if m.extensions.transmission is not None else []
+            self._parts[key] = found or [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
         return self._parts[key]
 
     def _described(self, index: int | None) -> schema.Material:
@@ -112,28 +109,24 @@ class Materials:
         alpha = None if codes is None else codes[..., 3]
         return opacity.layers(opacity.alpha_range(alpha, pbr.base_color_factor[3], alphas), opacity.is_cut_out(alpha))
 
-    def _glass(self, m: schema.Material, flat: bool, share: float) -> list[gfx.Material]:
-        """Make the materials of what light passes, of which `glass.transmission` is the share."""
+    def _glass(self, m: schema.Material, flat: bool) -> list[gfx.Material]:
+        """Make the materials of what light passes; none for what it does not."""
         info = m.pbr_metallic_roughness.base_color_texture
         mask = None if m.extensions.transmission is None else m.extensions.transmission.transmission_texture
-        color, base, codes = colour(tuple(glass.tint(m))), self._map(info, m.alpha_mode != "OPAQUE"), self._codes(mask)
-        framed = m.alpha_mode == "OPAQUE" and (info is None or (mask is not None and info.same_place(mask)))
-        if codes is None:
-            framed = False
-        elif framed:
-            pixels = glass.in_frame(codes, self._codes(info), share)
-            base = base or self._map(mask)
-            assert base is not None
-            base.texture = gfx.Texture(pixels, dim=2, generate_mipmaps=True)
-        else:
+        share, codes = glass.transmission(m, self._mean(m.pbr_metallic_roughness.metallic_roughness_texture, 2)), self._codes(mask)
+        framed = mask is not None and codes is not None and m.alpha_mode == "OPAQUE" and (info is None or info.same_place(mask))
+        if codes is not None and not framed:
             share *= float(codes[..., 0].mean()) / 255
-            if share < glass.LEAST:
-                return [self._made(m, flat, settings) for settings in self._modes(m, (1.0, 1.0))]
-        see_through = {"MASK": {"alpha_test": min(m.alpha_cutoff, MOST_CUTOFF)}}.get(m.alpha_mode, {})
+        if not glass.is_glass(m, share):
+            return []
+        color, base = colour(tuple(glass.tint(m))), self._map(info, m.alpha_mode != "OPAQUE")
+        if framed and codes is not None and (base := base or self._map(mask)) is not None:
+            base.texture = gfx.Texture(glass.in_frame(codes, self._codes(info), share), dim=2, generate_mipmaps=True)
         tinted = m.alpha_mode != "BLEND" and (base is not None or min(color.to_physical()[:3]) < 1)
         made: list[gfx.Material] = []
         for what, settings in glass.draws(share, framed, tinted):
-            settings = {**see_through, **settings}
+            if m.alpha_mode == "MASK":
+                settings = {**settings, "alpha_test": min(m.alpha_cutoff, MOST_CUTOFF) * settings.get("opacity", 1.0)}
             if what == "tint":
                 made.append(gfx.MeshBasicMaterial(color=color, map=base, side=_side(m), **settings))
                 continue
