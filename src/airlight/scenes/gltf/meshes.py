@@ -64,7 +64,10 @@ class Meshes:
                 found.append(self._thin(geometry, primitive))
                 found[-1].local.position = shift
                 continue
-            material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
+            materials = self._materials.parts(primitive.material, "NORMAL" not in primitive.attributes, self._alphas(primitive))
+            if not materials:
+                continue
+            material = materials[0]
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
@@ -76,10 +79,18 @@ class Meshes:
                 thing.local.position = shift
             if primitive.targets:
                 thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
-            thing.cast_shadow = material.alpha_mode != "blend"
+            thing.cast_shadow = material.alpha_method == "opaque"
             thing.receive_shadow = True
-            found.append(thing)
+            found += [thing, *(again(thing, other) for other in materials[1:])]
         return found
+
+    def _alphas(self, primitive: Primitive) -> tuple[float, float]:
+        """Find the range of the alphas of a mesh's vertex colours, 0..1."""
+        index = primitive.attributes.get("COLOR_0")
+        if index is None or self._gltf.document.accessors[index].type != "VEC4":
+            return 1.0, 1.0
+        alphas = np.clip(self._gltf.floats(index)[:, 3], 0, 1)
+        return float(alphas.min()), float(alphas.max())
 
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
         """Make points and lines, a pixel or so wide, in the material's plain colour, or their own."""
@@ -148,6 +159,21 @@ class Meshes:
                 geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
             geometry.morph_targets_relative = True
         return geometry, shift
+
+
+def again(thing: gfx.Mesh, material: gfx.Material) -> gfx.Mesh:
+    """Make a mesh once more in another material; what is drawn over another casts no shadow."""
+    complete(thing.geometry, material)
+    if isinstance(thing, gfx.SkinnedMesh):
+        other = gfx.SkinnedMesh(thing.geometry, material)
+        other.bind(thing.skeleton, thing.bind_matrix)
+    else:
+        other = gfx.Mesh(thing.geometry, material)
+    if getattr(thing.geometry, "morph_positions", None):
+        other.morph_target_influences = thing.morph_target_influences
+    other.local.matrix = thing.local.matrix
+    other.receive_shadow = True
+    return other
 
 
 def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
