@@ -33,7 +33,7 @@ def resolve_lights(
         if found is None:
             from airlight.detect import find_lights
 
-            found = find_lights(coarse)
+            found = find_lights(coarse, picture.codes.dtype.kind == "u")
         places = _chosen_places(found, *one.searched, picture)
         if not places:
             return []
@@ -85,7 +85,7 @@ def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overw
     files.check_output(path, list(sources), overwrite, image=not is_list)
     picture = reading.picture(sources[0])
     coarse = picture.rec709(picture.linear(coarse=True))
-    found = find_lights(coarse)
+    found = find_lights(coarse, picture.codes.dtype.kind == "u")
     for number, one in enumerate(found, 1):
         x, y, *_ = found_at(picture, one.position)
         say(f"{number}: {x:.3f},{y:.3f}  {one.kind}, confidence {one.confidence:.2f}{', a guess' if one.guess else ''}", prefix="")
