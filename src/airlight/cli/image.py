@@ -9,7 +9,18 @@ import rich_click
 from airlight.cli.light import AngleType, LightType
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recalled_preset
-from airlight.cli.shared import DEPTH, FILES, LIGHT, OCCLUSION, choice_option, file_option, flag_option, option, preset_options
+from airlight.cli.shared import (
+    DEPTH,
+    FILES,
+    LIGHT,
+    OCCLUSION,
+    choice_option,
+    file_option,
+    flag_option,
+    option,
+    preset_options,
+    storage_options,
+)
 
 if TYPE_CHECKING:
     from airlight.jobs.image import ImageRequest
@@ -86,6 +97,7 @@ if TYPE_CHECKING:
     type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
     help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
 )
+@storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
 @flag_option("--resume", None, FILES, "Do only what is missing or damaged.")

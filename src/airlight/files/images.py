@@ -10,7 +10,7 @@ import numpy as np
 from airlight.arrays import repair
 from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import spaces
+from airlight.files import dpx, spaces
 from airlight.files.colour import Profile
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
@@ -255,7 +255,12 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         associated = real
         codes = codes if real else _straight(codes)
+    icc: bytes | None
+    profile: Any
     icc, profile = _profile(spec, name) if not real else (None, None)
+    if format in dpx.FORMATS:
+        dpx.settle(spec, format, name, head, colorspace)
+        colorspace, profile = None, None if real else dpx.curve_of(spec)
     to_709, chromaticities = _space(spec, real, name, colorspace)
     flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
     return Picture(
@@ -270,7 +275,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         icc=icc,
         profile=profile,
         associated=associated,
-        lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
+        lossless=format not in ("jpeg", "heic", "avif") and (format != "webp" or b"VP8 " not in head),
         formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
         extra=extra,
         extra_names=tuple(names[i] for i in rest) if extra is not None else (),
@@ -291,7 +296,7 @@ def _checked(path: str | os.PathLike[str], on_damage: str, layer: str | None = N
 
 
 def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: str | None = None, colorspace: str | None = None) -> Picture:
-    """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
+    """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR, DPX, JPEG XL, AVIF (and Cineon, BMP, GIF, PNM, JPEG 2000), upright.
 
     `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
     layer: of an EXR, instead of its R G B A. colorspace: what the floats are in, instead of what the file says (see `spaces.by_name`).

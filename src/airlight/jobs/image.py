@@ -21,6 +21,7 @@ from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
 from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
+from airlight.options.storage import Storage
 from airlight.scatter.methods import check_picture
 
 if TYPE_CHECKING:
@@ -67,6 +68,9 @@ class ImageRequest:
     layer: str | None = None
     occlusion_fraction: str | None = None
     debug: str | None = None
+    compression: str | None = None
+    file_quality: int | None = None
+    subsampling: str | None = None
     overwrite: bool = False
     skip_existing: bool = False
     resume: bool = False
@@ -78,6 +82,11 @@ class ImageRequest:
     def reading(self) -> Reading:
         """Collect how the files are read."""
         return Reading(**{one.name: getattr(self, one.name) for one in dataclasses.fields(Reading)})
+
+    @property
+    def storage(self) -> Storage:
+        """Collect how outputs are packed."""
+        return Storage(self.compression, self.file_quality, self.subsampling)
 
     @property
     def settings(self) -> Settings:
@@ -200,6 +209,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask],
     )
     many = len(todo) > 1 or sequence
     todo, done = tasks.left_to_do(todo, r.skip_existing, r.resume)
+    r.storage.check(path for task in todo for path in task.outputs)
     tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
     if r.candidates is not None:
         if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
@@ -358,9 +368,11 @@ class _Work:
             overwrite=self.overwrite,
             encoded=done.encoded,
             settings=settings,
+            storage=self.request.storage.of(task.output),
         )
         if task.layer is not None:
-            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings)
+            storage = self.request.storage.of(task.layer)
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings, storage=storage)
         if task.fraction is not None and fraction is not None:
             _write_data(task.fraction, fraction, self.overwrite, settings)
         self.spent.add("write", begun)
@@ -385,7 +397,11 @@ def _open_device(name: str | None) -> None:
 
 
 def _is_float(path: str, picture: "Picture") -> bool:
-    """Tell whether the output holds floats: EXR, HDR, and a TIFF made from floats."""
+    """Tell whether the output holds more light than white: EXR, HDR, a TIFF made from floats, a DPX of film's codes."""
+    from airlight.files.dpx import is_log_output
+
+    if is_log_output(path, picture):
+        return True
     return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
 
 
