@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.files import boxes, by_pillow, extras
+from airlight.files import boxes, by_pillow, extras, views
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -188,18 +188,26 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
 
 
 def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) -> np.ndarray:
-    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it."""
+    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it, of another view the
+    view's."""
+    import OpenImageIO as oiio
+
     names = list(spec.channelnames)
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
-    found, lost = [pixels], []
+    found, lost, specs = [pixels], [], [oiio.ImageSpec(spec)]
+    default = spec.get_string_attribute("view")
     for part in range(1, parts):
         if not inp.seek_subimage(part, 0):
             lost.append(str(part))
             break
         further = inp.spec()
         name = further.get_string_attribute("oiio:subimagename", str(part))
+        view = further.get_string_attribute("view")
         box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
-        fresh = [f"{name}.{channel}" if channel in names else channel for channel in further.channelnames]
+        fresh = list(further.channelnames)
+        if view and default and view != default:
+            fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
+        fresh = [f"{name}.{channel}" if channel in names else channel for channel in fresh]
         if further.deep or box[0] != box[1] or set(fresh) & set(names) or len(names) + len(fresh) > MAX_CHANNELS:
             lost.append(name)
             continue
@@ -209,11 +217,15 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         if values is None:
             lost.append(name)
             continue
+        specs.append(oiio.ImageSpec(further))
         found.append(np.reshape(values, (*pixels.shape[:2], len(fresh))))
         names += fresh
         kinds += [str(kind) for kind in further.channelformats] or [str(further.format)] * len(fresh)
     if lost:
         warn(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
+    views.join(spec, specs)
+    for item in [one for other in specs[1:] for one in other.extra_attribs if one.name.startswith("cryptomatte/")]:
+        spec.attribute(item.name, item.type, item.value)
     spec.nchannels, spec.channelnames, spec.channelformats = len(names), tuple(names), tuple(_types(kinds))
     return np.concatenate(found, axis=2, dtype=np.float32)
 

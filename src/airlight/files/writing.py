@@ -22,6 +22,7 @@ from airlight.planes import by_rows
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
 _PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
+_OF_CHANNELS = ("cryptomatte/", "multiView")  # which only an EXR has
 _NAMES = {
     *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
     *("chunkCount", "name", "version", "type", "CICP"),
@@ -295,6 +296,8 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
         with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
             if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings or (format != "dpx" and item.name in dpx.STORAGE):
+                continue
+            if format != "openexr" and item.name.startswith(_OF_CHANNELS):
                 continue
             size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
             if format == "jpeg" and size > room:

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 AUTO = (LightText("auto"),)
 # Options beside the declared parameters that shape the result; files by their names as written.
-SHAPING: tuple[str, ...] = ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
+SHAPING: tuple[str, ...] = ("view", "mask", "mask_layer")
+SHAPING += ("mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
 SHAPING += ("subject_layer", "input_layer", "colorspace")
 
 
@@ -54,7 +55,9 @@ class ImageRequest:
     frames: str | None = None
     origin: str = "top"
     preset: str | None = None
+    view: str | None = None
     mask: str | None = None
+    mask_layer: str | None = None
     mask_invert: bool = False
     depth: str | None = None
     depth_layer: str | None = None
@@ -106,7 +109,7 @@ class ImageRequest:
 
     def with_occlusion(self, is_sum: bool = False) -> "ImageRequest":
         """Take depths to say what emits, where the sum is asked for; refuse options that need others. is_sum: there are no looks."""
-        if self.mask_invert and self.mask is None:
+        if self.mask_invert and self.mask is None and self.mask_layer is None:
             raise AirlightError("--mask-invert inverts the image of --mask; give both")
         values = dict(self.values)
         check_picture(values.get("method", ""))
@@ -131,9 +134,6 @@ class ImageRequest:
 
     def _check_depths(self, look: str) -> None:
         """Refuse options of depths and subjects that would have no effect."""
-        for file, layer in (("depth", "depth_layer"), ("subject", "subject_layer")):
-            if getattr(self, file) is not None and getattr(self, layer) is not None:
-                raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
         for name, option in (("near_range", "near-range"), ("depth_hides", "depth-aware")):
             if name in self.explicit and (not self.has_depth or look == "classic"):
                 raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
@@ -260,7 +260,8 @@ class _Work:
         """Read the picture and its planes."""
         begun, reading = time.perf_counter(), self.request.reading
         picture = reading.picture(task.source)
-        loaded = _Loaded(picture, reading.mask(task.mask), reading.depth(task.depth, picture), reading.subject(task.subject, picture))
+        planes = reading.mask(task.mask, picture), reading.depth(task.depth, picture), reading.subject(task.subject, picture)
+        loaded = _Loaded(picture, *planes)
         self.spent.add("read", begun)
         return loaded
 
