@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.arrays import repair
+from airlight.arrays import bounded, repair
 from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
 from airlight.files import dpx, spaces, views
@@ -305,7 +305,7 @@ def read_image(
     """
     picture = _checked(path, on_damage, layer, colorspace, view)
     if picture.codes.dtype.kind == "f":
-        picture.codes = repair(picture.codes, picture.path)
+        picture.codes = bounded(repair(picture.codes, picture.path), picture.path)
         if picture.alpha is not None:
             picture.alpha = alpha_of(picture.codes[..., -1])
     return picture
@@ -346,4 +346,4 @@ def finite(value: np.ndarray, name: str) -> np.ndarray:
         fine = value[np.isfinite(value)]
         if fine.size:
             value = np.where(infinite, np.where(value > 0, fine.max(), fine.min()), value)
-    return repair(value, name)
+    return bounded(repair(value, name), name)
