@@ -9,7 +9,7 @@ from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, AirlightWarning
 
 MOST_BAD = 0.01  # share of the pixels that may be NaN or infinite
-MOST_VALUE = 1e30  # of light and depths: sums and products of these stay finite
+MOST_VALUE = 1e31  # of light and depths: sums and products of these stay finite
 
 
 def repair(values: np.ndarray, name: str) -> np.ndarray:
@@ -49,12 +49,16 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
 
 
 def bounded(values: np.ndarray, name: str) -> np.ndarray:
-    """Clamp finite float32 values to +-MOST_VALUE, with one AirlightWarning; gives `values` itself when all are within, else a copy."""
+    """Clamp finite float32 values where they pass +-MOST_VALUE to a tenth of that, with one AirlightWarning.
+
+    Gives `values` itself when all are within, else a copy. The tenth leaves room for what is added: an output can be read again.
+    """
     if not values.size or max(float(values.max()), -float(values.min())) <= MOST_VALUE:
         return values
-    message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond {MOST_VALUE:g} are taken as that"
+    most = np.float32(MOST_VALUE / 10)
+    message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond 1e30 are taken as that"
     warnings.warn(message, AirlightWarning, stacklevel=3)
-    return np.clip(values, -np.float32(MOST_VALUE), np.float32(MOST_VALUE))
+    return np.clip(values, -most, most)
 
 
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
