@@ -21,6 +21,7 @@ class Profile:
         """Compile a profile. Raises ValueError where OpenColorIO cannot use it (tables instead of curves and a matrix, damage, not RGB)."""
         import PyOpenColorIO as ocio
 
+        ocio.SetLoggingLevel(ocio.LOGGING_LEVEL_NONE)  # it prints what it thinks of a profile's curves
         if icc[16:20] != b"RGB ":
             raise ValueError("not an RGB profile")
         handle, name = tempfile.mkstemp(suffix=".icc")

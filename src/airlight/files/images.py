@@ -2,15 +2,17 @@
 
 import difflib
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from airlight.arrays import repair
+from airlight.colour import Profile as Transform
 from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import spaces
+from airlight.files import jpeg_segments, png_chunks, spaces
+from airlight.files.coded import Coding, by_cicp
 from airlight.files.colour import Profile
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
@@ -29,12 +31,13 @@ class Picture:
     """A picture as its file holds it, upright.
 
     codes: (H, W, C) uint8, uint16 or float32, C in 1..4: grey, grey + alpha, RGB, RGBA; alpha is unassociated in integer codes.
-    alpha: (H, W) float32 in 0..1, or None. encoding: "srgb", "icc" (see `profile`) or "linear".
+    alpha: (H, W) float32 in 0..1, or None. encoding: "srgb", "linear", or "profile" (see there).
     extra: further EXR channels (H, W, len(extra_names)) float32, kept for writing. bits: of the stored colour (16 for half).
     formats, extra_formats: how an EXR stores the picture's channels and the further ones, half or float.
     data_window, display_window: (x, y, width, height), `codes` fills the data window. spec: the file's metadata.
     layer: the EXR layer that was asked for, whose channels are replaced when written; "": R G B A are.
     to_709: (3, 3), the picture's linear RGB to linear Rec. 709; None where it is that. chromaticities: of the RGB, for writing.
+    profile: codes to the picture's linear RGB, by its ICC profile `icc` or by its `coding`. gain_map: the file has an HDR part beside it.
     """
 
     codes: np.ndarray
@@ -46,7 +49,9 @@ class Picture:
     format: str
     bits: int
     icc: bytes | None = None
-    profile: Profile | None = None
+    profile: Transform | None = None
+    coding: Coding | None = None
+    gain_map: bool = False
     associated: bool = False
     lossless: bool = True
     formats: tuple[str, ...] = ()
@@ -199,11 +204,28 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
         return icc, None
 
 
+def _coding(spec: Any, format: str, name: str, codes: np.ndarray) -> tuple[Coding | None, bool]:
+    """Find the coding of a picture of integers whose file tells it by numbers, else None; and whether the file has a gain map."""
+    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map"))
+    if format == "png":
+        coding = png_chunks.coding(name, codes.dtype.itemsize * 8)
+    elif format == "jpeg":
+        coding, gain_map = jpeg_segments.read(name)
+        coding = coding if spec.getattribute("ICCProfile") is None else None
+    elif (cicp := spec.getattribute("CICP")) is not None:
+        coding = by_cicp(*cicp[:2])
+        if coding is None and spec.getattribute("ICCProfile") is None:
+            warn(f"{name}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 5)
+    if coding is not None and codes.shape[2] < 3:  # grey has no primaries
+        coding = replace(coding, chromaticities=spaces.CHROMATICITIES[0])
+    return coding, gain_map
+
+
 def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """Find the matrix to Rec. 709 and the chromaticities of a picture: those of `colorspace`, else what its file says."""
+    """Find the matrix to Rec. 709 and the chromaticities of a picture of floats: those of `colorspace`, else what its file says."""
     if colorspace is not None:
         if not real:
-            raise AirlightError(f"{name}: holds integers, whose colours its ICC profile tells; --colorspace is for EXR, HDR, float TIFF")
+            raise AirlightError(f"{name}: holds integers, whose colours the file itself tells; --colorspace is for EXR, HDR, float TIFF")
         spec.erase_attribute("colorInteropID")
         return spaces.by_name(colorspace)
     value = spec.getattribute("chromaticities")
@@ -255,20 +277,31 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         associated = real
         codes = codes if real else _straight(codes)
-    icc, profile = _profile(spec, name) if not real else (None, None)
+    coding, gain_map = _coding(spec, format, name, codes) if not real else (None, False)
+    icc: bytes | None = None
+    profile: Transform | None = None
+    if not real and coding is None:
+        icc, profile = _profile(spec, name)
     to_709, chromaticities = _space(spec, real, name, colorspace)
-    flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
+    if coding is not None:
+        profile, to_709 = coding.profile, coding.to_709
+        chromaticities = coding.chromaticities if to_709 is not None else None
+    flat = format != "png" and spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None and coding is None
+    if coding is not None and coding.curve == "linear" and to_709 is None and not coding.narrow:
+        flat, profile = True, None
     return Picture(
         codes=codes,
         channels=tuple(names[i] for i in chosen),
         alpha=alpha_of(codes[..., -1]) if has_alpha else None,
-        encoding="linear" if real or flat else "icc" if profile is not None else "srgb",
+        encoding="linear" if real or flat else "profile" if profile is not None else "srgb",
         path=name,
         spec=spec,
         format=format,
         bits=codes.dtype.itemsize * 8 if not real else 16 if kinds[chosen[0]] == "half" else 32,
         icc=icc,
         profile=profile,
+        coding=coding,
+        gain_map=gain_map,
         associated=associated,
         lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
         formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),

@@ -24,26 +24,37 @@ CHROMATICITIES = (
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
-def _xyz(x: float, y: float) -> np.ndarray:
+def to_xyz(chromaticities: Sequence[float], white: np.ndarray) -> np.ndarray:
+    """Derive (3, 3): linear RGB of chromaticities (x, y of red, green, blue, white) to XYZ that are relative to a white of XYZ (3,).
+
+    White goes to white by the Bradford transform. Of CIE XYZ itself, whose primaries are the axes, the white that is
+    written with them, (1/3, 1/3), is that of the axes: neutral is D65's XYZ, as programs keep pictures in it. Raises ValueError for
+    numbers that span no colours.
+    """
+    points = np.asarray(chromaticities, np.float64).reshape(4, 2)
+    columns = np.vstack([points[:3].T, 1 - points[:3].sum(axis=1)])  # y may be 0
+    neutral = _white(*D65)
+    if np.abs(columns - np.eye(3)).max() > 1e-4:
+        with np.errstate(all="ignore"):
+            neutral = _white(*points[3])
+            try:
+                columns = columns * np.linalg.solve(columns, neutral)
+            except np.linalg.LinAlgError:
+                columns = np.full((3, 3), np.nan)
+    with np.errstate(all="ignore"):
+        matrix = np.linalg.inv(_BRADFORD) @ np.diag(_BRADFORD @ white / (_BRADFORD @ neutral)) @ _BRADFORD @ columns
+        if not (np.isfinite(matrix).all() and np.abs(matrix).max() < 100 and abs(np.linalg.det(matrix)) > 1e-4):
+            raise ValueError("chromaticities that span no colours")
+    return matrix
+
+
+def _white(x: float, y: float) -> np.ndarray:
     return np.array([x, y, 1 - x - y]) / y
 
 
 def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
-    """Derive (3, 3): linear RGB of chromaticities (x, y of red, green, blue, white) to linear Rec. 709; None where they are the same.
-
-    White goes to white by the Bradford transform. Raises ValueError for numbers that span no colours.
-    """
-    with np.errstate(all="ignore"):
-        red, green, blue, white = (_xyz(x, y) for x, y in np.asarray(chromaticities, np.float64).reshape(4, 2))
-        columns = np.stack([red, green, blue], axis=1)
-        try:
-            columns = columns * np.linalg.solve(columns, white)
-            cones = _BRADFORD @ _xyz(*D65) / (_BRADFORD @ white)
-            matrix = XYZ_TO_709 @ np.linalg.inv(_BRADFORD) @ np.diag(cones) @ _BRADFORD @ columns
-        except np.linalg.LinAlgError:
-            matrix = np.full((3, 3), np.nan)
-    if not (np.isfinite(matrix).all() and np.abs(matrix).max() < 100 and abs(np.linalg.det(matrix)) > 1e-3):
-        raise ValueError("chromaticities that span no colours")
+    """Derive (3, 3): linear RGB of chromaticities to linear Rec. 709, as `to_xyz`; None where they are the same."""
+    matrix = XYZ_TO_709 @ to_xyz(chromaticities, _white(*D65))
     return None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix
 
 

@@ -15,14 +15,16 @@ from airlight.errors import AirlightError, MachineError, warn
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
 from airlight.files.images import Picture, upright
+from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, state, warn_of_loss
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
-_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
+_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:", *PREFIXES)
 _NAMES = {
     *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
     *("chunkCount", "name", "version", "type"),
+    *NAMES,
 }
 # Bytes of metadata in a JPEG: libjpeg ends the process where a block passes 64 KiB.
 MOST_TEXT, MOST_SETTINGS = 30_000, 20_000
@@ -68,14 +70,18 @@ def write_image(
     if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
-    if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
+    own = not real and keeps_own(like, format)
+    matches = format == "openexr" or own or (real and like is not None and format == like.format)
+    if like is not None and like.to_709 is not None and pixels is not None and not matches:
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
     channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
     kind: Any = np.dtype(np.float32)
     keeps_icc = False
     if not real:
-        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
+        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
+        if not own and pixels is not None:
+            warn_of_loss(name, like, pixels)
         kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
     colours = 1 if grey and is_neutral(shown) else 3
@@ -118,7 +124,10 @@ def write_image(
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
         if not _copied(memory, like, codes, format):
+            if like is not None and like.gain_map:
+                warn(f"{name}: is an SDR picture: the gain map of the input, its HDR part, is lost")
             encode_file(memory, format, spec, codes, name)
+            finish(memory, like, format, own)
             _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
@@ -176,15 +185,21 @@ def _joined(channels: list[Any], spec: Any) -> np.ndarray:
 
 
 def _integer_colour(
-    pixels: np.ndarray | None, like: Picture | None, depth: int, changed: np.ndarray | None, encoded: np.ndarray | None, format: str
+    pixels: np.ndarray | None,
+    like: Picture | None,
+    depth: int,
+    changed: np.ndarray | None,
+    encoded: np.ndarray | None,
+    format: str,
+    own: bool,
 ) -> tuple[np.ndarray, bool]:
     """Encode codes (H, W, 3), and tell whether they are in the input's ICC profile."""
     dtype = np.dtype(f"uint{depth}")
     integer = like is not None and like.codes.dtype.kind == "u"
-    profile = like.profile if integer and like is not None and format != "webp" else None
+    profile = like.profile if own and like is not None else None
     flat = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png"
-    encoding = "icc" if profile is not None else "linear" if flat else "srgb"
-    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "icc" or like.encoding == "srgb")
+    encoding = "profile" if profile is not None else "linear" if flat else "srgb"
+    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "profile" or like.encoding == "srgb")
     same = like is not None and like.codes.dtype == dtype and like.encoding == encoding
     if encoded is not None and encoded.dtype == dtype:
         colour = encoded.copy()
@@ -261,11 +276,9 @@ def _spec(
         spec.alpha_channel = colours
         if format != "openexr" and not (depth == 32 and like is not None and like.associated):
             spec.attribute("oiio:UnassociatedAlpha", 1)
-    if like is not None and keeps_icc and like.icc is not None and (like.icc[16:20] == b"GRAY") == (colours == 1):
-        spec.attribute("ICCProfile", f"uint8[{len(like.icc)}]", np.frombuffer(like.icc, np.uint8))
-    elif depth < 32 and format != "openexr":
-        linear = like is not None and like.encoding == "linear" and like.format != "raw" and like.codes.dtype.kind == "u"
-        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear and format == "png" else "srgb_rec709_scene")
+    if depth < 32 and format != "openexr":
+        icc = like.icc if like is not None and keeps_icc else None
+        state(spec, like, format, keeps_own(like, format), icc if (icc or b"")[16:20] == (b"GRAY" if colours == 1 else b"RGB ") else None)
     # Without it the time of writing would be put in: the same command gives the same bytes.
     if spec.getattribute("DateTime") is None:
         spec.attribute("DateTime", "")

@@ -1,0 +1,75 @@
+"""One statement about colour in each output: ICC profile, PNG chunks, Exif and attributes say the same, or are not there."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import warn
+from airlight.files import png_chunks
+from airlight.files.coded import DIFFUSE_WHITE
+from airlight.files.images import Picture
+
+ICC_FORMATS = ("png", "jpeg", "tiff", "webp")  # that keep an input's ICC profile
+SRGB, UNCALIBRATED = 1, 65535  # of Exif's ColorSpace: the second is for what a profile tells
+# Metadata about the input's colours or its HDR part, which are said anew, or lost.
+PREFIXES = ("hdrgm:", "HDRGainMap:", "Item:", "Container:", "GContainer:", "photoshop:ICCProfile", "photoshop:ColorMode")
+NAMES = {"CICP", "Exif:ColorSpace", "Exif:Gamma", "xmpNote:HasExtendedXMP", "whiteLuminance"}
+_BEYOND, _BEYOND_PART = 0.005, 1e-3  # linear light out of range in this part of a picture is told
+
+
+def keeps_own(like: Picture | None, format: str) -> bool:
+    """Tell whether integer outputs of a format hold the input's own codes: its RGB and its curve, where these are not simply sRGB's."""
+    if like is None or like.codes.dtype.kind != "u" or like.profile is None:
+        return False
+    coding = like.coding
+    if coding is None:
+        return format in ICC_FORMATS
+    if format == "png":
+        return bool(coding.chunks) or coding.is_hdr or coding.icc is not None
+    return format in ICC_FORMATS and coding.icc is not None
+
+
+def warn_of_loss(name: str, like: Picture | None, pixels: np.ndarray) -> None:
+    """Tell of colours, linear Rec. 709, that codes of sRGB cannot hold, where the input's codes did."""
+    if like is None or like.codes.dtype.kind != "u" or like.profile is None:
+        return
+    if like.coding is not None and like.coding.is_hdr and pixels.max(initial=0) > 1 + _BEYOND:
+        brightest = f"{pixels.max() * DIFFUSE_WHITE:.0f} cd/m2 where white is {DIFFUSE_WHITE:.0f}"
+        warn(f"{name}: HDR light brighter than white ({brightest}) is cut; .exr keeps it, and .png as it was", 4)
+    elif (pixels.min(axis=2) < -_BEYOND).mean() > _BEYOND_PART:
+        warn(f"{name}: colours that sRGB does not hold are made less vivid; .png keeps them", 4)
+
+
+def state(spec: Any, like: Picture | None, format: str, own: bool, icc: bytes | None) -> None:
+    """Give the spec of an integer output its statement: the ICC profile where there is one, the picture's own coding, or sRGB.
+
+    own: as `keeps_own` says. icc: the input's profile where the output's codes are in it.
+    """
+    integer = like is not None and like.codes.dtype.kind == "u"
+    linear = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png"
+    if own and icc is None and like is not None and like.coding is not None and not (format == "png" and own_chunks(like)):
+        icc = like.coding.icc
+    if icc is not None:
+        spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
+    else:
+        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear else "srgb_rec709_scene")
+    told = like is not None and like.spec.getattribute("Exif:ColorSpace") is not None
+    if format in ("jpeg", "tiff") or told:
+        srgb = not own and not linear and (icc is None or (like is not None and like.encoding == "srgb"))
+        spec.attribute("Exif:ColorSpace", "uint16", SRGB if srgb else UNCALIBRATED)
+
+
+def own_chunks(like: Picture | None) -> tuple[tuple[bytes, bytes], ...]:
+    """List the chunks that tell an input's own coding in a PNG, where no ICC profile does: as they were in one, else cICP for HDR."""
+    if like is None or like.coding is None:
+        return ()
+    coding = like.coding
+    if not coding.chunks and coding.is_hdr and coding.cicp is not None:
+        return ((b"cICP", bytes((*coding.cicp, 0, 1))),)
+    return coding.chunks
+
+
+def finish(memory: str, like: Picture | None, format: str, own: bool) -> None:
+    """Put into an encoded file what OpenImageIO cannot write."""
+    if own and format == "png" and (chunks := own_chunks(like)):
+        png_chunks.restate(memory, chunks)
