@@ -11,7 +11,7 @@ from airlight.arrays import repair
 from airlight.colour import Profile as Transform
 from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import jpeg_segments, png_chunks, spaces
+from airlight.files import channels, jpeg_segments, png_chunks, spaces
 from airlight.files.coded import Coding, by_cicp
 from airlight.files.colour import Profile
 from airlight.files.decode import decode
@@ -148,38 +148,6 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
     return (corner[0] + x, corner[1] + y, width, height), (corner[0], corner[1], whole[0], whole[1])
 
 
-def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
-    """Find the layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
-    if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
-        alpha_channel = -1
-    found: dict[str, list[int]] = {}
-    for layer in {name.rpartition(".")[0]: None for name in names if not name.startswith("airlight.")}:
-        place = {name.rpartition(".")[2].upper(): i for i, name in enumerate(names) if name.rpartition(".")[0] == layer and usable[i]}
-        for colour in (("R", "G", "B"), ("Y",)):
-            if layer not in found and all(c in place for c in colour):
-                alpha = place.get("A", alpha_channel if layer == "" else -1)
-                found[layer] = [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
-    return found
-
-
-def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
-    """Find the layer that is meant by what the user wrote; `rgba` is the one without a name."""
-    if layer in found:
-        return layer
-    if layer.lower() == "rgba" and "" in found:
-        return ""
-    names = [name or "rgba" for name in found]
-    near = difflib.get_close_matches(layer, names, 1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise AirlightError(f"{path}: has no layer {layer!r}{hint}; it has {', '.join(names) or 'none with R, G, B'}")
-
-
-def _stands_in(found: dict[str, list[int]]) -> str | None:
-    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first."""
-    beauty = [name for name in found if name.rpartition(".")[2].lower() in ("combined", "beauty", "rgba")]
-    return "" if "" in found else next(iter(beauty + list(found)), None)
-
-
 def _straight(codes: np.ndarray) -> np.ndarray:
     """Divide integer codes by the alpha that they were multiplied by."""
     most = np.iinfo(codes.dtype).max
@@ -221,6 +189,12 @@ def _coding(spec: Any, format: str, name: str, codes: np.ndarray) -> tuple[Codin
     return coding, gain_map
 
 
+def _numbers(spec: Any) -> tuple[float, ...] | None:
+    """Read an EXR's chromaticities, not yet checked."""
+    value = spec.getattribute("chromaticities")
+    return value if isinstance(value, tuple) and len(value) == 8 else None
+
+
 def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
     """Find the matrix to Rec. 709 and the chromaticities of a picture of floats: those of `colorspace`, else what its file says."""
     if colorspace is not None:
@@ -228,8 +202,8 @@ def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np
             raise AirlightError(f"{name}: holds integers, whose colours the file itself tells; --colorspace is for EXR, HDR, float TIFF")
         spec.erase_attribute("colorInteropID")
         return spaces.by_name(colorspace)
-    value = spec.getattribute("chromaticities")
-    if not isinstance(value, tuple) or len(value) != 8:
+    value = _numbers(spec)
+    if value is None:
         return None, None
     try:
         return spaces.to_rec709(value), value
@@ -251,15 +225,17 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         warn(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
 
     names = list(spec.channelnames)
+    if format == "openexr":
+        pixels, names = channels.without_chroma(pixels, names, _numbers(spec))
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
     usable = [format != "openexr" or kind != "uint" for kind in kinds]
     if not any(usable):
         raise AirlightError(f"{name}: holds only identifiers, no colours; choose a picture with R, G, B")
-    found = _layers(names, spec.alpha_channel, usable)
+    found = channels.layers(names, spec.alpha_channel, usable)
     if layer is not None and format != "openexr":
         raise AirlightError(f"{name}: --input-layer chooses among the layers of an EXR, which this is not; leave it out")
-    own = _named(layer, found, name) if layer is not None else ""
-    stand_in = _stands_in(found) if layer is None else own
+    own = channels.named(layer, found, name) if layer is not None else ""
+    stand_in = channels.stands_in(found, name) if layer is None else own
     chosen = found[stand_in] if stand_in is not None else [next(i for i, fine in enumerate(usable) if fine)]
     codes = pixels if chosen == list(range(len(names))) else np.ascontiguousarray(pixels[..., chosen])
     real = codes.dtype.kind == "f"
