@@ -60,15 +60,20 @@ class Coding:
         """Tell whether codes reach beyond white."""
         return self.curve in ("pq", "hlg")
 
+    @property
+    def is_srgb(self) -> bool:
+        """Tell whether it is simply sRGB."""
+        return (self.curve, self.narrow) == ("srgb", 0) and self.to_709 is None
+
     @cached_property
     def to_709(self) -> np.ndarray | None:
         """Derive the matrix (3, 3) to linear Rec. 709; None where they are the same. Raises ValueError for impossible chromaticities."""
         return spaces.to_rec709(self.chromaticities)
 
     @cached_property
-    def profile(self) -> "Curve | None":
-        """Compile the curve; None where it is sRGB's, full range, with the primaries of Rec. 709, which needs none."""
-        return None if (self.curve, self.narrow) == ("srgb", 0) and self.to_709 is None else Curve(self)
+    def profile(self) -> "Curve":
+        """Compile the curve."""
+        return Curve(self)
 
     @cached_property
     def icc(self) -> bytes | None:

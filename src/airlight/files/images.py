@@ -2,18 +2,16 @@
 
 import difflib
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from airlight.arrays import repair
-from airlight.colour import Profile as Transform
-from airlight.colour import alpha_of, decode_codes
+from airlight.colour import Profile, alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import channels, jpeg_segments, png_chunks, spaces
-from airlight.files.coded import Coding, by_cicp
-from airlight.files.colour import Profile
+from airlight.files import channels, told
+from airlight.files.coded import Coding
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
 
@@ -38,6 +36,7 @@ class Picture:
     layer: the EXR layer that was asked for, whose channels are replaced when written; "": R G B A are.
     to_709: (3, 3), the picture's linear RGB to linear Rec. 709; None where it is that. chromaticities: of the RGB, for writing.
     profile: codes to the picture's linear RGB, by its ICC profile `icc` or by its `coding`. gain_map: the file has an HDR part beside it.
+    Floats are linear when read: then `profile` is the curve that a file of their kind is written with.
     """
 
     codes: np.ndarray
@@ -49,7 +48,7 @@ class Picture:
     format: str
     bits: int
     icc: bytes | None = None
-    profile: Transform | None = None
+    profile: Profile | None = None
     coding: Coding | None = None
     gain_map: bool = False
     associated: bool = False
@@ -156,62 +155,6 @@ def _straight(codes: np.ndarray) -> np.ndarray:
     return np.rint(np.minimum(value, most)).astype(codes.dtype)
 
 
-def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
-    """Read the embedded ICC profile, and its transform where it is not simply sRGB."""
-    value = spec.getattribute("ICCProfile")
-    if value is None:
-        return None, None
-    icc = bytes(bytearray(value))
-    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
-        return None, None
-    try:
-        profile = Profile(icc)
-        return icc, None if profile.is_srgb() else profile
-    except ValueError as error:
-        warn(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
-        return icc, None
-
-
-def _coding(spec: Any, format: str, name: str, codes: np.ndarray) -> tuple[Coding | None, bool]:
-    """Find the coding of a picture of integers whose file tells it by numbers, else None; and whether the file has a gain map."""
-    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map"))
-    if format == "png":
-        coding = png_chunks.coding(name, codes.dtype.itemsize * 8)
-    elif format == "jpeg":
-        coding, gain_map = jpeg_segments.read(name)
-        coding = coding if spec.getattribute("ICCProfile") is None else None
-    elif (cicp := spec.getattribute("CICP")) is not None:
-        coding = by_cicp(*cicp[:2])
-        if coding is None and spec.getattribute("ICCProfile") is None:
-            warn(f"{name}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 5)
-    if coding is not None and codes.shape[2] < 3:  # grey has no primaries
-        coding = replace(coding, chromaticities=spaces.CHROMATICITIES[0])
-    return coding, gain_map
-
-
-def _numbers(spec: Any) -> tuple[float, ...] | None:
-    """Read an EXR's chromaticities, not yet checked."""
-    value = spec.getattribute("chromaticities")
-    return value if isinstance(value, tuple) and len(value) == 8 else None
-
-
-def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """Find the matrix to Rec. 709 and the chromaticities of a picture of floats: those of `colorspace`, else what its file says."""
-    if colorspace is not None:
-        if not real:
-            raise AirlightError(f"{name}: holds integers, whose colours the file itself tells; --colorspace is for EXR, HDR, float TIFF")
-        spec.erase_attribute("colorInteropID")
-        return spaces.by_name(colorspace)
-    value = _numbers(spec)
-    if value is None:
-        return None, None
-    try:
-        return spaces.to_rec709(value), value
-    except ValueError as error:
-        warn(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
-        return None, None
-
-
 def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None) -> Picture:
     name = os.fsdecode(path)
     pixels, spec, format, head = decode(name, on_damage)
@@ -226,7 +169,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
 
     names = list(spec.channelnames)
     if format == "openexr":
-        pixels, names = channels.without_chroma(pixels, names, _numbers(spec))
+        pixels, names = channels.without_chroma(pixels, names, told.numbers(spec))
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
     usable = [format != "openexr" or kind != "uint" for kind in kinds]
     if not any(usable):
@@ -253,31 +196,20 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         associated = real
         codes = codes if real else _straight(codes)
-    coding, gain_map = _coding(spec, format, name, codes) if not real else (None, False)
-    icc: bytes | None = None
-    profile: Transform | None = None
-    if not real and coding is None:
-        icc, profile = _profile(spec, name)
-    to_709, chromaticities = _space(spec, real, name, colorspace)
-    if coding is not None:
-        profile, to_709 = coding.profile, coding.to_709
-        chromaticities = coding.chromaticities if to_709 is not None else None
-    flat = format != "png" and spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None and coding is None
-    if coding is not None and coding.curve == "linear" and to_709 is None and not coding.narrow:
-        flat, profile = True, None
+    colours = told.read(spec, format, name, codes, head, colorspace)
     return Picture(
         codes=codes,
         channels=tuple(names[i] for i in chosen),
         alpha=alpha_of(codes[..., -1]) if has_alpha else None,
-        encoding="linear" if real or flat else "profile" if profile is not None else "srgb",
+        encoding="linear" if colours.linear else "profile" if colours.profile is not None else "srgb",
         path=name,
         spec=spec,
         format=format,
         bits=codes.dtype.itemsize * 8 if not real else 16 if kinds[chosen[0]] == "half" else 32,
-        icc=icc,
-        profile=profile,
-        coding=coding,
-        gain_map=gain_map,
+        icc=colours.icc,
+        profile=colours.profile,
+        coding=colours.coding,
+        gain_map=colours.gain_map,
         associated=associated,
         lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
         formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
@@ -287,8 +219,8 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         data_window=data_window,
         display_window=display_window,
         layer=own,
-        to_709=to_709,
-        chromaticities=chromaticities,
+        to_709=colours.to_709,
+        chromaticities=colours.chromaticities,
     )
 
 
@@ -309,6 +241,10 @@ def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: st
     picture = _checked(path, on_damage, layer, colorspace)
     if picture.codes.dtype.kind == "f":
         picture.codes = repair(picture.codes, picture.path)
+        if picture.profile is not None and picture.codes.shape[2] >= 3:
+            colour = np.ascontiguousarray(picture.codes[..., :3])
+            picture.profile.decode(colour)
+            picture.codes[..., :3] = colour
         if picture.alpha is not None:
             picture.alpha = alpha_of(picture.codes[..., -1])
     return picture

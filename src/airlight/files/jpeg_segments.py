@@ -32,13 +32,14 @@ def _applications(path: str) -> Iterator[bytes]:
 
 def read(path: str) -> tuple[Coding | None, bool]:
     """Tell a JPEG's coding where its Exif data say Adobe RGB, else None, and whether it holds a gain map."""
-    coding, gain = None, False
+    index, gain = None, False
     for data in _applications(path):
-        if data.startswith(_EXIF):
-            with contextlib.suppress(struct.error, IndexError):
-                coding = Coding(ADOBE, "gamma", ADOBE_GAMMA) if _index(data[len(_EXIF) :]) == b"R03" else None
+        if data.startswith(_EXIF) and index is None:
+            index = b""
+            with contextlib.suppress(struct.error):
+                index = _index(data[len(_EXIF) :])
         gain = gain or data.startswith(_ISO) or (data.startswith(_XMP) and any(name in data for name in _GAIN))
-    return coding, gain
+    return Coding(ADOBE, "gamma", ADOBE_GAMMA) if index == b"R03" else None, gain
 
 
 def _index(tiff: bytes) -> bytes:

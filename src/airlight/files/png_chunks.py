@@ -70,15 +70,15 @@ def _with(known: Coding, chunks: dict[bytes, bytes], *kept: bytes) -> Coding:
     return Coding(known.chromaticities, known.curve, known.gamma, known.narrow, known.cicp, verbatim)
 
 
-def restate(path: str, chunks: Iterable[tuple[bytes, bytes]]) -> None:
-    """Put chunks in the place of all in a PNG file that tell colours."""
+def restate(path: str, chunks: Iterable[tuple[bytes, bytes]], kept: bytes = b"") -> None:
+    """Put chunks in the place of all in a PNG file that tell colours, but for the one that is kept."""
     with open(path, "rb") as file:
         data = file.read()
     at, parts = 33, [data[:33]]  # signature and IHDR
     parts += [struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks]
     while data[at + 4 : at + 8] != b"IDAT":
         end = at + 12 + int(struct.unpack_from(">I", data, at)[0])
-        if data[at + 4 : at + 8] not in STATEMENTS:
+        if data[at + 4 : at + 8] == kept or data[at + 4 : at + 8] not in STATEMENTS:
             parts.append(data[at:end])
         at = end
     with open(path, "wb") as file:

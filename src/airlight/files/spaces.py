@@ -58,12 +58,24 @@ def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
     return None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix
 
 
-def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
+def chromaticities_of(matrix: np.ndarray) -> tuple[float, ...]:
+    """Derive chromaticities, white that of D65, of a linear RGB by its matrix (3, 3) to linear Rec. 709."""
+    columns = np.linalg.inv(XYZ_TO_709) @ matrix
+    return (*(float(v) for v in (columns[:2] / columns.sum(axis=0)).T.ravel()), *D65)
+
+
+def is_same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    """Compare two matrices to Rec. 709, None for that itself, to within what rounded chromaticities differ by."""
+    both = [np.eye(3) if matrix is None else matrix for matrix in (one, other)]
+    return bool(np.abs(both[0] - both[1]).max() < 2e-3)
+
+
+def by_name(name: str, own_config: bool = True) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
     """Look up a linear space in $OCIO's config, else the built-in one: its matrix to linear Rec. 709 (None: it is that), and its
-    chromaticities where they are among CHROMATICITIES. Raises AirlightError for a name that is unknown or not linear."""
+    chromaticities. own_config: False for the built-in one. Raises AirlightError for a name that is unknown or not linear."""
     import PyOpenColorIO as ocio
 
-    own = os.environ.get("OCIO")
+    own = os.environ.get("OCIO") if own_config else None
     try:
         config = ocio.Config.CreateFromEnv() if own else ocio.Config.CreateFromBuiltinConfig(CONFIG)
     except (ocio.Exception, ocio.ExceptionMissingFile) as error:
@@ -84,13 +96,8 @@ def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
     except ocio.Exception as error:
         raise AirlightError(f"colorspace {name!r} has no known relation to Rec. 709 ({_short(error)}); use another") from None
     matrix = rows[0].T.astype(np.float64)
-    known = next((c for c in CHROMATICITIES if np.abs(matrix - _matrix(c)).max() < 2e-3), None)
-    return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), known
-
-
-def _matrix(chromaticities: Sequence[float]) -> np.ndarray:
-    matrix = to_rec709(chromaticities)
-    return np.eye(3) if matrix is None else matrix
+    known = next((c for c in CHROMATICITIES if is_same(matrix, to_rec709(c))), None)
+    return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), known or chromaticities_of(matrix)
 
 
 def _short(error: Any) -> str:

@@ -15,7 +15,7 @@ from airlight.errors import AirlightError, MachineError, warn
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
 from airlight.files.images import Picture, upright
-from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, state, warn_of_loss
+from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, keeps_rgb, state, state_floats, warn_of_loss
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
@@ -71,17 +71,21 @@ def write_image(
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
     own = not real and keeps_own(like, format)
-    matches = format == "openexr" or own or (real and like is not None and format == like.format)
-    if like is not None and like.to_709 is not None and pixels is not None and not matches:
+    if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
+    if real and like is not None and like.codes.dtype.kind == "f" and like.profile is not None and format == like.format == "tiff":
+        pixels, changed = np.array(pixels, np.float32, order="C"), None
+        like.profile.encode(pixels)
 
+    if pixels is not None and not own and (not real or format == "hdr"):
+        warn_of_loss(name, like, pixels)
+        if real:  # what is negative would come back as something else
+            pixels = np.maximum(pixels, 0)
     channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
     kind: Any = np.dtype(np.float32)
     keeps_icc = False
     if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
-        if not own and pixels is not None:
-            warn_of_loss(name, like, pixels)
         kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
     colours = 1 if grey and is_neutral(shown) else 3
@@ -127,7 +131,7 @@ def write_image(
             if like is not None and like.gain_map:
                 warn(f"{name}: is an SDR picture: the gain map of the input, its HDR part, is lost")
             encode_file(memory, format, spec, codes, name)
-            finish(memory, like, format, own)
+            finish(memory, spec, like, format, own)
             _verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
@@ -265,18 +269,16 @@ def _spec(
             compression = like.spec.get_string_attribute("compression")
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
-            if like.spec.get_string_attribute("colorInteropID"):
-                spec.attribute("colorInteropID", like.spec.get_string_attribute("colorInteropID"))
         spec.channelformats = tuple(oiio.TypeDesc(k) for k in kinds)
         spec.attribute("compression", compression if compression in _LOSSLESS_EXR else "zips")
-        if like is not None and like.chromaticities is not None:
-            spec.attribute("chromaticities", "float[8]", like.chromaticities)
     spec.channelnames = tuple(names)
     if alpha:
         spec.alpha_channel = colours
         if format != "openexr" and not (depth == 32 and like is not None and like.associated):
             spec.attribute("oiio:UnassociatedAlpha", 1)
-    if depth < 32 and format != "openexr":
+    if like is not None and (depth == 32 or format == "openexr"):
+        state_floats(spec, like, format)
+    elif depth < 32 and format != "openexr":
         icc = like.icc if like is not None and keeps_icc else None
         state(spec, like, format, keeps_own(like, format), icc if (icc or b"")[16:20] == (b"GRAY" if colours == 1 else b"RGB ") else None)
     # Without it the time of writing would be put in: the same command gives the same bytes.
