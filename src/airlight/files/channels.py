@@ -66,16 +66,17 @@ def named(layer: str, found: dict[str, list[int]], path: str) -> str:
 
 
 def stands_in(found: dict[str, list[int]], path: str) -> str | None:
-    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first, with a line."""
+    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first; a choice
+    between several is told."""
     if "" in found or not found:
         return "" if "" in found else None
-    beauty = {name.rpartition(".")[2].lower(): name for name in reversed(found)}
-    chosen = next((beauty[name] for name in BEAUTY if name in beauty), None)
-    if chosen is None:
-        chosen = next(iter(found))
-        if len(found) > 1:
-            others = ", ".join(name for name in list(found)[1:6])
-            warn(f"{path}: has no picture without a layer's name; {chosen} is used, --input-layer chooses another ({others})", 6)
+    last = {layer: layer.rpartition(".")[2].lower() for layer in found}
+    beauty = next((same for name in BEAUTY if (same := [layer for layer in found if last[layer] == name])), list(found))
+    composite = [layer for layer in beauty if layer.lower().startswith("composite.")]  # Blender's own sum of all
+    chosen = (composite or beauty)[0]
+    if len(beauty) > 1 and not composite:
+        others = ", ".join(layer for layer in found if layer != chosen)
+        warn(f"{path}: has no channels R, G, B without a layer; {chosen} is used, --input-layer chooses another ({others[:100]})", 6)
     return chosen
 
 
