@@ -20,7 +20,10 @@ _UNDOTTED = re.compile(r"(.+)[_:/](r|g|b|a|red|green|blue|alpha)", re.IGNORECASE
 
 
 def split(name: str) -> tuple[str, str]:
-    """Split a channel's name into its layer, "" for none, and R, G, B, A, Y where it is one of these, else its last part in capitals."""
+    """Split a channel's name into its layer, "" for none, and R, G, B, A, Y where it is one of these, else its last part in capitals.
+
+    Blender's ViewLayer.Combined.R is red of ViewLayer.Combined.
+    """
     layer, _, last = name.rpartition(".")
     undotted = _UNDOTTED.fullmatch(name) if not layer else None
     if undotted:

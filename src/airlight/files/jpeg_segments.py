@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from airlight.files.coded import ADOBE, Coding
 from airlight.files.decode import opened
 
-ADOBE_GAMMA = 563 / 256  # Adobe RGB (1998) Color Image Encoding, 4.3.4.2
+ADOBE_GAMMA = 563 / 256  # Adobe RGB Color Image Encoding, 4.3.4.2
 MOST_SEGMENTS = 1000
 _EXIF, _XMP, _ISO = b"Exif\0\0", b"http://ns.adobe.com/", b"urn:iso:std:iso:ts:21496:-1\0"
 _GAIN = (b"http://ns.adobe.com/hdr-gain-map/", b"http://ns.apple.com/HDRGainMap/")
