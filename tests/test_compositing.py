@@ -420,7 +420,7 @@ def test_formats_that_hold_no_settings_say_so(tmp_path, capsys, extension, look)
     run(tmp_path / "in.png", "-o", made, "--light", "0.2,0.1", look=look)
     assert "settings" not in capsys.readouterr().err
     said = refused(capsys, tmp_path / "in.png", "-o", tmp_path / "o.png", "--settings-from", made)
-    assert "holds no settings" in said and "EXR, PNG, TIFF and JPEG" in said and said.count("\n") <= 1
+    assert "holds no settings" in said and "EXR, PNG, TIFF, JPEG, JPEG XL and AVIF" in said and said.count("\n") <= 1
 
 
 @pytest.mark.parametrize("look", LOOKS)

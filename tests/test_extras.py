@@ -68,7 +68,7 @@ def test_what_is_raw_and_what_is_heic():
     cases = {("a.nef", tiff): "raw", ("A.DNG", b"MM\0*"): "raw", ("a.tif", tiff): None, ("a.dng", b"\xff\xd8\xff\xe0"): None}
     cases |= {("a", b"FUJIFILMCCD-RAW 0201"): "raw", ("a.x", b"\0\0\0\x18ftypcrx \0\0\0\x01crx isom"): "raw"}
     cases |= {("a.jpg", HEIC): "heic", ("a", b"\0\0\0\x18ftypmif1\0\0\0\0mif1heic"): "heic"}
-    cases |= {("a.avif", b"\0\0\0\x1cftypavif\0\0\0\0avifmif1miaf"): None, ("a.mp4", b"\0\0\0\x18ftypisom\0\0\0\0isommp42"): None}
+    cases |= {("a.avif", b"\0\0\0\x1cftypavif\0\0\0\0avifmif1miaf"): "avif", ("a.mp4", b"\0\0\0\x18ftypisom\0\0\0\0isommp42"): None}
     for (name, head), expected in cases.items():
         assert extras.kind(name, head) == expected, (name, head)
 

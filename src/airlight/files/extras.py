@@ -13,13 +13,16 @@ from airlight.files.atomic import scratch
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
 RAW = ".3fr .arw .cr2 .cr3 .crw .dcr .dng .erf .fff .iiq .kdc .mef .mos .nef .nrw .orf .pef .raf .raw .rw2 .rwl .sr2 .srf .srw .x3f"
 _RAW_MAGIC = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"FOVb", b"\0MRM")
+_AVIF = {b"avif", b"avis"}
 _BRANDS = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1", b"mif2"}
 
 
 def kind(path: str, head: bytes) -> str | None:
-    """Tell RAW from HEIC: `raw`, `heic` or None, by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
+    """Tell RAW, HEIC and AVIF apart, or None: by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
     if head[4:8] == b"ftyp":
         brands = {head[i : i + 4] for i in (8, *range(16, min(int.from_bytes(head[:4], "big"), 256), 4))}
+        if head[8:12] in _AVIF or (brands & _AVIF and not brands & {b"heic", b"heix"}):
+            return "avif"
         return "raw" if b"crx " in brands else "heic" if head[8:12] in _BRANDS or brands & (_BRANDS - {b"mif1", b"msf1", b"mif2"}) else None
     if head.startswith(_RAW_MAGIC):
         return "raw"

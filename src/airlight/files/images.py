@@ -1,6 +1,5 @@
 """Pictures from files: checked, upright, and with all that is needed to write them back."""
 
-import difflib
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 from airlight.arrays import repair
 from airlight.colour import Profile, alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import channels, told
+from airlight.files import channels, dpx, told, views
 from airlight.files.coded import Coding
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
@@ -85,16 +84,6 @@ class Picture:
         """Convert (..., 3) from the picture's linear RGB to linear Rec. 709."""
         return pixels if self.to_709 is None else pixels @ self.to_709.T.astype(np.float32)
 
-    def channel(self, name: str) -> np.ndarray:
-        """Find a further channel of an EXR, by its name in any case: (H, W) float32. Raises AirlightError where there is none."""
-        names = [one.lower() for one in self.extra_names]
-        if self.extra is None or name.lower() not in names:
-            there = ", ".join(self.extra_names[:8]) or "none"
-            close = difflib.get_close_matches(name, self.extra_names, 1)
-            hint = f"; did you mean {close[0]!r}?" if close else ""
-            raise AirlightError(f"{self.path}: has no channel {name!r} beside its colours{hint} (there is {there})")
-        return _finite(np.ascontiguousarray(self.extra[..., names.index(name.lower())][..., None]), self.path)[..., 0]
-
     def from_rec709(self, pixels: np.ndarray) -> np.ndarray:
         """Convert by the inverse of `rec709`."""
         return pixels if self.to_709 is None else pixels @ np.linalg.inv(self.to_709).T.astype(np.float32)
@@ -155,7 +144,7 @@ def _straight(codes: np.ndarray) -> np.ndarray:
     return np.rint(np.minimum(value, most)).astype(codes.dtype)
 
 
-def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None) -> Picture:
+def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, colorspace: str | None, view: str | None) -> Picture:
     name = os.fsdecode(path)
     pixels, spec, format, head = decode(name, on_damage)
     orientation = spec.get_int_attribute("Orientation", 1)
@@ -177,6 +166,8 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     found = channels.layers(names, spec.alpha_channel, usable)
     if layer is not None and format != "openexr":
         raise AirlightError(f"{name}: --input-layer chooses among the layers of an EXR, which this is not; leave it out")
+    if format == "openexr" or view is not None:
+        layer = views.layer_of(spec, view, layer, name)
     own = channels.named(layer, found, name) if layer is not None else ""
     stand_in = channels.stands_in(found, name) if layer is None else own
     chosen = found[stand_in] if stand_in is not None else [next(i for i, fine in enumerate(usable) if fine)]
@@ -196,7 +187,12 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         associated = real
         codes = codes if real else _straight(codes)
-    colours = told.read(spec, format, name, codes, head, colorspace)
+    if format in dpx.FORMATS:
+        dpx.settle(spec, format, name, head, colorspace)
+        colours = told.Told(profile=None if real else dpx.curve_of(spec))
+        colours.linear = colours.profile is None
+    else:
+        colours = told.read(spec, format, name, codes, head, colorspace)
     return Picture(
         codes=codes,
         channels=tuple(names[i] for i in chosen),
@@ -211,7 +207,7 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
         coding=colours.coding,
         gain_map=colours.gain_map,
         associated=associated,
-        lossless=format not in ("jpeg", "heic") and (format != "webp" or b"VP8 " not in head),
+        lossless=format not in ("jpeg", "heic", "avif") and (format != "webp" or b"VP8 " not in head),
         formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
         extra=extra,
         extra_names=tuple(names[i] for i in rest) if extra is not None else (),
@@ -224,21 +220,30 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     )
 
 
-def _checked(path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None) -> Picture:
+def _checked(
+    path: str | os.PathLike[str], on_damage: str, layer: str | None = None, colorspace: str | None = None, view: str | None = None
+) -> Picture:
     try:
-        return _load(path, on_damage, layer, colorspace)
+        return _load(path, on_damage, layer, colorspace, view)
     except UnicodeDecodeError as error:  # from names within the file
         raise AirlightError(f"{os.fsdecode(path)}: is damaged (names that are not UTF-8); copy or export it again") from error
 
 
-def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: str | None = None, colorspace: str | None = None) -> Picture:
-    """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR (and BMP, GIF, PNM, JPEG XL, JPEG 2000), upright.
+def read_image(
+    path: str | os.PathLike[str],
+    on_damage: str = "error",
+    layer: str | None = None,
+    colorspace: str | None = None,
+    view: str | None = None,
+) -> Picture:
+    """Read a picture: PNG, JPEG, TIFF, WebP, EXR, HDR, DPX, JPEG XL, AVIF (and Cineon, BMP, GIF, PNM, JPEG 2000), upright.
 
     `on_damage` says what to do with a damaged file: "error", "warn" (use what there is, with a warning) or "ignore".
     layer: of an EXR, instead of its R G B A. colorspace: what the floats are in, instead of what the file says (see `spaces.by_name`).
+    view: of a stereo EXR, instead of its first.
     NaN and Inf are mended (`repair`). Raises AirlightError for anything that is no usable picture; warns with AirlightWarning.
     """
-    picture = _checked(path, on_damage, layer, colorspace)
+    picture = _checked(path, on_damage, layer, colorspace, view)
     if picture.codes.dtype.kind == "f":
         picture.codes = repair(picture.codes, picture.path)
         if picture.profile is not None and picture.codes.shape[2] >= 3:
@@ -250,26 +255,36 @@ def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: st
     return picture
 
 
-def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: bool = False) -> np.ndarray:
+def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: bool = False, view: str | None = None) -> np.ndarray:
     """Read an image as data: (H, W) float32, the luminance of the code values (0..1 for integer files, EXR as it is).
 
     With `depth` an EXR's channel Z (or depth.Z) is taken where there is one; infinite depths become the largest finite one.
+    view: of a stereo EXR that has it, instead of its first.
     """
-    picture = _checked(path, on_damage)
+    try:
+        picture = _checked(path, on_damage, view=view)
+    except AirlightError:
+        if view is None:
+            raise
+        picture, view = _checked(path, on_damage), None
     if depth and picture.extra is not None:
+        plain = ("Z", "DEPTH.Z", "DEPTH")
+        wanted = [name for name in plain if view is None or view == views.views_of(picture.spec)[0]]
+        wanted = wanted or [views.in_view(name, str(view)).upper() for name in plain]
         for i, name in enumerate(picture.extra_names):
-            if name.upper() in ("Z", "DEPTH.Z", "DEPTH"):
-                return _finite(picture.extra[..., i : i + 1], picture.path)[..., 0]
+            if name.upper() in wanted:
+                return finite(picture.extra[..., i : i + 1], picture.path)[..., 0]
     codes = picture.colour_codes
     value = codes.astype(np.float32)
     if codes.dtype.kind == "f":
-        value = _finite(value, picture.path)
+        value = finite(value, picture.path)
     else:
         value /= np.float32(np.iinfo(codes.dtype).max)
     return np.ascontiguousarray(value[..., 0] if value.shape[2] == 1 else value @ REC709_F32)
 
 
-def _finite(value: np.ndarray, name: str) -> np.ndarray:
+def finite(value: np.ndarray, name: str) -> np.ndarray:
+    """Mend values: infinite ones become the largest, or the least, that are finite; NaN as `repair`. name: of the file, for messages."""
     infinite = np.isinf(value)
     if infinite.any():
         fine = value[np.isfinite(value)]

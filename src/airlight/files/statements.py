@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import warn
-from airlight.files import png_chunks
+from airlight.files import dpx, png_chunks
 from airlight.files.coded import DIFFUSE_WHITE
 from airlight.files.images import Picture
 from airlight.files.told import numbers
 
-ICC_FORMATS = ("png", "jpeg", "tiff", "webp")  # that keep an input's ICC profile
+ICC_FORMATS = ("png", "jpeg", "tiff", "webp", "jpegxl", "avif")  # that keep an input's ICC profile
 SRGB, UNCALIBRATED = 1, 65535  # of Exif's ColorSpace: the second is for what a profile tells
 # Metadata about the input's colours or its HDR part, which are said anew, or lost.
 PREFIXES = ("hdrgm:", "HDRGainMap:", "Item:", "Container:", "GContainer:", "photoshop:ICCProfile", "photoshop:ColorMode")
@@ -24,9 +24,11 @@ def keeps_own(like: Picture | None, format: str) -> bool:
     if like is None or like.codes.dtype.kind != "u" or (like.profile is None and coding is None):
         return False
     if coding is None:
-        return format in ICC_FORMATS
+        return format in ICC_FORMATS and like.icc is not None and like.codes.shape[2] >= 3  # a profile of RGB holds no grey
     if format == "png":
         return bool(coding.chunks) or coding.is_hdr or coding.icc is not None
+    if format == "jpegxl" and coding.is_hdr:
+        return coding.cicp is not None and not coding.narrow
     return format in ICC_FORMATS and coding.icc is not None
 
 
@@ -40,7 +42,7 @@ def keeps_rgb(like: Picture, format: str) -> bool:
 
 def warn_of_loss(name: str, like: Picture | None, pixels: np.ndarray) -> None:
     """Tell of colours, linear Rec. 709, that an output in sRGB cannot hold, where the input's codes did."""
-    if like is None or like.codes.dtype.kind != "u" or like.profile is None:
+    if like is None or like.codes.dtype.kind != "u" or like.profile is None or (like.icc is None and like.coding is None):
         return
     if like.coding is not None and like.coding.is_hdr and not name.endswith(".hdr") and pixels.max(initial=0) > 1 + _BEYOND:
         most = f"{pixels.max() * DIFFUSE_WHITE:.0f} cd/m2 where white is {DIFFUSE_WHITE:.0f}"
@@ -69,10 +71,12 @@ def state(spec: Any, like: Picture | None, format: str, own: bool, icc: bytes | 
     own: as `keeps_own` says. icc: the input's profile where the output's codes are in it.
     """
     integer = like is not None and like.codes.dtype.kind == "u"
-    linear = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png"
+    linear = integer and like is not None and like.encoding == "linear" and like.format not in ("raw", *dpx.FORMATS) and format == "png"
     if own and icc is None and like is not None and like.coding is not None and not (format == "png" and own_chunks(like)):
         icc = like.coding.icc
-    if icc is not None:
+    if own and icc is None and format == "jpegxl" and like is not None and like.coding is not None and like.coding.cicp is not None:
+        spec.attribute("CICP", "int[4]", (*like.coding.cicp, 0, 1))
+    elif icc is not None:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
     else:
         spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear else "srgb_rec709_scene")
