@@ -1,7 +1,6 @@
 """Formats of film and the web, in and out: DPX, JPEG XL, AVIF; how outputs are packed; files that hold several pictures."""
 
 import struct
-import zlib
 
 import numpy as np
 import OpenImageIO as oiio
@@ -281,7 +280,35 @@ def test_bmp_of_run_lengths(tmp_path, monkeypatch):
         read_image(tmp_path / "a.bmp")
 
 
-def test_the_check_of_codes_would_notice():
-    """The helpers above make what they say."""
-    assert zlib.crc32(spread([685], 10).tobytes()) == zlib.crc32(np.array([685 << 6 | 685 >> 4], np.uint16).tobytes())
-    assert oiio.get_string_attribute("format_list").find("jpegxl") > 0
+@pytest.mark.parametrize("most", [3.4e38, -3e38, 1e-44])
+@pytest.mark.parametrize("options", [[], ["--look", "classic", "--adapt", "0.5"], ["--look", "classic"]])
+def test_numpy_is_silent(tmp_path, capsys, most, options):
+    """What no light has is clamped with one line; nothing overflows on the way, nor in what is written."""
+    light = np.random.default_rng(1).random((40, 48, 4)).astype(np.float32) * np.float32(most if abs(most) < 1 else 1)
+    light[8:12, 20:24, :3], light[..., 3], light[:4, :, 3] = most, 1, 1e-30
+    spec = oiio.ImageSpec(48, 40, 4, "float")
+    spec.attribute("chromaticities", "float[8]", (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767))
+    out = oiio.ImageOutput.create("openexr")
+    source = str(tmp_path / "a.exr")
+    assert out.open(source, spec) and out.write_image(light) and out.close()
+    for extension in ("exr", "png", "hdr", "dpx", "tif"):
+        made = str(tmp_path / f"o.{extension}")
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            assert main(["image", source, "-o", made, "--light", "0.45,0.25", "--depth", source, "-y", *options]) == 0
+        said = capsys.readouterr().err
+        assert "encountered" not in said and said.count("which no light has") == (abs(most) > 1), said
+        assert np.isfinite(read_image(made).linear()).all()
+
+
+def test_a_channel_that_is_the_picture_is_not_told_as_lost(tmp_path, recwarn):
+    grey = np.random.default_rng(1).random((40, 48, 1)).astype(np.float32)
+    for name in ("G", "mask.X"):
+        picture = read_image(store(tmp_path / "a.exr", grey, "half", (name,)))
+        write_image(tmp_path / "b.png", picture.linear(), picture, overwrite=True)
+        assert not list(recwarn), name
+        write_image(tmp_path / "b.exr", picture.linear(), picture, overwrite=True)
+        assert name in read_image(tmp_path / "b.exr").spec.channelnames
+    both = np.concatenate([grey, grey], axis=2)
+    picture = read_image(store(tmp_path / "a.exr", both, "half", ("G", "Z")))
+    with pytest.warns(AirlightWarning, match="cannot keep Z; use"):
+        write_image(tmp_path / "b.png", picture.linear(), picture, overwrite=True)

@@ -142,6 +142,8 @@ def describe(spec: Any, like: Any, bits: int | None) -> None:
     for name in ("dpx:Transfer", "dpx:Colorimetric"):
         spec.attribute(name, (like.spec.get_string_attribute(name) if own else "") or output_transfer(like))
     spec.attribute("oiio:BitsPerSample", bits or output_bits(like))
+    if (bits or output_bits(like)) == 10 and spec.width * spec.nchannels % 3:  # else OpenImageIO garbles the last pixels of rows
+        spec.attribute("dpx:Packing", "Packed")
     spec.attribute("oiio:Endian", like.spec.get_string_attribute("oiio:Endian") if like is not None and like.format in FORMATS else "big")
 
 

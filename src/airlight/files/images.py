@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.arrays import repair
+from airlight.arrays import bounded, repair
 from airlight.colour import Profile, alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
 from airlight.files import channels, dpx, told, views
@@ -245,7 +245,7 @@ def read_image(
     """
     picture = _checked(path, on_damage, layer, colorspace, view)
     if picture.codes.dtype.kind == "f":
-        picture.codes = repair(picture.codes, picture.path)
+        picture.codes = bounded(repair(picture.codes, picture.path), picture.path)
         if picture.profile is not None and picture.codes.shape[2] >= 3:
             colour = np.ascontiguousarray(picture.codes[..., :3])
             picture.profile.decode(colour)
@@ -290,4 +290,4 @@ def finite(value: np.ndarray, name: str) -> np.ndarray:
         fine = value[np.isfinite(value)]
         if fine.size:
             value = np.where(infinite, np.where(value > 0, fine.max(), fine.min()), value)
-    return repair(value, name)
+    return bounded(repair(value, name), name)

@@ -132,8 +132,8 @@ def write_image(
     if like is not None and like.extra is not None:
         if format == "openexr":
             channels.append(like.extra)
-        else:
-            warn(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
+        elif lost := [one for one in like.extra_names if one not in like.channels]:  # of which the picture is made, where it has no name
+            warn(f"{name}: this format cannot keep {', '.join(lost[:5])}; use .exr to keep all layers")
     spec = _spec(shown.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     describe(spec, like, format, storage)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
