@@ -74,7 +74,7 @@ def test_dpx_keeps_its_codes_and_header(tmp_path, bits, transfer):
 
 
 def test_dpx_from_other_formats(tmp_path):
-    """Floats become film's codes, which hold light above white; codes become Rec. 709's; an opaque alpha goes, a grey one is colour."""
+    """Floats become film's codes, which hold light above white; codes become Rec. 709's, over black."""
     light = np.tile(np.array([0, 0.18, 1, 6], np.float32)[None, :, None], (8, 2, 4))
     light[..., 3] = 1
     picture = read_image(store(tmp_path / "a.exr", light, "half", ("R", "G", "B", "A")))
@@ -84,9 +84,10 @@ def test_dpx_from_other_formats(tmp_path):
     np.testing.assert_allclose(film.linear(), light[..., :3], rtol=0.01, atol=2e-3)
     codes = codes_like(channels=2)
     picture = read_image(store(tmp_path / "a.png", codes))
-    write_image(tmp_path / "b.dpx", picture.linear(), picture)
+    with pytest.warns(AirlightWarning, match="no transparency: the picture is put on black"):
+        write_image(tmp_path / "b.dpx", picture.linear(), picture)
     video = read_image(tmp_path / "b.dpx")
-    assert video.codes.shape == (40, 48, 4) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
+    assert video.codes.shape == (40, 48, 1) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
     np.testing.assert_allclose(video.linear(), picture.linear(), atol=3e-3)
     write_image(tmp_path / "back.png", film.linear(), film)
     found = read_image(tmp_path / "back.png")
@@ -123,7 +124,7 @@ def test_web_formats(tmp_path, extension, dtype, channels):
     is_exact = extension == ".jxl"
     np.testing.assert_allclose(again.linear(), picture.linear(), atol=1e-6 if is_exact else 0.08)
     if picture.alpha is not None:
-        np.testing.assert_allclose(again.alpha, picture.alpha, atol=1e-6 if is_exact else 0.02)
+        np.testing.assert_allclose(again.alpha, picture.alpha, atol=1e-6 if is_exact else 0.08)
     if is_exact:
         assert again.codes.dtype == dtype
     write_image(tmp_path / f"c{extension}", picture.linear(), picture, changed=NOTHING, settings='{"k": 1}')

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from airlight.alpha import is_transparent, premultiply, straighten
 from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, AirlightWarning
 
 MOST_BAD = 0.01  # share of the pixels that may be NaN or infinite
-MOST_VALUE = 1e30  # of light and depths: sums and products of these stay finite
+MOST_VALUE = 1e31  # of light and depths: sums and products of these stay finite
 
 
 def repair(values: np.ndarray, name: str) -> np.ndarray:
@@ -49,18 +50,23 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
 
 
 def bounded(values: np.ndarray, name: str) -> np.ndarray:
-    """Clamp finite float32 values to +-MOST_VALUE, with one AirlightWarning; gives `values` itself when all are within, else a copy."""
+    """Clamp finite float32 values where they pass +-MOST_VALUE to a tenth of that, with one AirlightWarning.
+
+    Gives `values` itself when all are within, else a copy. The tenth leaves room for what is added: an output can be read again.
+    """
     if not values.size or max(float(values.max()), -float(values.min())) <= MOST_VALUE:
         return values
-    message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond {MOST_VALUE:g} are taken as that"
+    most = np.float32(MOST_VALUE / 10)
+    message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond 1e30 are taken as that"
     warnings.warn(message, AirlightWarning, stacklevel=3)
-    return np.clip(values, -np.float32(MOST_VALUE), np.float32(MOST_VALUE))
+    return np.clip(values, -most, most)
 
 
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Convert an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
-    `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already.
+    `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already. The result is
+    premultiplied, light over black: floats are taken to be so, codes to be straight.
     Raises AirlightError for any other shape or type and for empty arrays; bad float pixels are mended as in `repair`.
     """
     array = np.asarray(array)
@@ -80,16 +86,29 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if array.shape[2] == 4:
         alpha = alpha_of(array[..., 3])
         array = array[..., :3]
-    return decode_codes(array), alpha
+    linear = decode_codes(array)
+    if alpha is not None and array.dtype.kind == "u" and is_transparent(alpha):
+        premultiply(linear, alpha)
+    return linear, alpha
 
 
 def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, codes: np.ndarray | None = None) -> np.ndarray:
     """Convert (H, W, 3) linear to `dtype`, as `to_linear` read it, sRGB for uint8 (dithered) and uint16, linear for floats.
 
     `codes` is the array that was given to `to_linear`: where `changed` (H, W) is False its values are kept as they were;
-    its alpha is kept, and a grey picture stays grey, in its shape, as long as the result has no colour.
+    its alpha is kept, but that of codes is raised to hold light that it is too small for, and a grey picture stays grey, in its shape, as
+    long as the result has no colour.
     """
     dtype = np.dtype(dtype)
+    alpha = None
+    if codes is not None and codes.ndim == 3 and codes.shape[2] == 4:
+        alpha = codes[..., 3]
+        if codes.dtype != dtype and not codes.dtype.kind == dtype.kind == "f":
+            scaled = alpha_of(alpha)
+            alpha = scaled if dtype.kind == "f" else np.rint(scaled * np.iinfo(dtype).max)
+        alpha = alpha.astype(dtype)
+        if dtype.kind == "u" and is_transparent(alpha):
+            linear, alpha = straighten(linear, alpha, None if changed is None or codes.dtype != dtype else ~changed)
     if dtype.kind == "f":
         with np.errstate(over="ignore"):
             colour = np.array(linear, dtype)
@@ -109,10 +128,4 @@ def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, co
     if before.shape[2] == 1 and is_neutral(linear):
         # The dither differs between the channels; the first stands for all.
         return colour[..., 0] if codes.ndim == 2 else colour[..., :1]
-    if before.shape[2] == 4:
-        alpha = before[..., 3:]
-        if codes.dtype != dtype and not codes.dtype.kind == dtype.kind == "f":
-            scaled = alpha_of(alpha)
-            alpha = scaled if dtype.kind == "f" else np.rint(scaled * np.iinfo(dtype).max)
-        colour = np.concatenate([colour, alpha.astype(dtype)], axis=2)
-    return colour
+    return colour if alpha is None else np.concatenate([colour, alpha[..., None]], axis=2)
