@@ -144,8 +144,12 @@ def test_avif_orientation_and_primaries(tmp_path):
     data = (tmp_path / "a.avif").read_bytes()
     at = data.index(b"colrnclx")
     (tmp_path / "hdr.avif").write_bytes(data[: at + 8] + struct.pack(">HH", 9, 16) + data[at + 12 :])
-    with pytest.warns(AirlightWarning, match="HDR or unusual transfer"):
-        assert read_image(tmp_path / "hdr.avif").to_709 is not None
+    picture = read_image(tmp_path / "hdr.avif")
+    assert picture.coding.is_hdr and picture.coding.cicp == (9, 16) and picture.to_709 is not None
+    unknown = data[: at + 8] + struct.pack(">HH", 1, 9) + data[at + 12 :]
+    (tmp_path / "log.avif").write_bytes(unknown)
+    with pytest.warns(AirlightWarning, match="unusual transfer"):
+        read_image(tmp_path / "log.avif")
 
 
 @pytest.mark.parametrize(("out", "reads"), [("b.avif", False), ("b.png", True)])

@@ -13,13 +13,6 @@ from airlight.files import boxes
 from airlight.files.extras import copy_exif
 from airlight.files.storage import quality_of
 
-# Code points of H.273: transfer curves that are taken as sRGB's; chromaticities of primaries, x and y of red, green, blue, white.
-_PLAIN_TRANSFER = (1, 2, 6, 13, 14, 15)
-_PRIMARIES = {
-    9: (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290),
-    12: (0.680, 0.320, 0.265, 0.690, 0.150, 0.060, 0.3127, 0.3290),
-}
-
 
 def _library(path: str, what: str) -> Any:
     try:
@@ -46,7 +39,7 @@ def _decoding(path: str) -> Iterator[None]:
 
 
 def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
-    """Decode AVIF: (H, W, 3 or 4) uint8 and its spec, with ICC profile or chromaticities, and Exif. Arguments as `extras.decode_raw`."""
+    """Decode AVIF: (H, W, 3 or 4) uint8 and its spec, with ICC profile or CICP, and Exif. Arguments as `extras.decode_raw`."""
     pillow = _library(path, "reading AVIF")
     pixels, spec, image = _decode(pillow, file, path, check, "AVIF")
     file.seek(0)
@@ -54,11 +47,8 @@ def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     icc = image.info.get("icc_profile")
     if icc:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
-    elif codes is not None:
-        if codes[1] not in _PLAIN_TRANSFER:
-            warn(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
-        if codes[0] in _PRIMARIES:
-            spec.attribute("chromaticities", "float[8]", _PRIMARIES[codes[0]])
+    elif codes is not None and codes[:2] != (2, 2):
+        spec.attribute("CICP", "int[4]", (*codes[:2], 0, 1))
     if getattr(image, "n_frames", 1) > 1:
         warn(f"{path}: holds {image.n_frames} pictures; only the first is used", 6)
     copy_exif(spec, image.info.get("exif") or b"", path)

@@ -236,6 +236,16 @@ def _types(kinds: list[str]) -> list[Any]:
     return [oiio.TypeDesc(kind) for kind in kinds]
 
 
+def _refusal(path: str) -> str:
+    """Ask why a file is not opened: by a name with an extension OpenImageIO gives the answer of that format's reader, else of no one's."""
+    import OpenImageIO as oiio
+
+    with contextlib.suppress(UnicodeError, TypeError), _QUIET:  # a name that is not UTF-8
+        if oiio.ImageInput.open(path) is None:
+            return problem(oiio)
+    return ""
+
+
 def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     """Decode all channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
@@ -263,6 +273,9 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 codes, spec = by_pillow.decode_bmp(file, path, _check_header)
             return codes, spec, format, head
         if inp is None:
+            text = (_refusal(path) or text).replace(path, "the file")
+            if "Subsampled" in text:
+                raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
         text += problem(inp)

@@ -1,6 +1,5 @@
 """Pictures from files: checked, upright, and with all that is needed to write them back."""
 
-import difflib
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -9,10 +8,10 @@ import numpy as np
 
 from airlight.alpha import is_transparent, premultiply, straight_codes
 from airlight.arrays import bounded, repair
-from airlight.colour import alpha_of, decode_codes
+from airlight.colour import Profile, alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
-from airlight.files import dpx, spaces, views
-from airlight.files.colour import Profile
+from airlight.files import channels, dpx, told, views
+from airlight.files.coded import Coding
 from airlight.files.decode import decode
 from airlight.luminance import REC709_F32
 
@@ -30,12 +29,14 @@ class Picture:
     """A picture as its file holds it, upright.
 
     codes: (H, W, C) uint8, uint16 or float32, C in 1..4: grey, grey + alpha, RGB, RGBA; alpha is unassociated in integer codes.
-    alpha: (H, W) float32 in 0..1, or None. associated: codes are premultiplied by it. encoding: "srgb", "icc" (see `profile`), "linear".
+    alpha: (H, W) float32 in 0..1, or None. associated: codes are premultiplied by it. encoding: "srgb", "linear", or "profile" (see there).
     extra: further EXR channels (H, W, len(extra_names)) float32, kept for writing. bits: of the stored colour (16 for half).
     formats, extra_formats: how an EXR stores the picture's channels and the further ones, half or float.
     data_window, display_window: (x, y, width, height), `codes` fills the data window. spec: the file's metadata.
     layer: the EXR layer that was asked for, whose channels are replaced when written; "": R G B A are.
     to_709: (3, 3), the picture's linear RGB to linear Rec. 709; None where it is that. chromaticities: of the RGB, for writing.
+    profile: codes to the picture's linear RGB, by its ICC profile `icc` or by its `coding`. gain_map: the file has an HDR part beside it.
+    Floats are linear when read: then `profile` is the curve that a file of their kind is written with.
     """
 
     codes: np.ndarray
@@ -48,6 +49,8 @@ class Picture:
     bits: int
     icc: bytes | None = None
     profile: Profile | None = None
+    coding: Coding | None = None
+    gain_map: bool = False
     associated: bool = False
     lossless: bool = True
     formats: tuple[str, ...] = ()
@@ -143,71 +146,6 @@ def _turn_header(spec: Any, orientation: int) -> tuple[Window, Window]:
     return (corner[0] + x, corner[1] + y, width, height), (corner[0], corner[1], whole[0], whole[1])
 
 
-def _layers(names: list[str], alpha_channel: int, usable: list[bool]) -> dict[str, list[int]]:
-    """Find the layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A)."""
-    if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
-        alpha_channel = -1
-    found: dict[str, list[int]] = {}
-    for layer in {name.rpartition(".")[0]: None for name in names if not name.startswith("airlight.")}:
-        place = {name.rpartition(".")[2].upper(): i for i, name in enumerate(names) if name.rpartition(".")[0] == layer and usable[i]}
-        for colour in (("R", "G", "B"), ("Y",)):
-            if layer not in found and all(c in place for c in colour):
-                alpha = place.get("A", alpha_channel if layer == "" else -1)
-                found[layer] = [place[c] for c in colour] + ([alpha] if alpha >= 0 else [])
-    return found
-
-
-def _named(layer: str, found: dict[str, list[int]], path: str) -> str:
-    """Find the layer that is meant by what the user wrote; `rgba` is the one without a name."""
-    if layer in found:
-        return layer
-    if layer.lower() == "rgba" and "" in found:
-        return ""
-    names = [name or "rgba" for name in found]
-    near = difflib.get_close_matches(layer, names, 1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise AirlightError(f"{path}: has no layer {layer!r}{hint}; it has {', '.join(names) or 'none with R, G, B'}")
-
-
-def _stands_in(found: dict[str, list[int]]) -> str | None:
-    """Choose a layer where the user named none: the one without a name, else the beauty by its usual names, else the first."""
-    beauty = [name for name in found if name.rpartition(".")[2].lower() in ("combined", "beauty", "rgba")]
-    return "" if "" in found else next(iter(beauty + list(found)), None)
-
-
-def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
-    """Read the embedded ICC profile, and its transform where it is not simply sRGB."""
-    value = spec.getattribute("ICCProfile")
-    if value is None:
-        return None, None
-    icc = bytes(bytearray(value))
-    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
-        return None, None
-    try:
-        profile = Profile(icc)
-        return icc, None if profile.is_srgb() else profile
-    except ValueError as error:
-        warn(f"{path}: its colour profile is not understood ({' '.join(str(error).split())[:100].rstrip('.')}); taken as sRGB", 5)
-        return icc, None
-
-
-def _space(spec: Any, real: bool, name: str, colorspace: str | None) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
-    """Find the matrix to Rec. 709 and the chromaticities of a picture: those of `colorspace`, else what its file says."""
-    if colorspace is not None:
-        if not real:
-            raise AirlightError(f"{name}: holds integers, whose colours its ICC profile tells; --colorspace is for EXR, HDR, float TIFF")
-        spec.erase_attribute("colorInteropID")
-        return spaces.by_name(colorspace)
-    value = spec.getattribute("chromaticities")
-    if not isinstance(value, tuple) or len(value) != 8:
-        return None, None
-    try:
-        return spaces.to_rec709(value), value
-    except ValueError as error:
-        warn(f"{name}: has {error}; taken as Rec. 709 (--colorspace names another)", 5)
-        return None, None
-
-
 def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, colorspace: str | None, view: str | None) -> Picture:
     name = os.fsdecode(path)
     pixels, spec, format, head = decode(name, on_damage)
@@ -221,17 +159,19 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, color
         warn(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
 
     names = list(spec.channelnames)
+    if format == "openexr":
+        pixels, names = channels.without_chroma(pixels, names, told.numbers(spec))
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
     usable = [format != "openexr" or kind != "uint" for kind in kinds]
     if not any(usable):
         raise AirlightError(f"{name}: holds only identifiers, no colours; choose a picture with R, G, B")
-    found = _layers(names, spec.alpha_channel, usable)
+    found = channels.layers(names, spec.alpha_channel, usable)
     if layer is not None and format != "openexr":
         raise AirlightError(f"{name}: --input-layer chooses among the layers of an EXR, which this is not; leave it out")
     if format == "openexr" or view is not None:
         layer = views.layer_of(spec, view, layer, name)
-    own = _named(layer, found, name) if layer is not None else ""
-    stand_in = _stands_in(found) if layer is None else own
+    own = channels.named(layer, found, name) if layer is not None else ""
+    stand_in = channels.stands_in(found, name) if layer is None else own
     chosen = found[stand_in] if stand_in is not None else [next(i for i, fine in enumerate(usable) if fine)]
     codes = pixels if chosen == list(range(len(names))) else np.ascontiguousarray(pixels[..., chosen])
     real = codes.dtype.kind == "f"
@@ -252,25 +192,25 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, color
     if has_alpha and not associated and not codes[..., -1].any():
         warn(f"{name}: is transparent all over, which would show nothing; its colours are taken as opaque", 4)
         codes, chosen, has_alpha = np.ascontiguousarray(codes[..., :-1]), chosen[:-1], False
-    icc: bytes | None
-    profile: Any
-    icc, profile = _profile(spec, name) if not real else (None, None)
     if format in dpx.FORMATS:
         dpx.settle(spec, format, name, head, colorspace)
-        colorspace, profile = None, None if real else dpx.curve_of(spec)
-    to_709, chromaticities = _space(spec, real, name, colorspace)
-    flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
+        colours = told.Told(profile=None if real else dpx.curve_of(spec))
+        colours.linear = colours.profile is None
+    else:
+        colours = told.read(spec, format, name, codes, head, colorspace)
     return Picture(
         codes=codes,
         channels=tuple(names[i] for i in chosen),
         alpha=alpha_of(codes[..., -1]) if has_alpha else None,
-        encoding="linear" if real or flat else "icc" if profile is not None else "srgb",
+        encoding="linear" if colours.linear else "profile" if colours.profile is not None else "srgb",
         path=name,
         spec=spec,
         format=format,
         bits=codes.dtype.itemsize * 8 if not real else 16 if kinds[chosen[0]] == "half" else 32,
-        icc=icc,
-        profile=profile,
+        icc=colours.icc,
+        profile=colours.profile,
+        coding=colours.coding,
+        gain_map=colours.gain_map,
         associated=associated,
         lossless=format not in ("jpeg", "heic", "avif") and (format != "webp" or b"VP8 " not in head),
         formats=tuple(kinds[i] for i in chosen) if format == "openexr" else (),
@@ -280,8 +220,8 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, color
         data_window=data_window,
         display_window=display_window,
         layer=own,
-        to_709=to_709,
-        chromaticities=chromaticities,
+        to_709=colours.to_709,
+        chromaticities=colours.chromaticities,
     )
 
 
@@ -311,6 +251,10 @@ def read_image(
     picture = _checked(path, on_damage, layer, colorspace, view)
     if picture.codes.dtype.kind == "f":
         picture.codes = bounded(repair(picture.codes, picture.path), picture.path)
+        if picture.profile is not None and picture.codes.shape[2] >= 3:
+            colour = np.ascontiguousarray(picture.codes[..., :3])
+            picture.profile.decode(colour)
+            picture.codes[..., :3] = colour
         if picture.alpha is not None:
             picture.alpha = alpha_of(picture.codes[..., -1])
     return picture

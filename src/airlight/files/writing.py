@@ -16,17 +16,19 @@ from airlight.files.atomic import check_output, output_format, replacing, scratc
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode
 from airlight.files.encoding import encode_file, verify
 from airlight.files.images import Picture, upright
+from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, keeps_rgb, state, state_floats, warn_of_loss
 from airlight.files.storage import describe
 from airlight.options.storage import Storage
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
-_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
+_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:", *PREFIXES)
 _OF_CHANNELS = ("cryptomatte/", "multiView")  # which only an EXR has
 _NAMES = {
     *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
-    *("chunkCount", "name", "version", "type", "CICP"),
+    *("chunkCount", "name", "version", "type"),
+    *NAMES,
 }
 # Bytes of metadata in a JPEG: libjpeg ends the process where a block passes 64 KiB.
 MOST_TEXT, MOST_SETTINGS = 30_000, 20_000
@@ -80,9 +82,13 @@ def write_image(
     if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
-    if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
+    own = not real and keeps_own(like, format)
+    if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
-
+    if pixels is not None and not own and (not real or format == "hdr"):
+        warn_of_loss(name, like, pixels)
+        if real:  # what is negative would come back as something else
+            pixels = np.maximum(pixels, 0)
     channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
     kind: Any = np.dtype(np.float32 if real else f"uint{depth}")
     transparency = _alpha(like, alpha, kind, real)
@@ -95,11 +101,15 @@ def write_image(
         changed = changed | (like.alpha < 1)  # there the input's codes are none of this output's
     straight = encoded is not None and encoded.dtype == kind
     if pixels is not None and transparency is not None and not (premultiplied or straight) and is_transparent(transparency):
-        kept = ~changed if like is not None and changed is not None and like.codes.dtype == kind else None
+        holds = like is not None and (like.codes.dtype == kind or like.codes.dtype.kind == "u")  # its own light, where nothing changes
+        kept = ~changed if holds and changed is not None else None
         pixels, transparency = straighten(pixels, transparency, kept)
+    if real and like is not None and like.codes.dtype.kind == "f" and like.profile is not None and format == like.format == "tiff":
+        pixels, changed = np.array(pixels, np.float32, order="C"), None
+        like.profile.encode(pixels)
     keeps_icc = False
     if not real:
-        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
+        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in COLOUR_ONLY
     if format == "dpx" and transparency is not None:
         grey = False  # it has no grey with alpha
@@ -141,7 +151,10 @@ def write_image(
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
         if storage.repacks or not _copied(memory, like, codes, format):
+            if like is not None and like.gain_map:
+                warn(f"{name}: is an SDR picture: the gain map of the input, its HDR part, is lost")
             encode_file(memory, format, spec, codes, name)
+            finish(memory, spec, like, format, own)
             verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
@@ -197,18 +210,25 @@ def _joined(channels: list[Any], spec: Any) -> np.ndarray:
 
 
 def _integer_colour(
-    pixels: np.ndarray | None, like: Picture | None, depth: int, changed: np.ndarray | None, encoded: np.ndarray | None, format: str
+    pixels: np.ndarray | None,
+    like: Picture | None,
+    depth: int,
+    changed: np.ndarray | None,
+    encoded: np.ndarray | None,
+    format: str,
+    own: bool,
 ) -> tuple[np.ndarray, bool]:
     """Encode codes (H, W, 3), and tell whether they are in the input's ICC profile."""
     dtype = np.dtype(f"uint{depth}")
     integer = like is not None and like.codes.dtype.kind == "u"
     is_film = like is not None and like.format in dpx.FORMATS
-    profile: Any = like.profile if integer and like is not None and format != "webp" and not is_film else None
+    profile: Any = like.profile if own and like is not None else None
     flat = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png" and not is_film
     if format == "dpx":
         profile, flat = dpx.output_curve(like)
-    encoding = "icc" if profile is not None else "linear" if flat else "srgb"
-    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "icc" or like.encoding == "srgb") and format != "dpx"
+    encoding = "profile" if profile is not None else "linear" if flat else "srgb"
+    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "profile" or like.encoding == "srgb")
+    keeps_icc = keeps_icc and format != "dpx"
     same = like is not None and like.codes.dtype == dtype and like.encoding == encoding and is_film == (format == "dpx")
     if encoded is not None and encoded.dtype == dtype:
         colour = encoded.copy()
@@ -269,21 +289,17 @@ def _spec(
             kinds += like.extra_formats
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
-            if like.spec.get_string_attribute("colorInteropID"):
-                spec.attribute("colorInteropID", like.spec.get_string_attribute("colorInteropID"))
         spec.channelformats = tuple(oiio.TypeDesc(k) for k in kinds)
-        if like is not None and like.chromaticities is not None:
-            spec.attribute("chromaticities", "float[8]", like.chromaticities)
     spec.channelnames = tuple(names)
     if alpha:
         spec.alpha_channel = colours
         if format != "openexr" and not (depth == 32 and like is not None and like.associated):
             spec.attribute("oiio:UnassociatedAlpha", 1)
-    if like is not None and keeps_icc and like.icc is not None and (like.icc[16:20] == b"GRAY") == (colours == 1):
-        spec.attribute("ICCProfile", f"uint8[{len(like.icc)}]", np.frombuffer(like.icc, np.uint8))
+    if like is not None and (depth == 32 or format == "openexr"):
+        state_floats(spec, like, format)
     elif depth < 32 and format != "openexr":
-        linear = like is not None and like.encoding == "linear" and like.format != "raw" and like.codes.dtype.kind == "u"
-        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear and format == "png" else "srgb_rec709_scene")
+        icc = like.icc if like is not None and keeps_icc else None
+        state(spec, like, format, keeps_own(like, format), icc if (icc or b"")[16:20] == (b"GRAY" if colours == 1 else b"RGB ") else None)
     # Without it the time of writing would be put in: the same command gives the same bytes.
     if spec.getattribute("DateTime") is None:
         spec.attribute("DateTime", "")
