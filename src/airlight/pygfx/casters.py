@@ -82,6 +82,20 @@ class Casters:
         space). gathered: what `gather` gave for this frame. The textures stay while their size and number do. Raises AirlightError where
         the device makes none so large."""
         found, hulls = gathered or self.gather()
+        size = medium.shadow_size
+        self._fit(size, [light.shadow_layers(medium) for light in lights])
+        shadows = []
+        drawn: list[tuple[Matrix, int, Any]] = []
+        for light, (texture, layers) in zip(lights, self._maps):
+            views = light.shadow_views(view, projection, hulls, medium)
+            drawn += [(one.matrix, size, layer) for one, layer in zip(views, layers)]
+            shadows.append(Shadow(texture, size, views))
+        self.draw_layers(drawn, (found, hulls), timer)
+        return shadows
+
+    def draw_layers(self, layers: Sequence[tuple[Matrix, int, Any]], gathered: Gathered, timer: Timer | None = None) -> None:
+        """Draws and submits layers of shadow maps: the matrix of a ShadowView, the map's side, a view of the layer's texture."""
+        found, hulls = gathered
         states = {role: private.unlit(role) for role in {role for _, role in found}}
         drawn: list[tuple[Any, Any]] = []
         for mesh, role in found:
@@ -90,16 +104,9 @@ class Casters:
                 made[role] = private.Pipelines(silhouette, private.TwoSided)
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
-        size = medium.shadow_size
-        self._fit(size, [light.shadow_layers(medium) for light in lights])
-        shadows = []
-        for light, (texture, layers) in zip(lights, self._maps):
-            views = light.shadow_views(view, projection, hulls, medium)
-            for one, layer in zip(views, layers):
-                inside = np.flatnonzero(fit.reached(one.matrix, size, hulls))
-                self._draw_layer(fit.clip(one.matrix, size), size, layer, [drawn[i] for i in inside], timer)
-            shadows.append(Shadow(texture, size, views))
-        return shadows
+        for matrix, size, layer in layers:
+            inside = np.flatnonzero(fit.reached(matrix, size, hulls))
+            self._draw_layer(fit.clip(matrix, size), size, layer, [drawn[i] for i in inside], timer)
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
         """Allocates a texture of `size` for each light, with so many layers."""
