@@ -26,13 +26,18 @@ FORMAT = "depth32float"
 
 
 class Role(private.Blender):
-    """Says how casters of one kind are drawn."""
+    """Says how casters of one kind are drawn. sloped: each texel as near to the light as its surface is anywhere in it."""
+
+    def __init__(self, name: str, output: str, sloped: bool = False) -> None:
+        super().__init__(name + (" sloped" if sloped else ""), output)
+        self.sloped = Role(name, output, sloped=True) if not sloped else self
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
         return []
 
     def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> dict[str, Any]:
-        return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater"}
+        bias = {"depth_bias_slope_scale": 1.0} if self.sloped is self else {}
+        return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater", **bias}
 
 
 Gathered = tuple[list[tuple[Any, Role]], Matrix]  # casters with their roles, and (N, 8, 3), their hulls in the world
@@ -90,7 +95,7 @@ class Casters:
             views = light.shadow_views(view, projection, hulls, medium)
             drawn += [(one.matrix, size, layer) for one, layer in zip(views, layers)]
             shadows.append(Shadow(texture, size, views))
-        self.draw_layers(drawn, (found, hulls), timer)
+        self.draw_layers(drawn, ([(mesh, role.sloped) for mesh, role in found], hulls), timer)
         return shadows
 
     def draw_layers(self, layers: Sequence[tuple[Matrix, int, Any]], gathered: Gathered, timer: Timer | None = None) -> None:
