@@ -1,7 +1,8 @@
 // Loops over pygfx's lights, as its own file of this name has them, with shadows by light_shadow.wgsl. A part of its fragment shaders.
 $$ if receive_shadow
     let surface_facet = normalize(cross(dpdx(varyings.world_pos), dpdy(varyings.world_pos)));
-    let surface_casts = is_caster(u_wobject.renderer_id);
+    let surface_id = min(u_wobject.renderer_id, {{ airlight_casters - 1 }}u);
+    let surface_casts = ((u_ambient_light.casters[surface_id >> 7u][(surface_id >> 5u) & 3u] >> (surface_id & 31u)) & 1u) == 1u;
 $$ endif
 $$ for kind, maps in (("point", "cube"), ("spot", "flat"), ("directional", "flat"))
 $$ set count = {"point": num_point_lights, "spot": num_spot_lights, "directional": num_dir_lights}[kind]

@@ -2,7 +2,6 @@
 
 import weakref
 from collections.abc import Callable, Iterable
-from importlib.resources import files
 from typing import Any
 
 import jinja2
@@ -262,7 +261,7 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
     def get_shader_kwargs(self, bind_group_index: int = 1) -> dict[str, Any]:
         lights = self.light_renderstate
         casts = {kind: any(own) for kind, own in lights.casting.items()}
-        own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS // 128}
+        own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
         return {**super().get_shader_kwargs(bind_group_index), **own}
 
     @property
@@ -351,6 +350,5 @@ class _Shaders(jinja2.BaseLoader):
     def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
         source, name, is_current = self.loader.get_source(environment, template)
         if template in SHADERS:
-            own = files("airlight").joinpath(f"pygfx/{template}").read_text(encoding="utf-8")
-            source = "\n".join(["$$ if airlight_casts is defined", own, "$$ else", source, "$$ endif", ""])
+            source = "\n".join(["$$ if airlight_casts is defined", load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
         return source, name, is_current

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
 SIZES = {"flat": 2048, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
-BORDER = 6  # texels around a map of a light with a position, that filters read
+BORDER = 6.37  # texels around a map of a light with a position, that filters read; no round number, lest edges at such lie on texels' centres
 
 
 class SurfaceShadows:

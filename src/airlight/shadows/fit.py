@@ -129,7 +129,7 @@ def held_half(local: Matrix, box: tuple[Matrix, float]) -> tuple[Matrix, float]:
     return ((low + high) / 2, half) if half <= box[1] else box
 
 
-def with_border(matrix: Matrix, size: int, texels: int) -> Matrix:
+def with_border(matrix: Matrix, size: int, texels: float) -> Matrix:
     """Shrinks what a view of a light with a position draws, (4, 4), about the middle of its map, so that so many texels around it hold
     what lies beside: filters near its border read these."""
     middle = np.array([[1, 0, 0, size / 2], [0, 1, 0, size / 2], [0, 0, 1, 0], [0, 0, 0, 1]])
