@@ -206,7 +206,12 @@ def run_frames(request: FramesRequest) -> bool:
         march=built[March],
         exclude=r.exclude,
         linear=r.output.lower().endswith((".exr", ".hdr")),
+        turns=_metered_turns(r),
     )
+    exposure = studio.exposure
+    if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
+        say(exposure.line())
+        values["ev"] = exposure.ev
     if method.has_units:
         _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
@@ -292,6 +297,11 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
     return found
 
 
+def _metered_turns(r: FramesRequest) -> tuple[float, ...]:
+    """Choose where the camera stands, in parts of a turn, while the automatic exposure is measured: the same for any of the frames."""
+    return (0.0, 0.25, 0.5, 0.75) if r.turntable is not None else (r.turn / 360,)
+
+
 def _left(r: FramesRequest, frames: Sequence[FrameTask]) -> list[FrameTask]:
     """List the pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
     todo, _ = tasks.left_to_do(frames, r.skip_existing, r.resume)
@@ -338,9 +348,12 @@ class _Work:
         beside: dict[str, Any] = {}
         if exr:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
+            if frame.scale != 1:  # of physical lights: halves end at 65504
+                beside["bits"] = 32
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
         if task.layer is not None:
-            more = {"bits": 32, **medium} if frame.layer_transmittance is not None and layer_exr else {}
+            fine = frame.layer_transmittance is not None or frame.layer_scale != 1
+            more = {"bits": 32, **medium} if fine and layer_exr else {}
             files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
             files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)

@@ -14,10 +14,11 @@ from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
 
 
-def punctual_lights(lights: Sequence[SceneLight]) -> list[PunctualLight]:
+def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
     """Makes what shines on the medium: each visible gfx light that is the target of one of `lights`, or below it, once; what is given by a
     position or direction alone, or by a target without gfx lights, as color times strength, in candela or lux. Dark ones are left out.
 
+    pre_exposure: factor that gfx lights hold already, and those of a position or direction do not.
     A gfx light's intensity is what its surfaces take it for, lux of a sun, else candela: its decay has to be 2, pygfx's default is 0.
     Raises AirlightError for what a light cannot be.
     """
@@ -29,7 +30,7 @@ def punctual_lights(lights: Sequence[SceneLight]) -> list[PunctualLight]:
         body = light.body()
         near = 0.0 if body is None else BODY * body[1]
         if not own:
-            found.append(_placed(light, near))
+            found.append(_placed(light, near, pre_exposure))
         for one in own:
             if id(one) not in taken and _shines(one):
                 taken.add(id(one))
@@ -54,9 +55,9 @@ def _upwards(thing: Any) -> Iterator[Any]:
         thing = thing.parent
 
 
-def _placed(light: SceneLight, near: float) -> PunctualLight:
+def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
     """Makes a light that pygfx does not know."""
-    position, color = light.homogeneous(), triple(light.color)
+    position, color = light.homogeneous(), triple(np.multiply(light.color, pre_exposure))
     own: Any = {"strength": light.strength, "anisotropy": light.anisotropy}
     if position[3] == 0:
         return DirectionalLight(color, _unit(position[:3]), **own)

@@ -7,7 +7,7 @@ import dataclasses
 import difflib
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +17,12 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
 from airlight.lights.punctual import Triple
+from airlight.luminance import REC709_F32
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.scatter.methods import METHODS
+from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -51,9 +53,10 @@ class Frame:
     """Holds one frame as it was read back, with samples x samples of its pixels for one of the result.
 
     picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
-    mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
+    mix, reach: of the shafts. scale: factor of its radiances for the scene's, a power of 2; 1 where the picture is what a display shows.
+    depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
     the view fills `region` (left, top, width, height, of 1). Of a medium that is lit the layer is (H, W, 4) float32: in-scattered radiance,
-    and metres of the ray in it; layer_transmittance: (H, W, 3) float32 of the same.
+    and metres of the ray in it; layer_scale: as scale, of the layer; layer_transmittance: (H, W, 3) float32 of the same.
     """
 
     picture: np.ndarray
@@ -67,10 +70,13 @@ class Frame:
     region: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     source: np.ndarray | None = None
     layer_transmittance: np.ndarray | None = None
+    scale: float = 1.0
+    layer_scale: float = 1.0
 
     def pixels(self) -> np.ndarray:
-        """Returns (height, width, 3) float32."""
-        return box(self.picture[..., :3].astype(np.float32), self.samples)
+        """Returns (height, width, 3) float32; where these are light, what halves do not hold is held at their greatest."""
+        found = self.picture[..., :3].astype(np.float32)
+        return box(found if self.scale == 1 else np.minimum(found, 65504) * np.float32(self.scale), self.samples)
 
     def distance(self) -> np.ndarray:
         """Computes (height, width) float32 metres along the view's axis, of a pixel's nearest sample; FAR_METRES where nothing is drawn."""
@@ -91,10 +97,10 @@ class Frame:
         radiance, whatever the mix."""
         assert self.layer is not None
         if self.layer_transmittance is not None:
-            return box(self.layer[..., :3], self.samples)
+            return box(self.layer[..., :3], self.samples) * np.float32(self.layer_scale)
         height, width = self.picture.shape[:2]
         left, top, across, down = self.region
-        layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix)
+        layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix * self.layer_scale)
         full = _along(_along(layer, top, down, height, 0), left, across, width, 1)
         if self.reach > 0 and self.depth is not None:
             x = self.rays[0] * (np.arange(width) + 0.5) / width + self.rays[2]
@@ -154,8 +160,11 @@ class Studio:
         march: March | None = None,
         exclude: Sequence[str] = (),
         linear: bool = False,
+        exposure: Exposure | None = None,
+        turns: Sequence[float] = (0.0,),
     ) -> None:
-        """exclude: names of objects that hide nothing. linear: the picture as light, before the tone curve. Raises AirlightError."""
+        """exclude: names of objects that hide nothing. linear: the picture as light, before exposure and view transform. exposure: instead
+        of the automatic one, which is measured; turns: of the camera there, as `frame` has them. Raises AirlightError."""
         self.stage, self.shot = stage, shot
         self._followed = _chosen(stage, shot)
         self.camera = gfx.PerspectiveCamera(shot.fov)
@@ -163,12 +172,18 @@ class Studio:
             _place(self.camera, stage, shot)
         self._lights, self._moved = _lights(stage, shot)
         scene = in_scene or SceneOptions()
-        scene = msgspec.structs.replace(scene, tone="none") if linear else scene
+        scene = msgspec.structs.replace(scene, view_transform="none") if linear else scene
+        self.linear = linear
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
-        self.renderer = make_renderer(shot)
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
+        self._described = (parameters or Parameters(), composite, scene), more
+        self.exposure = meter(stage, self._lights, self._metered(turns)) if exposure is None else exposure
+        if self.exposure.automatic is not None:
+            expose(stage, self.exposure.pre)
+        self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
+        self.shafts.pre_exposure, self.shafts.automatic_ev = self.exposure.pre, self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
@@ -176,15 +191,11 @@ class Studio:
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
-        self.stage.pose(time, self._followed)
-        for target, position in self._moved:
-            target.world.position = position
-        self._carry(turn)
-        with _raised():
-            self.renderer.render(self.stage.scene, self.camera)
+        self._draw(self.renderer, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
+        scale = 1 / self.exposure.pre
         found = Frame(
             picture=self.renderer.snapshot(),
             samples=self.shot.samples,
@@ -192,6 +203,8 @@ class Studio:
             rays=pixel_rays(projection),
             mix=1.0 if shafts.composite.mix is None else shafts.composite.mix,
             reach=reach,
+            scale=scale if self.linear else 1.0,
+            layer_scale=scale,
         )
         if depth or (layer and reach > 0):
             found.depth = self.read(shafts.depths, np.float32)[..., 0]
@@ -205,6 +218,43 @@ class Studio:
             if not shafts.is_lit:
                 found.source = np.zeros_like(found.source)
         return found
+
+    def _draw(self, renderer: Any, time: float, turn: float) -> None:
+        """Poses the stage and its camera, and renders a frame."""
+        self.stage.pose(time, self._followed)
+        for target, position in self._moved:
+            target.world.position = position
+        self._carry(turn)
+        with _raised():
+            renderer.render(self.stage.scene, self.camera)
+
+    def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
+        """Prepares small pictures of the stage, for `meter`, from the turns of the camera that the shot may have."""
+        options, more = self._described
+        made: list[tuple[Any, LightShafts]] = []
+
+        def luminances(time: float, pre: float) -> np.ndarray:
+            if not made:
+                shot = self.shot
+                height = max(2, round(METERED_WIDTH * shot.height / shot.width))
+                small = make_renderer(dataclasses.replace(shot, width=METERED_WIDTH, height=height, samples=1, smooth=False))
+                parameters, composite, scene = options
+                parameters = msgspec.structs.replace(parameters, quality="draft")
+                composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
+                scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
+                shafts = LightShafts(small, self.stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
+                shafts.radius = self.stage.radius
+                small.effect_passes = [shafts]
+                made.append((small, shafts))
+            small, shafts = made[0]
+            shafts.pre_exposure, shafts.automatic_ev = pre, math.log2(pre)
+            found = []
+            for turn in turns:
+                self._draw(small, time, turn)
+                found.append(small.snapshot()[..., :3].astype(np.float32) @ REC709_F32)
+            return np.concatenate(found)
+
+        return luminances
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size

@@ -73,7 +73,8 @@ class _Loader:
         fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
         movable = next((light for light in lights if light.target in fixed), None)
         path, duration = self._gltf.container.path, self._model.duration
-        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable)
+        sky_sun = None if self._surroundings is None else self._surroundings.sun_illuminance()
+        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, sky_sun=sky_sun)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
         lens, flat = described.perspective, described.orthographic
