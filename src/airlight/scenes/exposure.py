@@ -24,7 +24,7 @@ PHYSICAL_LUX, PHYSICAL_CANDELA, PHYSICAL_RADIANCE = 100.0, 1000.0, 100.0  # from
 METERED_WIDTH, METERED_TIMES = 160, 4  # pixels; times of an animation
 PASSES = 6  # at most; each begins with the exposure that the last has found
 BRIGHT_HALF = (0.5, 0.98)  # between these shares of all pixels by luminance their logarithms are averaged
-KEY, HIGHLIGHT = 0.3, 4.0  # what that average becomes; what the upper share's luminance becomes at most
+KEY, HIGHLIGHT = 0.22, 2.0  # what that average becomes; what the upper share's luminance becomes at most
 LEAST_LUMINANCE = 1e-6  # of what is metered, exposed
 STOPS = (-40.0, 8.0)
 

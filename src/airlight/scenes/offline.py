@@ -342,6 +342,9 @@ def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any,
             towards = np.asarray(requested.direction, float)
             position = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(taken.target.world.position) - about)
         moved.append((taken.target, position))
+        if requested.intensity is not None:
+            for lamp in (thing for thing in taken.target.iter() if isinstance(thing, gfx.Light)):
+                lamp.intensity = requested.intensity * stage.pre_exposure
         lights.append(dataclasses.replace(taken, color=requested.color, strength=requested.strength))
     return lights, moved
 
