@@ -436,7 +436,8 @@ def test_a_lamp_that_writes_depth_or_hangs_before_a_wall_emits(stage: Stage) -> 
 def test_a_disc_where_nothing_hides_it(stage: Stage) -> None:
     stage.scene.remove(stage.sun)
     size, direction = 4.0, (0.05, 0.12, -1)
-    shafts = stage.shafts(SceneLight(direction=direction, disc_half_angle=size), in_scene=SceneOptions(view_transform="none", clear="#000000"))
+    options = SceneOptions(view_transform="none", clear="#000000")
+    shafts = stage.shafts(SceneLight(direction=direction, disc_half_angle=size), in_scene=options)
     seen = stage.frame(shafts)["source"]
     rays = pixel_rays(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(96) + 0.5) / 96, (np.arange(54) + 0.5) / 54)

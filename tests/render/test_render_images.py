@@ -104,7 +104,8 @@ def test_layer_and_occlusion_buffer_in_files_of_their_own(tmp_path):
     assert source["R"][24, 32] == 0 and source["R"][2, 2] == pytest.approx(0.2159, rel=2e-3)
 
 
-MEDIUM = ("--method", "march", "--resolution", "1", "--sigma-t", "0.05,0.1,0.2", "--light", "0.5,1,2;strength=40", "--view-transform", "none")
+MEDIUM = ("--method", "march", "--resolution", "1", "--sigma-t", "0.05,0.1,0.2", "--light", "0.5,1,2;strength=40")
+MEDIUM += ("--view-transform", "none")
 
 
 def test_a_medium_in_files(tmp_path):

@@ -31,8 +31,8 @@ fn agx(color: vec3f) -> vec3f {
     return pow(clamp(code, vec3f(0.0), vec3f(1.0)), vec3f(2.2));
 }
 
-/// Find where in a view's table, 0..1 along each axis, a linear colour lies: from 0 to 1024, in stops but near 0. Twin:
-/// reference/tone.py:view_coordinate.
+/// Find where in a view's table, 0..1 along each axis, a linear colour lies: from 0 to 1024, in stops but near 0.
+/// Twin: reference/tone.py:view_coordinate.
 fn view_coordinate(color: vec3f) -> vec3f {
     return (log2(clamp(color, vec3f(0.0), vec3f(1024.0)) + exp2(-10.0)) + 10.0) / (log2(1024.0 + exp2(-10.0)) + 10.0);
 }

@@ -21,6 +21,12 @@ def number(name: str) -> int:
     return VIEWS.get(name.lower(), TABLE)
 
 
+def check(name: str) -> None:
+    """Raise AirlightError for what is no view transform."""
+    if number(name) == TABLE:
+        view(name)
+
+
 def view(name: str) -> Any:
     """Find OpenColorIO's CPU processor from linear Rec. 709 light to the codes of the sRGB display, for a view of $OCIO's config, else of
     the built-in one, by its name or a part of it that no other has. Raises AirlightError."""
@@ -68,7 +74,7 @@ def _view(name: str, own: str | None) -> Any:
         both = ocio.GroupTransform([into.createGroupTransform(), out.createGroupTransform()])
         return config.getProcessor(both).getDefaultCPUProcessor()
     except ocio.Exception as error:
-        raise AirlightError(f"--view-transform {name!r}: the config has no way to it from Rec. 709 ({_short(error)}); use another") from None
+        raise AirlightError(f"--view-transform {name!r} has no known relation to Rec. 709 ({_short(error)}); use another") from None
 
 
 def _scene_space(ocio: Any, config: Any) -> str:

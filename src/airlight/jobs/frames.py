@@ -159,7 +159,11 @@ def run_frames(request: FramesRequest) -> bool:
     r = request
     r.check()
     values = r.scene_values()
-    quality = build(values)[Parameters].quality
+    from airlight.composite.view import check as check_view
+
+    asked = build(values)
+    quality = asked[Parameters].quality
+    check_view(asked[SceneOptions].view_transform)
     r.check_camera()
     samples = _samples(r, quality)
     if r.is_film:
@@ -205,7 +209,7 @@ def run_frames(request: FramesRequest) -> bool:
         medium=built[Medium],
         march=built[March],
         exclude=r.exclude,
-        linear=r.output.lower().endswith((".exr", ".hdr")),
+        linear=r.output.lower().endswith(offline.LINEAR_FILES),
         turns=_metered_turns(r),
     )
     exposure = studio.exposure
@@ -351,12 +355,14 @@ class _Work:
             if frame.scale != 1:  # of physical lights: halves end at 65504
                 beside["bits"] = 32
         files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
-        if task.layer is not None:
+        if task.layer is not None and layer is not None:
             fine = frame.layer_transmittance is not None or frame.layer_scale != 1
             more = {"bits": 32, **medium} if fine and layer_exr else {}
-            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
+            files.write_image(task.layer, frame.shown(layer, task.layer), overwrite=self.overwrite, settings=settings, **more)
         if task.buffer is not None and frame.source is not None:
-            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)
+            source = frame.source[..., :3].astype(np.float32) * np.float32(frame.layer_scale)
+            more = {"bits": 32} if frame.layer_scale != 1 and task.buffer.lower().endswith(".exr") else {}
+            files.write_image(task.buffer, frame.shown(source, task.buffer), overwrite=self.overwrite, settings=settings, **more)
 
 
 def _strict(work: Callable[..., Any]) -> Callable[..., Any]:

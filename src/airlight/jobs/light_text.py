@@ -67,11 +67,11 @@ def read_light(text: str, parallel: bool = False) -> LightText:
     return written
 
 
-# Units of a strength: what one is in candela of a lamp, or in lux of a sun. Watts are radiant flux, evenly all around, at 683 lm/W, as Blender
-# exports it.
+# Units of a strength: what one is in candela of a lamp, or in lux of a sun. Watts are radiant flux, evenly all around, at 683 lm/W, as
+# Blender exports it.
 LAMP_UNITS = {"cd": 1.0, "lm": 1 / (4 * math.pi), "w": 683 / (4 * math.pi)}
 SUN_UNITS = {"lx": 1.0, "lux": 1.0, "w/m2": 683.0, "w/m²": 683.0}
-_QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?) *([a-z][a-z/²2]*)", re.IGNORECASE)
+_QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?+) *([a-z][a-z/²2]*)", re.IGNORECASE)
 
 
 def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
@@ -98,7 +98,7 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
 
 
 def _unit(unit: str, text: str, form: str) -> float:
-    """Give what one of a unit is in candela of a lamp, or in lux of a sun. Raises AirlightError for what such a light has no such unit of."""
+    """Give what one of a unit is in candela of a lamp, or in lux of a sun. Raises AirlightError for another unit."""
     if form not in (PLACE.upper(), SUN.upper()):
         raise AirlightError(f"cannot read the unit {unit} in the light {text!r}: a picture's lights have none; write strength=2")
     units, others, what = (SUN_UNITS, LAMP_UNITS, "a sun") if form == SUN.upper() else (LAMP_UNITS, SUN_UNITS, "a lamp")

@@ -47,13 +47,13 @@ class SceneOptions(Options, group="scene"):
         None,
         "exposure: stops that pictures for a display are brighter; unset: automatic where a light has 100 lux, 1,000 candela or more, "
         "else 0. Light in .exr and .hdr files does not know it",
-        "photographic practice", "stops", ge=-40, le=40, slider=(-20, 10),
+        "Airlight", "stops", ge=-40, le=40, slider=(-20, 10),
     )
     view_transform: str = text(
         "filmic", r"^[^\r\n]{1,200}$",
         "how linear light becomes a picture: a filmic curve, AgX, cut off at 1, or a view by its name or a part of it, as aces, of $OCIO's "
         "config, else of OpenColorIO's built-in one",
-        "Hill; Sobotka; OpenColorIO", words=("filmic", "agx", "none"),
+        "Hill's fit; Sobotka; OpenColorIO", words=("filmic", "agx", "none"),
     )
 
     def share(self, p: Parameters) -> float:

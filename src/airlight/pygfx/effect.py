@@ -54,10 +54,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
     which light adaptation follows (0: it settles at once); `pre_exposure`: factor that the scene's own radiances hold already, of which the
-    exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or occlusion (of a medium: what is seen through it), source (the
-    light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
-    linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
-    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
+    exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or occlusion (of a medium: what is seen
+    through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`:
+    textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-
+    scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere.
+    Raises AirlightError.
     """
 
     USES_DEPTH = True

@@ -26,7 +26,8 @@ class SceneLight:
     Methods of the screen take its light from the picture. screen_tint: linear RGB factors >= 0 of what they make of it, for lights of
     unlike intensity; disc_half_angle: degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for
     a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
-    position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead. anisotropy: -0.99 to 0.99, instead of the medium's.
+    position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead, times
+    strength. anisotropy: -0.99 to 0.99, instead of the medium's.
     """
 
     target: Any = None

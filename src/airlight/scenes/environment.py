@@ -26,7 +26,7 @@ LIGHT_FACE = 64  # pixels of a face of the cube that lights
 LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts as a sun and lights as a lamp of its own
 SUN_RADIUS = math.radians(4)  # around the brightest place
 MAX_MENDED = 50_000  # values
-SKY_SHARE = 0.3  # at most, of a clear sky's illuminance on the ground by that of its sun on a plane that faces it; above it the sun is clipped
+SKY_SHARE = 0.3  # a clear sky's illuminance of the ground, by its sun's of a plane that faces that, at most: above it the sun is clipped
 AUREOLE = math.radians(20)  # around a light: what shines into its shafts
 
 

@@ -16,7 +16,6 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.colour import srgb_decode, srgb_encode
-from airlight.luminance import REC709
 from airlight.pygfx import SceneLight
 from airlight.scenes.stage import Stage
 
@@ -31,7 +30,10 @@ STOPS = (-40.0, 8.0)
 
 @dataclass(frozen=True)
 class Exposure:
-    """How a stage is exposed. automatic: stops; None: its lights are not physical. pre: factor that its radiances are given, a power of 2."""
+    """Says how a stage is exposed.
+
+    automatic: stops; None: its lights are not physical. pre: factor that its radiances are given, a power of 2.
+    """
 
     automatic: float | None = None
     pre: float = 1.0
@@ -43,7 +45,7 @@ class Exposure:
 
     def line(self) -> str:
         """Say what was chosen."""
-        return f"exposure {self.ev:+.2f} EV, by what the scene's lights light; --ev N sets it"
+        return f"exposure {self.ev:+.2f} EV, automatic for lights in lux and candela; --ev N sets it"
 
 
 def strengths(scene: gfx.Scene, lights: Iterable[SceneLight] = ()) -> tuple[float, float]:
@@ -54,8 +56,16 @@ def strengths(scene: gfx.Scene, lights: Iterable[SceneLight] = ()) -> tuple[floa
             (suns if isinstance(thing, gfx.DirectionalLight) else lamps).append(thing.intensity * max(thing.color.to_physical()[:3]))
     for light in lights:
         if light.target is None:
-            (suns if light.direction is not None else lamps).append(light.strength * max(light.color))
+            (suns if light.direction is not None else lamps).append(
+                light.strength * max(light.color) * (1.0 if light.intensity is None else light.intensity)
+            )
     return max(suns), max(lamps)
+
+
+def is_physical(scene: gfx.Scene, lights: Iterable[SceneLight] = ()) -> bool:
+    """Tell whether a scene, not scaled yet, has a physical light, `lights` among them."""
+    sun, lamp = strengths(scene, lights)
+    return sun >= PHYSICAL_LUX or lamp >= PHYSICAL_CANDELA
 
 
 def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[float, float], np.ndarray]) -> Exposure:
@@ -63,11 +73,12 @@ def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[floa
 
     luminances: of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it. They are taken at fixed
     times of the whole animation, so that any frames of it have one exposure. The logarithms of the brighter half's luminances, but for the
-    brightest 2 %, are averaged, and the average put at KEY; less bright where that would put what is below the brightest 2 % beyond HIGHLIGHT.
+    brightest 2 %, are averaged, and the average put at KEY; less bright where that would put more than these 2 % beyond HIGHLIGHT.
     """
-    sun, lamp = strengths(stage.scene, lights)
-    if sun < PHYSICAL_LUX and lamp < PHYSICAL_CANDELA:
+    expose(stage, 1.0)
+    if not is_physical(stage.scene, lights):
         return Exposure()
+    sun, lamp = strengths(stage.scene, lights)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
     ev, tried = float(stops), set[int]()
@@ -102,6 +113,8 @@ def expose(stage: Stage, pre: float) -> None:
     Its sky is scaled in proportion to its sun: by what makes the sky's own sun as bright as that, where that is physical.
     """
     factor = pre / stage.pre_exposure
+    if pre == stage.pre_exposure == 1.0 and not is_physical(stage.scene):
+        return
     sun = strengths(stage.scene)[0] / stage.pre_exposure
     stage.pre_exposure = pre
     sky = pre * sun / stage.sky_sun if stage.sky_sun and sun >= PHYSICAL_LUX else 1.0

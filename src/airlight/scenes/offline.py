@@ -27,6 +27,7 @@ from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 NEAREST_METRES = 1e-6
+LINEAR_FILES = (".exr", ".hdr")  # that hold light, whatever a display can show
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Frame:
     mix, reach: of the shafts. scale: factor of its radiances for the scene's, a power of 2; 1 where the picture is what a display shows.
     depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
     the view fills `region` (left, top, width, height, of 1). Of a medium that is lit the layer is (H, W, 4) float32: in-scattered radiance,
-    and metres of the ray in it; layer_scale: as scale, of the layer; layer_transmittance: (H, W, 3) float32 of the same.
+    and metres of the ray in it; layer_scale: as scale, of layer and source; exposure: factor of the scene's
+    light for a display; layer_transmittance: (H, W, 3) float32 of the same.
     """
 
     picture: np.ndarray
@@ -72,6 +74,7 @@ class Frame:
     layer_transmittance: np.ndarray | None = None
     scale: float = 1.0
     layer_scale: float = 1.0
+    exposure: float = 1.0
 
     def pixels(self) -> np.ndarray:
         """Returns (height, width, 3) float32; where these are light, what halves do not hold is held at their greatest."""
@@ -108,6 +111,11 @@ class Frame:
             distance = self._axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
             full *= np.where(self.depth < 1, 1 - np.exp(-distance / self.reach), 1)[..., None].astype(np.float32)
         return box(full, self.samples)
+
+    def shown(self, light: np.ndarray, path: str) -> np.ndarray:
+        """Exposes (H, W, 3) light of the scene for a display, unless a file of this name holds light itself."""
+        is_light = self.exposure == 1 or path.lower().endswith(LINEAR_FILES)
+        return light if is_light else light * np.float32(self.exposure)
 
     def transmittance(self) -> np.ndarray | None:
         """Computes (height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
@@ -172,18 +180,19 @@ class Studio:
             _place(self.camera, stage, shot)
         self._lights, self._moved = _lights(stage, shot)
         scene = in_scene or SceneOptions()
-        scene = msgspec.structs.replace(scene, view_transform="none") if linear else scene
+        scene = msgspec.structs.replace(scene, view_transform="none", ev=None) if linear else scene
         self.linear = linear
+        asked = (in_scene or SceneOptions()).ev
         hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
         self._described = (parameters or Parameters(), composite, scene), more
         self.exposure = meter(stage, self._lights, self._metered(turns)) if exposure is None else exposure
-        if self.exposure.automatic is not None:
-            expose(stage, self.exposure.pre)
+        self._ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
-        self.shafts.pre_exposure, self.shafts.automatic_ev = self.exposure.pre, self.exposure.ev
+        self.shafts.pre_exposure = self.exposure.pre
+        self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
@@ -191,6 +200,8 @@ class Studio:
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
+        if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another
+            expose(self.stage, self.exposure.pre)
         self._draw(self.renderer, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
@@ -205,6 +216,7 @@ class Studio:
             reach=reach,
             scale=scale if self.linear else 1.0,
             layer_scale=scale,
+            exposure=float(2.0**self._ev),
         )
         if depth or (layer and reach > 0):
             found.depth = self.read(shafts.depths, np.float32)[..., 0]

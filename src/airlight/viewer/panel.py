@@ -240,7 +240,8 @@ class Panel:
 
     def _listed(self, d: Option, now: Any) -> Any:
         """Draw one of a few values; () for unset."""
-        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices or d.words)}
+        known = self.state.allowed.get(d.name, d.choices or d.words)
+        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in known}
         names = tuple(read)
         if d.default is None:
             automatic = self.state.automatic.get(d.name)
