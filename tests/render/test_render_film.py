@@ -1,5 +1,6 @@
 """`airlight render` to films."""
 
+import contextlib
 import json
 import os
 import signal
@@ -116,6 +117,28 @@ def test_what_fails_on_the_way_leaves_no_film(tmp_path, monkeypatch, capsys):
         patch.setattr(offline.Studio, "frame", broken)
         assert "fell apart" in refused(capsys, "render", "box", *SIZE, "-o", tmp_path / "a.mp4", code=1)
     assert not list(tmp_path.iterdir())
+
+
+def test_frames_of_a_film_are_encoded_in_turn(tmp_path, monkeypatch):
+    """A slow encoder is not given the next frame before it is done with the last."""
+    original, order = video.film, []
+
+    @contextlib.contextmanager
+    def slow_film(*args, **more):
+        with original(*args, **more) as add:
+
+            def slow(codes):
+                order.append("begun")
+                time.sleep(0.02)
+                add(codes)
+                order.append("done")
+
+            yield slow
+
+    monkeypatch.setattr(scenes, "open_scene", stage)
+    monkeypatch.setattr(video, "film", slow_film)
+    assert render("-o", tmp_path / "a.mp4", "--fps", "12") == 0
+    assert order == ["begun", "done"] * 12
 
 
 def test_a_film_that_lost_a_frame_is_noticed(film):

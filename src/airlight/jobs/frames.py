@@ -223,7 +223,7 @@ def run_frames(request: FramesRequest) -> bool:
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
-            run(todo, work.read, _strict(work.render), _strict(work.write))
+            run(todo, work.read, _strict(work.render), _strict(work.write), writers=1)
         return True
     if not r.is_sequence:
         work.write(todo[0], None, work.render(todo[0], None))

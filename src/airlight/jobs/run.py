@@ -18,16 +18,18 @@ def run(
     read: Callable[[T], Any],
     render: Callable[[T, Any], Any],
     write: Callable[[T, Any, Any], None],
+    writers: int = AHEAD,
 ) -> list[tuple[T, AirlightError]]:
     """Do all tasks, reading ahead and writing behind; the pictures that failed, each told at once.
 
+    writers: how many may be written at a time; with 1 they are written in order, as a film needs.
     A MachineError, or Ctrl-C, ends the run: what is being written is finished, nothing else begun.
     """
     failed: list[tuple[T, AirlightError]] = []
     reading: deque[tuple[T, Future[Any]]] = deque()
     writing: deque[tuple[T, Future[Any]]] = deque()
     waiting = iter(todo)
-    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(AHEAD) as writer, _progress(len(todo)) as advance:
+    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(writers) as writer, _progress(len(todo)) as advance:
 
         @contextlib.contextmanager
         def told(task: T) -> Iterator[None]:
