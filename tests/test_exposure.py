@@ -21,7 +21,7 @@ from airlight.reference.colour import srgb_decode
 pytest.importorskip("pygfx")
 from airlight.scenes import open_scene
 from airlight.scenes.environment import SKY_SHARE, Environment, load_environment
-from airlight.scenes.exposure import expose, is_physical, meter
+from airlight.scenes.exposure import expose, is_physical, lacking, meter
 from airlight.scenes.offline import Shot, Studio
 
 RNG = np.random.default_rng(16)
@@ -260,3 +260,26 @@ def test_views_that_are_none(tmp_path: Path, capsys: Any, monkeypatch: pytest.Mo
     assert render(scene, "-o", tmp_path / "a.png", "--view-transform", "aces") == 2
     assert "$OCIO names cannot be used" in capsys.readouterr().err
     assert render(scene, "-o", tmp_path / "a.png", "--view-transform", "agx") == 0
+
+
+# ---------------------------------------------------------------- the measure
+
+
+def test_the_measure_of_luminances() -> None:
+    even = np.full(1000, 0.0675)
+    assert lacking(even) == pytest.approx(2.0)  # to 0.27
+    lamp = np.concatenate([even, np.full(10, 20.0)])  # 1 % of highlights count for nothing, nor do 90 % of black
+    assert lacking(lamp) == pytest.approx(2.0)
+    assert lacking(np.concatenate([even, np.zeros(9000)])) == pytest.approx(2.0)
+    assert lacking(np.concatenate([even, np.full(100, 32.0)])) == pytest.approx(-4.0)  # a tenth are kept from burning out
+    assert lacking(8 * even) == pytest.approx(-1.0)
+    assert lacking(np.zeros(100)) == 0
+
+
+def test_what_stands_for_a_display_is_not_metered(tmp_path: Path) -> None:
+    """A background that does not scale with the light moves the exposure by nothing."""
+    found = []
+    for environment in ("none", "sky"):
+        stage = open_scene(room(tmp_path), environment)
+        found.append(Studio(stage, Shot(96, 64, 1, eye=(0, 0, 25), target=(0, 0, 0))).exposure.ev)
+    assert found[0] == pytest.approx(found[1], abs=0.02)

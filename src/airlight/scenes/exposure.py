@@ -21,10 +21,11 @@ from airlight.scenes.stage import Stage
 
 PHYSICAL_LUX, PHYSICAL_CANDELA, PHYSICAL_RADIANCE = 100.0, 1000.0, 100.0  # from which lights, and what shines, are physical
 METERED_WIDTH, METERED_TIMES = 160, 4  # pixels; times of an animation
-PASSES = 6  # at most; each begins with the exposure that the last has found
+PASSES, NEAR_STOPS = 4, 6.0  # at most; each begins with what the last has found, until that is so near
 BRIGHT_HALF = (0.5, 0.98)  # between these shares of all pixels by luminance their logarithms are averaged
-KEY, HIGHLIGHT = 0.22, 2.0  # what that average becomes; what the upper share's luminance becomes at most
-LEAST_LUMINANCE = 1e-6  # of what is metered, exposed
+KEY, HIGHLIGHT = 0.27, 2.0  # what that average becomes; what the upper share's luminance becomes at most
+DARK = 2.0**-10  # of the brightest: what is darker is not metered
+HALF_MOST = 65504.0
 STOPS = (-40.0, 8.0)
 
 
@@ -72,8 +73,8 @@ def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[floa
     """Find the automatic exposure of a stage, whose radiances are left scaled by its `pre`.
 
     luminances: of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it. They are taken at fixed
-    times of the whole animation, so that any frames of it have one exposure. The logarithms of the brighter half's luminances, but for the
-    brightest 2 %, are averaged, and the average put at KEY; less bright where that would put more than these 2 % beyond HIGHLIGHT.
+    times of the whole animation, so that any frames of it have one exposure; and by two pre-exposures, so that what does not scale, being
+    for a display, is known, and left out.
     """
     expose(stage, 1.0)
     if not is_physical(stage.scene, lights):
@@ -81,21 +82,31 @@ def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[floa
     sun, lamp = strengths(stage.scene, lights)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
-    ev, tried = float(stops), set[int]()
+    ev = float(stops)
     for _ in range(PASSES):
-        expose(stage, 2.0**stops)
-        tried.add(stops)
-        seen = np.concatenate([luminances(time, 2.0**stops).ravel() for time in times])
-        ev = round(min(max(stops + _lacking(seen), STOPS[0]), STOPS[1]), 2)
-        if round(ev) in tried:
+        seen = []
+        for part in (1.0, 0.25):
+            pre = part * 2.0**stops
+            expose(stage, pre)
+            found = np.concatenate([luminances(time, pre).ravel() for time in times]).astype(np.float64)
+            seen.append(np.nan_to_num(found, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
+        ev = round(min(max(stops + lacking((seen[0] - seen[1]) / 0.75), STOPS[0]), STOPS[1]), 2)
+        if abs(ev - stops) < NEAR_STOPS:
             break
         stops = round(ev)
-    return Exposure(ev, 2.0**stops)
+    expose(stage, 2.0 ** round(ev))
+    return Exposure(ev, stage.pre_exposure)
 
 
-def _lacking(luminance: np.ndarray) -> float:
-    """Compute the stops by which a picture of these luminances lacks exposure."""
-    y = np.maximum(np.nan_to_num(luminance.astype(np.float64), nan=0.0, posinf=65504.0), LEAST_LUMINANCE)
+def lacking(luminance: np.ndarray) -> float:
+    """Compute the stops by which a picture of these luminances lacks exposure, of what is not dark beside the brightest of it.
+
+    The logarithms of the brighter half's luminances, but for the brightest 2 %, are averaged, and the average put at KEY; less bright where
+    that would put more than these 2 % beyond HIGHLIGHT.
+    """
+    y = luminance[luminance > max(DARK * float(np.quantile(luminance, 0.999)), 1e-7)]
+    if not y.size:
+        return 0.0
     low, high = np.quantile(y, BRIGHT_HALF)
     average = float(np.log2(y[(y >= low) & (y <= high)]).mean())
     return min(math.log2(KEY) - average, math.log2(HIGHLIGHT / high))
@@ -142,6 +153,6 @@ def _scale_sky(material: Any, factor: float) -> None:
         return
     texture = getattr(first, "texture", first)
     codes = texture.data.astype(np.float32)
-    codes[..., :3] = srgb_encode(np.minimum(srgb_decode(codes[..., :3]) * np.float32(factor), np.float32(65504.0)).astype(np.float32))
+    codes[..., :3] = srgb_encode(np.minimum(srgb_decode(codes[..., :3]) * np.float32(factor), np.float32(HALF_MOST)).astype(np.float32))
     material.map = gfx.Texture(codes.astype(np.float16), dim=2, size=texture.size, generate_mipmaps=True)
     _SKIES[material] = first, factor
