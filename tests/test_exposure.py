@@ -132,7 +132,7 @@ def test_a_scene_is_scaled_and_back() -> None:
     assert lamp.intensity == 250
     expose(stage, 1.0)
     lamp.intensity = before
-    assert meter(stage, stage.lights, lambda time, pre: np.zeros(1)).automatic is None
+    assert meter(stage, lambda time, pre: np.zeros(1)).automatic is None
 
 
 def test_the_sky_is_in_proportion_to_the_sun(tmp_path: Path) -> None:

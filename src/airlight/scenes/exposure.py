@@ -7,7 +7,7 @@ unlit colours, and the background and fill light that a file without surrounding
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -16,7 +16,6 @@ import numpy as np
 import pygfx as gfx
 
 from airlight.colour import srgb_decode, srgb_encode
-from airlight.pygfx import SceneLight
 from airlight.scenes.stage import Stage
 
 PHYSICAL_LUX, PHYSICAL_CANDELA, PHYSICAL_RADIANCE = 100.0, 1000.0, 100.0  # from which lights, and what shines, are physical
@@ -49,27 +48,22 @@ class Exposure:
         return f"exposure {self.ev:+.2f} EV, automatic for lights in lux and candela; --ev N sets it"
 
 
-def strengths(scene: gfx.Scene, lights: Iterable[SceneLight] = ()) -> tuple[float, float]:
-    """Find the greatest lux of a scene's suns and candela of its lamps, before any pre-exposure. lights: others that shine."""
+def strengths(scene: gfx.Scene) -> tuple[float, float]:
+    """Find the greatest lux of a scene's suns and candela of its lamps, as they are scaled."""
     suns, lamps = [0.0], [0.0]
     for thing in scene.iter(skip_invisible=True):
         if isinstance(thing, gfx.DirectionalLight | gfx.PointLight | gfx.SpotLight):
             (suns if isinstance(thing, gfx.DirectionalLight) else lamps).append(thing.intensity * max(thing.color.to_physical()[:3]))
-    for light in lights:
-        if light.target is None:
-            (suns if light.direction is not None else lamps).append(
-                light.strength * max(light.color) * (1.0 if light.intensity is None else light.intensity)
-            )
     return max(suns), max(lamps)
 
 
-def is_physical(scene: gfx.Scene, lights: Iterable[SceneLight] = ()) -> bool:
-    """Tell whether a scene, not scaled yet, has a physical light, `lights` among them."""
-    sun, lamp = strengths(scene, lights)
+def is_physical(scene: gfx.Scene) -> bool:
+    """Tell whether a scene, not scaled yet, has a physical light."""
+    sun, lamp = strengths(scene)
     return sun >= PHYSICAL_LUX or lamp >= PHYSICAL_CANDELA
 
 
-def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[float, float], np.ndarray]) -> Exposure:
+def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exposure:
     """Find the automatic exposure of a stage, whose radiances are left scaled by its `pre`.
 
     luminances: of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it. They are taken at fixed
@@ -77,9 +71,9 @@ def meter(stage: Stage, lights: Sequence[SceneLight], luminances: Callable[[floa
     for a display, is known, and left out.
     """
     expose(stage, 1.0)
-    if not is_physical(stage.scene, lights):
+    if not is_physical(stage.scene):
         return Exposure()
-    sun, lamp = strengths(stage.scene, lights)
+    sun, lamp = strengths(stage.scene)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
     ev = float(stops)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import difflib
 import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -21,8 +20,11 @@ from airlight.luminance import REC709_F32
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.origin import near_origin
 from airlight.scatter.methods import METHODS
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
+from airlight.scenes.lamps import NamedLight, lighting, named
+from airlight.scenes.origin import origin
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -35,7 +37,7 @@ class Shot:
     """Says how a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
 
     camera: one of the stage's by name, None: its first; or eye instead, with target, None: the stage's centre, and fov: degrees, of the
-    picture's smaller side. lights: instead of those that the stage has; they move its lamps of their kind.
+    picture's smaller side. lights: instead of those that the stage has, as `lamps.lighting` takes them.
     """
 
     width: int
@@ -46,7 +48,7 @@ class Shot:
     eye: Triple | None = None
     target: Triple | None = None
     fov: float = 50.0
-    lights: tuple[SceneLight, ...] = ()
+    lights: tuple[SceneLight | NamedLight, ...] = ()
 
 
 @dataclass
@@ -178,18 +180,22 @@ class Studio:
         self.camera = gfx.PerspectiveCamera(shot.fov)
         if self._followed is None:
             _place(self.camera, stage, shot)
-        self._lights, self._moved = _lights(stage, shot)
+        expose(stage, 1.0)
+        self._lighting = lighting(stage, shot.lights)
         scene = in_scene or SceneOptions()
         scene = msgspec.structs.replace(scene, view_transform="none", ev=None) if linear else scene
         self.linear = linear
         asked = (in_scene or SceneOptions()).ev
-        hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
+        hidden = [thing for name in exclude for thing in named(stage.scene, name, "--exclude")]
+        hidden += [body for body in self._lighting.bodies if all(body is not light.target for light in self._lighting.lights)]
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
         self._described = (parameters or Parameters(), composite, scene), more
-        self.exposure = meter(stage, self._lights, self._metered(turns)) if exposure is None else exposure
+        with self._lighting.shining():
+            self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
+            expose(stage, self.exposure.pre)
         self._ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
-        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
+        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
         self.shafts.pre_exposure = self.exposure.pre
         self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
@@ -200,9 +206,10 @@ class Studio:
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
-        if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another
+        if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another; the shot's own lamps keep theirs
             expose(self.stage, self.exposure.pre)
-        self._draw(self.renderer, time, turn)
+        with self._lighting.shining():
+            self._draw(self.renderer, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
@@ -231,13 +238,22 @@ class Studio:
                 found.source = np.zeros_like(found.source)
         return found
 
+    @contextlib.contextmanager
+    def set_up(self) -> Iterator[None]:
+        """Let the shot's lamps shine, and bring all near the origin, as for the last frame, while a block lasts."""
+        with self._lighting.shining(), self._near():
+            yield
+
+    def _near(self) -> contextlib.AbstractContextManager[None]:
+        stage = self.stage
+        return near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), self._lighting.lights)
+
     def _draw(self, renderer: Any, time: float, turn: float) -> None:
         """Poses the stage and its camera, and renders a frame."""
         self.stage.pose(time, self._followed)
-        for target, position in self._moved:
-            target.world.position = position
+        self._lighting.move()
         self._carry(turn)
-        with _raised():
+        with _raised(), self._near():
             renderer.render(self.stage.scene, self.camera)
 
     def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
@@ -254,7 +270,7 @@ class Studio:
                 parameters = msgspec.structs.replace(parameters, quality="draft")
                 composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
                 scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
-                shafts = LightShafts(small, self.stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
+                shafts = LightShafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
                 shafts.radius = self.stage.radius
                 small.effect_passes = [shafts]
                 made.append((small, shafts))
@@ -333,45 +349,6 @@ def _place(camera: Any, stage: Stage, shot: Shot) -> None:
     near, far = next((c.depth_range for c in stage.cameras.values() if c.depth_range), (math.inf, 0.0))
     away = float(np.linalg.norm(stage.center - eye))
     camera.depth_range = min(near, stage.radius / 1000), max(far, 4 * (away + stage.radius))
-
-
-def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any, Any]]]:
-    """Chooses what casts shafts, and which of the stage's lights move where: each requested light takes the next of its kind."""
-    if not shot.lights:
-        return list(stage.lights), []
-    lights, moved = [], []
-    free = [light for light in stage.lights if light.target is not None]
-    for requested in shot.lights:
-        sun = requested.direction is not None
-        taken = next((light for light in free if isinstance(light.target, gfx.DirectionalLight) == sun), None)
-        if taken is None:
-            lights.append(requested)
-            continue
-        free.remove(taken)
-        position: Any = requested.position
-        if sun:
-            about = np.asarray(taken.target.target.world.position, float)
-            towards = np.asarray(requested.direction, float)
-            position = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(taken.target.world.position) - about)
-        moved.append((taken.target, position))
-        if requested.intensity is not None:
-            for lamp in (thing for thing in taken.target.iter() if isinstance(thing, gfx.Light)):
-                lamp.intensity = requested.intensity * stage.pre_exposure
-        lights.append(dataclasses.replace(taken, color=requested.color, strength=requested.strength))
-    return lights, moved
-
-
-def _named(scene: Any, name: str) -> list[Any]:
-    """Finds the objects of a name. Raises AirlightError where there are none."""
-    found: dict[str, list[Any]] = {}
-    for thing in scene.iter():
-        if thing.name:
-            found.setdefault(thing.name, []).append(thing)
-    if name not in found:
-        close = difflib.get_close_matches(name, found, 1)
-        hint = f"; did you mean {close[0]!r}?" if close else f"; there is {', '.join(list(found)[:12]) or 'nothing with a name'}"
-        raise AirlightError(f"--exclude {name}: the scene has no object of that name{hint}")
-    return found[name]
 
 
 class _Errors(logging.Handler):

@@ -10,9 +10,11 @@ from pygfx.utils.viewport import Viewport
 
 from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, is_physical
 from airlight.scenes.offline import Shot, Studio
+from airlight.scenes.origin import origin
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
@@ -59,7 +61,7 @@ class SceneView:
     def _expose(self, state: ViewerState) -> None:
         """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
         stage, exposure = self.stage, Exposure()
-        if is_physical(stage.scene, stage.lights):
+        if is_physical(stage.scene):
             parameters, composite, in_scene, medium, march = state.structs[:5]
             more: Any = {"medium": medium, "march": march}
             exposure = Studio(stage, Shot(METERED_WIDTH, METERED_WIDTH * 9 // 16, 1), parameters, composite, in_scene, **more).exposure
@@ -162,7 +164,9 @@ class SceneView:
         shafts = self.shafts
         shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs[:5]
         shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
-        self.renderer.render(self.stage.scene, self.camera)
+        stage = self.stage
+        with near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), shafts.lights):
+            self.renderer.render(stage.scene, self.camera)
         if state.timing:
             state.passes = shafts.profile()
 
