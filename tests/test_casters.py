@@ -87,8 +87,11 @@ def corners(mesh: Any) -> np.ndarray:
     return np.asarray(vertices(mesh)[np.asarray(mesh.geometry.indices.data)])
 
 
-def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float) -> np.ndarray:
-    """(size, size) what a map holds of triangles (T, 3, 3), each wider by `slack` texels: homogeneous rasterisation (Olano, Greer 1997)."""
+def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float, most: bool) -> np.ndarray:
+    """(size, size) what a map holds of triangles (T, 3, 3), each wider by `slack` texels: homogeneous rasterisation (Olano, Greer 1997).
+
+    Each is nearer by its slope, which is the greater of those along x and y, or, at most, its gradient, as Vulkan leaves to drivers.
+    """
     y, x = np.mgrid[:size, :size] + 0.5
     out = np.zeros((size, size))
     for at in triangles @ view.matrix[:, :3].T + view.matrix[:, 3]:
@@ -99,16 +102,17 @@ def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float) -> 
         shares = np.einsum("ij,jyx->iyx", inverse, np.stack([x, y, np.ones_like(x)]))  # over w
         held = (shares >= -slack * np.abs(inverse[:, :2]).sum(axis=1)[:, None, None]).all(axis=0)
         depth = np.einsum("i,iyx->yx", at[:, 2], shares)
-        out = np.where(held & (depth <= 1), np.maximum(out, depth), out)
+        slope = np.linalg.norm(at[:, 2] @ inverse[:, :2], 2 if most else np.inf)
+        out = np.where(held & (depth <= 1), np.maximum(out, np.minimum(depth + slope, 1)), out)
     return out
 
 
 def check(device: Device, casters: Casters, triangles: np.ndarray, lamp: PunctualLight, **march: Any) -> None:
-    """A map holds the triangles: within 0.02 texels across, 0.1 mm along a sun's light, 1e-5 of the distance along a lamp's."""
+    """A map holds the triangles, as near to the light as each is in a texel: within 0.02 texels across, 0.1 mm along a sun's light, 1e-5 of the distance along a lamp's."""
     maps, views = cast(device, casters, lamp, **march)
     seen = 0
     for held, view in zip(maps, views):
-        within, around = (depths(triangles, view, held.shape[0], slack) for slack in (-0.02, 0.02))
+        within, around = (depths(triangles, view, held.shape[0], slack, slack > 0) for slack in (-0.02, 0.02))
         slope = np.abs(np.gradient(around, axis=0)) + np.abs(np.gradient(around, axis=1))
         error = 1e-4 / view.depth_scale if lamp.directional else 1e-5 * around
         error = error + 0.02 * np.where(slope < 0.1 * around.max(), slope, 0)  # the rasteriser's own 1/256 texel
@@ -443,3 +447,22 @@ def test_views_are_numbered_as_layers(device: Device) -> None:
     """shadow_layers is as many as there can be."""
     air = resolve(Medium(), March(cascades=3), "final", 1.0)
     assert [lamp.shadow_layers(air) for lamp in LAMPS.values()] == [3, 1, 6]
+
+
+@pytest.mark.parametrize("mode", ["blend", "weighted_blend", "dither"])
+def test_what_is_blended_on_purpose_casts_where_it_is_opaque(device: Device, mode: str) -> None:
+    """As leaves with soft edges are; not what is told to write no depth, nor what only adds or multiplies."""
+    at = held(device, square(map=window(140), alpha_mode=mode))
+    assert at(*FRAME).all() and not at(*PANE).any()
+    assert held(device, square(map=window(250), alpha_mode=mode))(*FRAME, *PANE).all()
+    assert held(device, square(alpha_mode=mode))(*FRAME, *PANE).all()
+    for material in ({"opacity": 0.9}, {"color": (1, 1, 1, 0.9)}, {"depth_write": False}):
+        sheet = square(**{"map": window(255), "alpha_mode": mode, **material})
+        assert Casters(device, scene(sheet)).gather()[0] == [], material
+    for other in ("add", "multiply"):
+        assert Casters(device, scene(square(map=window(255), alpha_mode=other))).gather()[0] == []
+
+
+def test_the_blended_rest_of_what_is_drawn_in_two_does_not_cast(device: Device) -> None:
+    sheet = square(map=window(255), alpha_mode="blend", depth_write=False, alpha_test=0.5, alpha_compare=">=")
+    assert Casters(device, scene(sheet)).gather()[0] == []

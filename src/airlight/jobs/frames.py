@@ -18,6 +18,7 @@ from airlight.jobs.tasks import FrameTask
 from airlight.jobs.verdict import OfScene
 from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
+from airlight.options.storage import Storage
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ SAMPLES = {"draft": 1, "normal": 2, "final": 3}  # along each side of a pixel
 LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
-SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
-SHAPING += ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
+SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
+SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ class FramesRequest:
     """Says what is wanted of a scene; the names are those of the options of `airlight render`.
 
     values: declared parameters that are set, those of pictures among them. explicit: names of options that the user wrote.
-    recalled_preset: of the settings that are repeated. eye, target: `x,y,z`; lights, suns: as `read_scene_light`.
+    recalled_preset: of the settings that are repeated. animation, scene_of_file: those of `open_scene`. eye, target: `x,y,z`; lights,
+    suns: as `read_scene_light`.
     """
 
     scene: str
@@ -62,12 +64,18 @@ class FramesRequest:
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
     environment: str | None = None
+    animation: str | None = None
+    scene_of_file: str | None = None
+    up: str | None = None
     exclude: Sequence[str] = ()
     preset: str | None = None
     medium: str | None = None
     layer: str | None = None
     occlusion_buffer: str | None = None
     crf: float = 18.0
+    compression: str | None = None
+    file_quality: int | None = None
+    subsampling: str | None = None
     overwrite: bool = False
     skip_existing: bool = False
     resume: bool = False
@@ -77,6 +85,16 @@ class FramesRequest:
     def size(self) -> tuple[int, int]:
         """Give width and height, pixels."""
         return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
+
+    @property
+    def storage(self) -> Storage:
+        """Collect how outputs are packed."""
+        return Storage(self.compression, self.file_quality, self.subsampling)
+
+    @property
+    def adds_lamps(self) -> bool:
+        """Tell whether lamps light the scene, and no sun is asked for."""
+        return bool(self.light) and not self.sun
 
     @property
     def is_film(self) -> bool:
@@ -105,6 +123,7 @@ class FramesRequest:
             raise AirlightError("--layer and --occlusion-buffer go with pictures, not with a film; render numbered frames")
         if self.is_film and self.resume:
             raise AirlightError("--resume goes with numbered frames: a film is written in one run")
+        self.storage.check(path for path in (self.output, self.layer, self.occlusion_buffer) if path is not None)
         if {"turntable", "turn"} <= self.explicit:
             raise AirlightError("--turn and --turntable exclude each other; give one")
 
@@ -138,6 +157,15 @@ def needing_scenes() -> Iterator[None]:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
 
 
+def say_offer(stage: "Stage", asked: Sequence[str]) -> None:
+    """Tell which meshes may be the light of a scene that has none, unless a light is asked for."""
+    from airlight.scenes.lamps import offer
+
+    text = None if asked else offer(stage)
+    if text is not None:
+        say(text, prefix="")
+
+
 def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> None:
     """Raise AirlightError for an option that the user wrote and that means nothing with the method. by: what asks for that, if not
     --method."""
@@ -148,6 +176,13 @@ def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> N
                 raise AirlightError(f"{wrong}, which {by} asks for: leave one of the two out")
             asks = f", which {by} asks for" if by else ""
             raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
+
+
+def _open(r: FramesRequest) -> "Stage":
+    """Open the scene."""
+    from airlight.scenes import open_scene
+
+    return open_scene(r.scene, r.environment, r.seed, r.animation, r.scene_of_file, lamps=r.adds_lamps, up=r.up)
 
 
 def run_frames(request: FramesRequest) -> bool:
@@ -171,11 +206,11 @@ def run_frames(request: FramesRequest) -> bool:
     with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.medium.resolve import resolve
-        from airlight.scenes import offline, open_scene
+        from airlight.scenes import offline
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = _open(r)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
@@ -184,7 +219,7 @@ def run_frames(request: FramesRequest) -> bool:
         return True
     if stage is None:
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = _open(r)
     if r.draw_path:
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
@@ -196,6 +231,7 @@ def run_frames(request: FramesRequest) -> bool:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    say_offer(stage, r.light)
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,
@@ -211,7 +247,7 @@ def run_frames(request: FramesRequest) -> bool:
     if method.has_units:
         _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
-    work = _Work(studio, settings, r.overwrite or r.resume, OfScene(r.output))
+    work = _Work(studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
@@ -311,6 +347,7 @@ class _Work:
     studio: Any
     settings: Settings
     overwrite: bool
+    storage: Storage
     verdict: OfScene
     add: Callable[[Any], None] | None = None  # to a film
 
@@ -344,12 +381,13 @@ class _Work:
         beside: dict[str, Any] = {}
         if exr:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
-        files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
+        kept: dict[str, Any] = {"overwrite": self.overwrite, "settings": settings}
+        files.write_image(task.output, pixels, storage=self.storage.of(task.output), **kept, **beside)
         if task.layer is not None:
             more = {"bits": 32, **medium} if frame.layer_transmittance is not None and layer_exr else {}
-            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
+            files.write_image(task.layer, layer, storage=self.storage.of(task.layer), **kept, **more)
         if task.buffer is not None and frame.source is not None:
-            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)
+            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), storage=self.storage.of(task.buffer), **kept)
 
 
 def _strict(work: Callable[..., Any]) -> Callable[..., Any]:
