@@ -15,6 +15,7 @@ from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
+from airlight.jobs.verdict import OfScene
 from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
 from airlight.options.storage import Storage
@@ -255,16 +256,19 @@ def run_frames(request: FramesRequest) -> bool:
     if method.has_units:
         _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
-    work = _Work(studio, settings, r.overwrite or r.resume, r.storage)
+    work = _Work(studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
             run(todo, work.read, _strict(work.render), _strict(work.write), writers=1)
+        work.verdict.tell()
         return True
     if not r.is_sequence:
         work.write(todo[0], None, work.render(todo[0], None))
+        work.verdict.tell()
         return True
     failed = run(todo, work.read, work.render, work.write)
+    work.verdict.tell()
     say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     return not failed
 
@@ -358,6 +362,7 @@ class _Work:
     settings: Settings
     overwrite: bool
     storage: Storage
+    verdict: OfScene
     add: Callable[[Any], None] | None = None  # to a film
 
     def read(self, task: FrameTask) -> None:
@@ -369,6 +374,7 @@ class _Work:
         found: Frame = self.studio.frame(
             task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
         )
+        self.verdict.look(self.studio, found)
         return found
 
     def write(self, task: FrameTask, _: None, frame: "Frame") -> None:
