@@ -100,4 +100,6 @@ def typed(attributes: dict[int, np.ndarray], number: int, kind: np.dtype[Any]) -
     found = attributes[number]
     if (found.dtype.kind == "f") != (kind.kind == "f"):
         raise ValueError(f"its attribute {number} is {found.dtype} instead of {kind}")
+    if kind.kind != "f" and found.size and int(found.max()) > np.iinfo(kind).max:
+        raise ValueError(f"its attribute {number} does not fit into {kind}")
     return found.reshape(len(found), -1).astype(kind)
