@@ -114,7 +114,7 @@ def test_draco_that_is_not_what_the_file_says(tmp_path: Path) -> None:
         (lambda: w.json["accessors"][0].update(componentType=5126), None),
         (lambda: w.json["accessors"][5].update(count=9), "its header says 128 triangles"),
         (lambda: w.json["accessors"][5].update(count=2**30), "more than the limits"),
-        (lambda: w.json["accessors"][5].update(count=384, componentType=5126), "attribute -1 is uint32 instead of float32"),
+        (lambda: w.json["accessors"][5].update(count=384, componentType=5126), "list of triangles is uint32 instead of float32"),
         (lambda: w.json["accessors"][5].update(componentType=5123), None),
         (lambda: w.json["meshes"][0]["primitives"][0].update(mode=5), "not made of indexed triangles"),
         (lambda: w.json["meshes"][0]["primitives"][0].update(mode=4), None),

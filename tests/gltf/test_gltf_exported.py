@@ -444,3 +444,21 @@ def test_choices_on_the_command_line_are_kept(tmp_path: Path, capsys: pytest.Cap
     assert main(["view", path, "--scene", "Dawn", "--screenshot", str(tmp_path / "v.png")]) == 2
     run, picture, dawn = capsys.readouterr().err.splitlines()[-3:]
     assert "has no animation 'run'" in run and "--animation and --scene are for" in picture and "has no scene 'Dawn'" in dawn
+
+
+def test_an_empty_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    w = square()
+    w.animate(0, "scale", [0, 1], [[0, 0, 0], [1, 1, 1]])
+    for name in ("left", "right"):
+        w.node(camera=w.add("cameras", type="perspective", perspective={"yfov": 1, "znear": 0.1}), translation=[0, 0, 5], name=name)
+    path, size = w.save(tmp_path), ["--width", "32", "--quality", "draft", "--environment", "none", "-y", "-o", str(tmp_path / "it.png")]
+    empty = "the camera sees nothing of it; give --camera (left, right), or --eye x,y,z with --target x,y,z"
+    for more, is_told in (
+        (["--time", "0.5"], False),
+        (["--time", "0.5", "--eye", "0,0,5", "--target", "0,9,5.1"], True),
+        (["--time", "0"], True),  # it is scaled to nothing
+    ):
+        assert main(["render", path, *size, *more]) == 0
+        assert (empty in capsys.readouterr().err) == is_told, more
+    frames = ["--frames", "1-4", "--fps", "8", "-o", str(tmp_path / "it.#.png")]  # it appears in the second
+    assert main(["render", path, *size[:-2], *frames]) == 0 and empty not in capsys.readouterr().err

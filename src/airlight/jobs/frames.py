@@ -218,11 +218,14 @@ def run_frames(request: FramesRequest) -> bool:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
             run(todo, work.read, _strict(work.render), _strict(work.write), writers=1)
+        work.doubt()
         return True
     if not r.is_sequence:
         work.write(todo[0], None, work.render(todo[0], None))
+        work.doubt()
         return True
     failed = run(todo, work.read, work.render, work.write)
+    work.doubt()
     say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     return not failed
 
@@ -311,6 +314,7 @@ class _Work:
     settings: Settings
     overwrite: bool
     add: Callable[[Any], None] | None = None  # to a film
+    saw: bool = False  # something of the scene, in any frame
 
     def read(self, task: FrameTask) -> None:
         """Do nothing: a scene is read once."""
@@ -318,10 +322,20 @@ class _Work:
     def render(self, task: FrameTask, _: None) -> "Frame":
         """Render a frame, and what goes beside it."""
         exr = any(path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
+        from airlight.scenes.in_view import sees_something
+
         found: Frame = self.studio.frame(
             task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
         )
+        self.saw = self.saw or sees_something(self.studio.stage.scene, self.studio.camera)
         return found
+
+    def doubt(self) -> None:
+        """Warn where nothing of the scene was in view in any frame."""
+        if not self.saw:
+            stage = self.studio.stage
+            others = f"--camera ({', '.join(stage.cameras)}), or " if len(stage.cameras) > 1 else ""
+            warn(f"{stage.name}: the camera sees nothing of it; give {others}--eye x,y,z with --target x,y,z")
 
     def write(self, task: FrameTask, _: None, frame: "Frame") -> None:
         """Write a frame, and what goes beside it."""
