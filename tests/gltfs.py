@@ -183,4 +183,11 @@ def everything() -> Writer:
     w.animate(body, "weights", [0, 1, 2], [[0], [0], [1], [0], [0], [1]], clip=0)
     w.animate(body, "translation", [0, 1], [[0, 0, 0]] * 6, "CUBICSPLINE", 0)
     w.animate(bone, "scale", [0, 0.5], [[1, 1, 1], [2, 2, 2]], "STEP")
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": texture}}
+    glass["KHR_materials_volume"] = {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.2]}
+    w.add("materials", extensions=glass, pbrMetallicRoughness={"metallicFactor": 0, "baseColorTexture": texture})
+    old = {"diffuseFactor": [1, 0.5, 0.2, 1], "diffuseTexture": texture, "specularFactor": [0.5, 0.5, 0.5], "glossinessFactor": 0.4}
+    w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": {**old, "specularGlossinessTexture": texture}}, alphaMode="BLEND")
+    for i in (3, 4):
+        w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, i, NORMAL=normals, TEXCOORD_0=SQUARE_UV, COLOR_0=colors))
     return w

@@ -63,7 +63,7 @@ REFUSED = [
     (put("nodes", 1, "weights", [1]), "1 weights for 2 morph targets"),
     (put("meshes", 0, "primitives", []), "mesh 0 is empty"),
     (put("meshes", 0, "primitives", 0, "attributes", {}), "has no positions"),
-    (put("meshes", 0, "primitives", 0, "material", 9), "names number 9 of 3"),
+    (put("meshes", 0, "primitives", 0, "material", 9), "names number 9 of 5"),
     (put("accessors", 0, "count", 10**6), "ends behind the end|another number of vertices"),
     (put("accessors", 0, "count", 0), "not that of glTF 2.0"),
     (put("accessors", 0, "componentType", 5124), "not that of glTF 2.0"),

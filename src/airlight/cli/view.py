@@ -51,7 +51,7 @@ def view(
     scene_of_file: str | None,
     **_: Any,
 ) -> None:
-    """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb or .gltf file) live, with a panel of all parameters."""
+    """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or .stl file) live, with a panel."""
     values = gather(ctx, preset, medium)
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")

@@ -102,7 +102,7 @@ class Viewer:
             picture = read_image(source) if isinstance(source, str) else source
             view = PictureView(self.device, picture)
             self.picture, state.is_image, self.read = view, True, picture
-            found = st.find_candidates(state, view.coarse)
+            found = st.find_candidates(state, view.coarse, view.bounded)
             state.lights = [replace(control, movable=True, direction=False) for control in lights] or [found]
             if lights:
                 state.ask, state.unplaced = "", False
@@ -419,7 +419,7 @@ def offscreen(make: Any, frames: int = 8) -> Any:
 def view(source: Any, light: Any = None, *, device: str | None = None, size: tuple[int, int] = (1000, 600), **parameters: Any) -> Viewer:
     """Open the live viewer in a notebook cell, which shows it.
 
-    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb or .gltf file.
+    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb, .gltf, .obj, .ply, .stl file.
     light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
     """
     try:
@@ -453,4 +453,5 @@ def from_array(array: Any) -> Picture:
         spec=None,
         format="png",
         bits=codes.dtype.itemsize * 8,
+        associated=real,
     )

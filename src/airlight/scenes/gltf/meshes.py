@@ -9,6 +9,7 @@ from airlight.colour import srgb_encode
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.origin import recentred, shifted
 
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
 
@@ -47,6 +48,7 @@ class Meshes:
         self._gltf = gltf
         self._materials = Materials(gltf)
         self._geometries: dict[tuple[int, int], gfx.Geometry | None] = {}
+        self._shifts: dict[tuple[int, int], np.ndarray] = {}  # of their vertices, towards the origin
 
     def objects(self, mesh: int, weights: list[float], skeleton: gfx.Skeleton | None) -> list[gfx.WorldObject]:
         """Make the objects that show a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
@@ -54,26 +56,41 @@ class Meshes:
         found: list[gfx.WorldObject] = []
         for i, primitive in enumerate(described.primitives):
             if (mesh, i) not in self._geometries:
-                self._geometries[mesh, i] = self._geometry(primitive)
-            geometry = self._geometries[mesh, i]
+                self._geometries[mesh, i], self._shifts[mesh, i] = self._geometry(primitive)
+            geometry, shift = self._geometries[mesh, i], self._shifts[mesh, i]
             if geometry is None:
                 continue
             if primitive.mode < TRIANGLES:
                 found.append(self._thin(geometry, primitive))
+                found[-1].local.position = shift
                 continue
-            material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
+            materials = self._materials.parts(primitive.material, "NORMAL" not in primitive.attributes, self._alphas(primitive))
+            if not materials:
+                continue
+            material = materials[0]
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
+                if shift.any():
+                    skeleton = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
                 thing.bind(skeleton, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
+                thing.local.position = shift
             if primitive.targets:
                 thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
-            thing.cast_shadow = material.alpha_mode != "blend"
+            thing.cast_shadow = material.alpha_method == "opaque"
             thing.receive_shadow = True
-            found.append(thing)
+            found += [thing, *(again(thing, other) for other in materials[1:])]
         return found
+
+    def _alphas(self, primitive: Primitive) -> tuple[float, float]:
+        """Find the range of the alphas of a mesh's vertex colours, 0..1."""
+        index = primitive.attributes.get("COLOR_0")
+        if index is None or self._gltf.document.accessors[index].type != "VEC4":
+            return 1.0, 1.0
+        alphas = np.clip(self._gltf.floats(index)[:, 3], 0, 1)
+        return float(alphas.min()), float(alphas.max())
 
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
         """Make points and lines, a pixel or so wide, in the material's plain colour, or their own."""
@@ -96,9 +113,10 @@ class Meshes:
         colors[:, :3] = srgb_encode(colors[:, :3])
         return np.ascontiguousarray(colors, np.float32)
 
-    def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:
+    def _geometry(self, primitive: Primitive) -> tuple[gfx.Geometry | None, np.ndarray]:
+        """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
         gltf = self._gltf
-        positions = gltf.floats(primitive.attributes["POSITION"])
+        positions, shift = recentred(gltf.floats(primitive.attributes["POSITION"]))
         indices = np.arange(len(positions), dtype=np.uint32)
         if primitive.indices is not None:
             indices = gltf.integers(primitive.indices)[:, 0]
@@ -107,13 +125,13 @@ class Meshes:
                 indices = np.append(indices, indices[:1])
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
             if len(indices) < min(2, primitive.mode + 1):
-                return None
+                return None, shift
             if "COLOR_0" not in primitive.attributes:
-                return gfx.Geometry(positions=positions[indices])
-            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices])
+                return gfx.Geometry(positions=positions[indices]), shift
+            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices]), shift
         faces = triangles(indices, primitive.mode)
         if not len(faces):
-            return None
+            return None, shift
         if "NORMAL" in primitive.attributes:
             faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
         arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
@@ -140,7 +158,22 @@ class Meshes:
             if getattr(geometry, "morph_positions", None) is None:
                 geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
             geometry.morph_targets_relative = True
-        return geometry
+        return geometry, shift
+
+
+def again(thing: gfx.Mesh, material: gfx.Material) -> gfx.Mesh:
+    """Make a mesh once more in another material; what is drawn over another casts no shadow."""
+    complete(thing.geometry, material)
+    if isinstance(thing, gfx.SkinnedMesh):
+        other = gfx.SkinnedMesh(thing.geometry, material)
+        other.bind(thing.skeleton, thing.bind_matrix)
+    else:
+        other = gfx.Mesh(thing.geometry, material)
+    if getattr(thing.geometry, "morph_positions", None):
+        other.morph_target_influences = thing.morph_target_influences
+    other.local.matrix = thing.local.matrix
+    other.receive_shadow = True
+    return other
 
 
 def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:

@@ -190,5 +190,6 @@ class Model:
                 self._own.setdefault(i, []).append(thing)
             (self.root if skinned else self.nodes[i]).add(thing)  # the joints alone place a skin
             self.drawn.append(thing)
+            thing.name = self._document.meshes[node.mesh].name[:80]
             if isinstance(thing, gfx.Mesh) and getattr(thing.geometry, "morph_positions", None):
                 self._morphed.setdefault(i, []).append(thing)

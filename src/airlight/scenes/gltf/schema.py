@@ -111,6 +111,10 @@ class TextureInfo(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     strength: Number = 1.0  # of an occlusion map
     extensions: TextureExtensions = TextureExtensions()
 
+    def same_place(self, other: "TextureInfo") -> bool:
+        """Tell whether another texture lies on a mesh alike."""
+        return (self.tex_coord, self.extensions) == (other.tex_coord, other.extensions)
+
 
 class MetallicRoughness(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     base_color_factor: Four = (1.0, 1.0, 1.0, 1.0)
@@ -128,9 +132,38 @@ class Unlit(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     pass
 
 
+class Transmission(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    transmission_factor: Number = 0.0
+    transmission_texture: TextureInfo | None = None
+
+
+class Volume(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    thickness_factor: Number = 0.0
+    attenuation_distance: Amount | None = None  # endless
+    attenuation_color: Three = (1.0, 1.0, 1.0)
+
+
+class SpecularGlossiness(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    diffuse_factor: Four = (1.0, 1.0, 1.0, 1.0)
+    diffuse_texture: TextureInfo | None = None
+    specular_factor: Three = (1.0, 1.0, 1.0)
+    glossiness_factor: Number = 1.0
+    specular_glossiness_texture: TextureInfo | None = None
+
+
 class MaterialExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     emissive_strength: EmissiveStrength | None = field(default=None, name="KHR_materials_emissive_strength")
+    specular_glossiness: SpecularGlossiness | None = field(default=None, name="KHR_materials_pbrSpecularGlossiness")
+    transmission: Transmission | None = field(default=None, name="KHR_materials_transmission")
+    volume: Volume | None = field(default=None, name="KHR_materials_volume")
     unlit: Unlit | None = field(default=None, name="KHR_materials_unlit")
+
+
+def textures_of(found: MaterialExtensions) -> list[TextureInfo | None]:
+    """List the textures that a material's extensions name."""
+    more = [] if found.transmission is None else [found.transmission.transmission_texture]
+    old = found.specular_glossiness
+    return more if old is None else [*more, old.diffuse_texture, old.specular_glossiness_texture]
 
 
 class Material(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -195,6 +228,7 @@ class Primitive(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 class Mesh(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     primitives: list[Primitive]
     weights: list[Number] = []
+    name: str = ""
 
 
 class Skin(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):

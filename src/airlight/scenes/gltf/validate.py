@@ -35,7 +35,10 @@ EXTENSIONS = frozenset(
         "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
         "KHR_materials_emissive_strength",
+        "KHR_materials_pbrSpecularGlossiness",
+        "KHR_materials_transmission",
         "KHR_materials_unlit",
+        "KHR_materials_volume",
         "KHR_mesh_quantization",
         "KHR_meshopt_compression",
         "KHR_node_visibility",
@@ -211,7 +214,7 @@ class Gltf(Accessors):
         for i, material in enumerate(d.materials):
             pbr = material.pbr_metallic_roughness
             infos = (pbr.base_color_texture, pbr.metallic_roughness_texture, material.normal_texture, material.occlusion_texture)
-            for info in (*infos, material.emissive_texture):
+            for info in (*infos, material.emissive_texture, *schema.textures_of(material.extensions)):
                 if info is not None:
                     self.within(info.index, d.textures, f"material {i}")
 
