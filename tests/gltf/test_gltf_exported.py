@@ -198,6 +198,25 @@ def test_interleaved_attributes(tmp_path: Path, eye: Eye) -> None:
     assert eye.linear(opened(w, tmp_path).scene, frontal())[32, 48, :3].tolist() == [0, 1, 0]
 
 
+def test_strides_and_ranges_of_0_mean_none(tmp_path: Path) -> None:
+    w = square()
+    w.json["bufferViews"][0]["byteStride"] = 0
+    w.node(extensions=w.light(type="point", intensity=1, range=0))
+    assert opened(w, tmp_path).lights[0].target.distance == 0
+
+
+def test_joints_that_are_left_out_are_told(tmp_path: Path) -> None:
+    w = Writer()
+    joints, weights = w.accessor([[0] * 4] * 4, "uint8"), w.accessor([[0.5, 0, 0, 0]] * 4)
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, JOINTS_0=joints, WEIGHTS_0=weights, JOINTS_1=joints, WEIGHTS_1=weights), skin=0)
+    w.add("skins", joints=[w.node(translation=[0, 1, 0])])
+    stage = opened(w, tmp_path, "vertices follow four joints at most")
+    np.testing.assert_allclose(corners(stage), np.array(SQUARE) + (0, 1, 0))
+    w.json["scenes"][0]["nodes"] = [0]
+    stage = opened(w, tmp_path, "skin 0 has joints that are not in the scene", "vertices follow four joints")
+    np.testing.assert_allclose(corners(stage), SQUARE)
+
+
 # ---------------------------------------------------------------- extensions
 
 
