@@ -19,6 +19,8 @@ from airlight.errors import AirlightError, AirlightWarning
 from airlight.pygfx.casters import Casters
 from airlight.scenes import Stage, open_scene
 from airlight.scenes.gltf import images, meshes
+from airlight.scenes.gltf.extensions import CHANGES, SILENT
+from airlight.scenes.gltf.validate import EXTENSIONS
 from airlight.scenes.triangles import of_mesh
 
 HALF = math.sqrt(0.5)
@@ -406,6 +408,10 @@ def test_what_is_ignored_is_listed_once(tmp_path: Path) -> None:
     opened(w, tmp_path, "X_0019 (unknown) and 979 more")
     w.json["extensionsRequired"] = ["FB_own"]
     refused(tmp_path, w.glb(), "needs 'FB_own'")
+
+
+def test_no_extension_is_read_and_ignored() -> None:
+    assert not EXTENSIONS & {*CHANGES, *SILENT} and not CHANGES.keys() & set(SILENT)
 
 
 # ---------------------------------------------------------------- choices
