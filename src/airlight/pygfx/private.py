@@ -350,5 +350,5 @@ class _Shaders(jinja2.BaseLoader):
     def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
         source, name, is_current = self.loader.get_source(environment, template)
         if template in SHADERS:
-            source = "\n".join(["$$ if airlight_casts is defined", load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
+            source = "\n".join(["$$ if airlight_casts is defined and lighting", load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
         return source, name, is_current
