@@ -172,6 +172,9 @@ def everything() -> Writer:
     w.node(tip, mesh=plain)
     w.node(bone, extensions=w.light(type="spot", intensity=100, range=20, spot={"innerConeAngle": 0, "outerConeAngle": 0.5}))
     w.node(extensions=w.light(type="point", color=[1, 0.5, 0.2], intensity=50))
+    many = {"TRANSLATION": w.accessor([[0, 0, 0], [1, 0, 0]]), "ROTATION": w.accessor([[0, 0, 0, 1]] * 2)}
+    many["SCALE"] = w.accessor([[1, 1, 1]] * 2)
+    w.node(mesh=plain, extensions={"EXT_mesh_gpu_instancing": {"attributes": many}, "KHR_node_visibility": {"visible": True}})
     w.node(extensions=w.light(type="directional"), rotation=[-0.3, 0, 0, 0.95])
     lens = {"yfov": 0.7, "znear": 0.1}
     w.node(bone, camera=w.add("cameras", type="perspective", perspective=lens), translation=[0, 0, 5], name="eye")
@@ -180,4 +183,11 @@ def everything() -> Writer:
     w.animate(body, "weights", [0, 1, 2], [[0], [0], [1], [0], [0], [1]], clip=0)
     w.animate(body, "translation", [0, 1], [[0, 0, 0]] * 6, "CUBICSPLINE", 0)
     w.animate(bone, "scale", [0, 0.5], [[1, 1, 1], [2, 2, 2]], "STEP")
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": texture}}
+    glass["KHR_materials_volume"] = {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.2]}
+    w.add("materials", extensions=glass, pbrMetallicRoughness={"metallicFactor": 0, "baseColorTexture": texture})
+    old = {"diffuseFactor": [1, 0.5, 0.2, 1], "diffuseTexture": texture, "specularFactor": [0.5, 0.5, 0.5], "glossinessFactor": 0.4}
+    w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": {**old, "specularGlossinessTexture": texture}}, alphaMode="BLEND")
+    for i in (3, 4):
+        w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, i, NORMAL=normals, TEXCOORD_0=SQUARE_UV, COLOR_0=colors))
     return w

@@ -443,3 +443,22 @@ def test_views_are_numbered_as_layers(device: Device) -> None:
     """shadow_layers is as many as there can be."""
     air = resolve(Medium(), March(cascades=3), "final", 1.0)
     assert [lamp.shadow_layers(air) for lamp in LAMPS.values()] == [3, 1, 6]
+
+
+@pytest.mark.parametrize("mode", ["blend", "weighted_blend", "dither"])
+def test_what_is_blended_on_purpose_casts_where_it_is_opaque(device: Device, mode: str) -> None:
+    """As leaves with soft edges are; not what is told to write no depth, nor what only adds or multiplies."""
+    at = held(device, square(map=window(140), alpha_mode=mode))
+    assert at(*FRAME).all() and not at(*PANE).any()
+    assert held(device, square(map=window(250), alpha_mode=mode))(*FRAME, *PANE).all()
+    assert held(device, square(alpha_mode=mode))(*FRAME, *PANE).all()
+    for material in ({"opacity": 0.9}, {"color": (1, 1, 1, 0.9)}, {"depth_write": False}):
+        sheet = square(**{"map": window(255), "alpha_mode": mode, **material})
+        assert Casters(device, scene(sheet)).gather()[0] == [], material
+    for other in ("add", "multiply"):
+        assert Casters(device, scene(square(map=window(255), alpha_mode=other))).gather()[0] == []
+
+
+def test_the_blended_rest_of_what_is_drawn_in_two_does_not_cast(device: Device) -> None:
+    sheet = square(map=window(255), alpha_mode="blend", depth_write=False, alpha_test=0.5, alpha_compare=">=")
+    assert Casters(device, scene(sheet)).gather()[0] == []

@@ -31,8 +31,8 @@ def test_base_colour_is_factor_times_texture_times_vertex_colour(tmp_path: Path,
 
 
 def test_alpha_modes_and_samplers(tmp_path: Path, eye: Eye) -> None:
-    pixels = np.full((1, 4, 4), 255, np.uint8)
-    pixels[0, :, 3] = 255, 140, 120, 0
+    pixels = np.full((1, 32, 4), 255, np.uint8)
+    pixels[0, :, 3] = np.repeat([255, 140, 120, 0], 8)
     for mode, expected in (("OPAQUE", [1, 1, 1, 1]), ("MASK", [1, 1, 0, 0]), ("BLEND", [1, 140 / 255, 120 / 255, 0])):
         w = Writer()
         texture = w.texture(pixels, {"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33071})

@@ -29,6 +29,7 @@ WIDTH = 480  # of a scene
 _PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"}
 _PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
+_SCENES |= {"animation", "scene_of_file"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
 
@@ -220,7 +221,8 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     if o["against"] == "mitsuba":
         mitsuba.ready()
     shared_device(o["device"])
-    stage = open_scene(source, o["environment"], o["seed"], lamps=request.adds_lamps, up=o["up"])
+    more = {"lamps": request.adds_lamps, "up": o["up"]}
+    stage = open_scene(source, o["environment"], o["seed"], o["animation"], o["scene_of_file"], **more)
     say_offer(stage, o["written"])
     base = stage.settings | values
     for text in texts:  # before anything is drawn

@@ -9,7 +9,7 @@ import rich_click
 
 from airlight.cli.options import gather, given, scene_options
 from airlight.cli.settings import recalled_preset
-from airlight.cli.shared import FILES, LIGHT, file_option, flag_option, medium_options, option, preset_options
+from airlight.cli.shared import FILES, LIGHT, file_option, file_scene_options, flag_option, medium_options, option, preset_options
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -65,6 +65,7 @@ class _Fps(click.ParamType):
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("scene", metavar="SCENE")
 @file_option("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
+@file_scene_options
 @option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
 @option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
 @option("--target", panel=CAMERA, type=_Numbers(PLACE), help="With --eye: look at this; unset: the scene's centre.")

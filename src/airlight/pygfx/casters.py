@@ -18,7 +18,7 @@ from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.bounds import Bounds
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.prepass import shown, silhouette, solid, strength
+from airlight.pygfx.prepass import pattern, shown, silhouette, solid, strength
 from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
@@ -36,29 +36,37 @@ class Role(private.Blender):
 
 
 Gathered = tuple[list[tuple[Any, Role]], Matrix]  # casters with their roles, and (N, 8, 3), their hulls in the world
+BLENDED = ("auto", "blend", "weighted_blend", "dither", "bayer")  # by alpha, over what is behind
 CAST = Role("casters", "pygfx/cast.wgsl")
 HALF = Role("casters by halves", "pygfx/cast_half.wgsl")
+OPAQUE = Role("casters where opaque", "pygfx/cast_opaque.wgsl")
 
 
 def role(mesh: Any, material: Any) -> Role | None:
-    """Chooses how a mesh casts; None where one sees through it, or where it writes no depth, as skies do.
+    """Chooses how a mesh casts; None where one sees through all of it, or where it is told to write no depth, as skies are.
 
-    What pygfx blends though it may well be solid ("auto" with a map that has an alpha) casts where that is at least a half.
+    What pygfx blends though it may well be solid ("auto" with a map that has an alpha) casts where that is at least a half, and what is
+    meant to be blended where it is opaque, as leaves are whose edges alone are soft; or where its alpha test says, if it writes depth.
     """
-    if not material.depth_write or material.alpha_method == "stochastic":
+    if not material.depth_write and (material.depth_write_is_set or material.alpha_method == "opaque"):
         return None
     if solid(mesh, material):
         return CAST
-    if material.alpha_mode != "auto" or material.opacity < 1 or getattr(getattr(material, "color", None), "a", 1.0) < 1:
+    mode = material.alpha_mode
+    if mode not in BLENDED or material.opacity < 1 or getattr(getattr(material, "color", None), "a", 1.0) < 1:
         return None
-    return CAST if private.alpha_tested(material) else HALF
+    if private.alpha_tested(material) and material.depth_write:
+        return CAST
+    if mode == "auto":
+        return HALF
+    return OPAQUE if pattern(mesh, material) else CAST
 
 
 class Casters:
     """Draws the shadow maps of lights over a scene's casters.
 
-    These are its visible meshes that are solid but for what an alpha test cuts, whatever their cast_shadow says; not pygfx's helpers, nor
-    what is in `exclude` or below it, nor the bodies of lights: emitters that are targets of `lights`, and what glows around a gfx light
+    These are its visible meshes, where they are solid (see `role`), whatever their cast_shadow says; not pygfx's helpers, nor what is in
+    `exclude` or below it, nor the bodies of lights: emitters that are targets of `lights`, and what glows around a gfx light
     that is below or right above it. Both sides cast. scene, lights, exclude may be set at any time.
     """
 

@@ -13,6 +13,8 @@ def open_scene(
     name_or_path: str | os.PathLike[str],
     environment: str | None = None,
     seed: int | None = None,
+    animation: str | None = None,
+    scene: str | None = None,
     *,
     lamps: bool = False,
     up: str | None = None,
@@ -20,6 +22,7 @@ def open_scene(
     """Open "table", "flying", a scene of VALIDATION, or a .glb, .gltf, .obj, .ply or .stl file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
+    animation, scene: of a .glb or .gltf file, a clip and a scene by name, or by number from 0; None: its first clip, and its default scene.
     seed: of the path of "flying", None: its own. lamps: some will be added, so a file without lights gets no sun.
     up: "y" or "z", the axis of an .obj, .ply or .stl file that points up; None: z of .stl, else y. It becomes y: with z up, a point
     x, y, z of the file is x, z, -y.
@@ -30,6 +33,10 @@ def open_scene(
         raise AirlightError(f"{name}: has no seed; only flying has")
     if up is not None and not name.lower().endswith(MESHES):
         raise AirlightError(f"{name}: says itself which way is up; --up goes with .obj, .ply and .stl files")
+    if name in (*NAMES, *VALIDATION) or name.lower().endswith(MESHES):
+        for option, value in (("animation", animation), ("scene", scene)):
+            if value is not None:
+                raise AirlightError(f"{name}: has one {option} at most; leave --{option} out, or give a .glb or .gltf file")
     if name in (*NAMES, *VALIDATION):
         if environment is not None:
             raise AirlightError(f"{name}: has its own environment; choose another for {A_FILE}")
@@ -54,4 +61,4 @@ def open_scene(
         return meshfiles.load(name, environment, lamps, up)
     from airlight.scenes.gltf.load import load
 
-    return load(name, environment, lamps)
+    return load(name, environment, animation, scene, lamps)

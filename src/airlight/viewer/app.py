@@ -37,8 +37,8 @@ MISSING = "pip install airlight[viewer]"
 class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
-    source: a picture's path, a Picture, a scene's name or path. Raises AirlightError where it cannot be shown; later failures are lines in
-    the panel. Shows itself in notebooks, if the canvas does.
+    source: a picture's path, a Picture, a scene's name or path; animation, scene: those of `open_scene`. Raises AirlightError where it
+    cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if the canvas does.
     """
 
     def __init__(
@@ -50,10 +50,13 @@ class Viewer:
         lights: Sequence[LightControl] = (),
         device: str | None = None,
         folder: str = ".",
+        animation: str | None = None,
+        scene: str | None = None,
     ) -> None:
         from airlight.viewer.panel import Panel
 
         self.canvas, self.folder = canvas, folder
+        self._of_file = {"animation": animation, "scene": scene}  # of the source with which it begins
         self.device = shared_device(device)
         self.scene: Any = None
         self.picture: Any = None
@@ -99,7 +102,7 @@ class Viewer:
             picture = read_image(source) if isinstance(source, str) else source
             view = PictureView(self.device, picture)
             self.picture, state.is_image, self.read = view, True, picture
-            found = st.find_candidates(state, view.coarse)
+            found = st.find_candidates(state, view.coarse, view.bounded)
             state.lights = [replace(control, movable=True, direction=False) for control in lights] or [found]
             if lights:
                 state.ask, state.unplaced = "", False
@@ -109,7 +112,7 @@ class Viewer:
             unfit = ("method",) if METHODS[before].lights_medium else ()
             st.open_defaults(state, {}, unfit)
         else:
-            stage = _open_scene(path)
+            stage = _open_scene(path, **(self._of_file if path == state.source else {}))
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
@@ -373,11 +376,11 @@ def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | Non
     draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
-def _open_scene(name: str) -> Any:
+def _open_scene(name: str, animation: str | None = None, scene: str | None = None) -> Any:
     try:
         from airlight.scenes import open_scene
 
-        return open_scene(name)
+        return open_scene(name, animation=animation, scene=scene)
     except ImportError as error:
         raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None
 
@@ -450,4 +453,5 @@ def from_array(array: Any) -> Picture:
         spec=None,
         format="png",
         bits=codes.dtype.itemsize * 8,
+        associated=real,
     )

@@ -30,10 +30,10 @@ GLOW = 0.5  # the mean radiance around a light that its shafts are made for: bri
 SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
-def load(path: str, environment: str | None = None, lamps: bool = False) -> Stage:
+def load(path: str, environment: str | None = None, animation: str | None = None, scene: str | None = None, lamps: bool = False) -> Stage:
     """Load a stage as `scenes.open_scene` says."""
-    gltf = Gltf(path)
-    return stage_of(gltf, Model(gltf), environment, lamps)
+    gltf = Gltf(path, scene)
+    return stage_of(gltf, Model(gltf, animation), environment, lamps)
 
 
 def stage_of(gltf: Any, model: Any, environment: str | None, lamps: bool) -> Stage:
@@ -99,7 +99,8 @@ class _Loader:
 
     def _add_lights(self) -> None:
         nodes, lights = self._document.nodes, self._document.extensions.lights.lights
-        named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
+        shown = sorted({*self._gltf.order} - self._gltf.hidden)
+        named = {i: lights[found.light] for i in shown if (found := nodes[i].extensions.light) is not None}
         shining = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(shining) > MAX_LIGHTS:
             warn(f"{self._gltf.container.path}: has {len(shining)} lights; the {MAX_LIGHTS} brightest shine", 4)
@@ -269,7 +270,7 @@ def _light(described: schema.Light) -> gfx.Light:
     elif described.type == "point":
         light = gfx.PointLight(color, intensity, decay=2, distance=described.range or 0)
     else:
-        outer = min(described.spot.outer_cone_angle, math.radians(89))
+        outer = min(max(described.spot.outer_cone_angle, 1e-3), math.radians(89))
         inner = min(described.spot.inner_cone_angle, outer * 0.999)
         light = gfx.SpotLight(color, intensity, decay=2, distance=described.range or 0, angle=outer, penumbra=1 - inner / outer)
     light.name = described.name[:80]

@@ -1,17 +1,20 @@
 """Make materials and textures of a checked glTF file as those of pygfx."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pygfx as gfx
 
-from airlight.scenes.gltf import images, schema
+from airlight.scenes.gltf import glass, images, opacity, schema
+from airlight.scenes.gltf.glossiness import converted
 from airlight.scenes.gltf.validate import Gltf
 
 _WRAP = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST, _LINEAR = 9728, 9729
 _MIN_NEAREST = (9728, 9984, 9986)
 _MIP_NEAREST = (9984, 9985)
+MOST_CUTOFF = 0.998  # of an alpha test, or what filters leave of 1 would be cut
 
 
 def colour(linear: tuple[float, ...]) -> gfx.Color:
@@ -25,26 +28,29 @@ class Materials:
 
     def __init__(self, gltf: Gltf) -> None:
         self._gltf = gltf
-        self._textures: dict[tuple[int, bool], gfx.Texture] = {}
-        self._materials: dict[tuple[int, bool], gfx.Material] = {}
+        self._textures: dict[tuple[int, bool, bool], gfx.Texture] = {}
+        self._parts: dict[tuple[int, bool, opacity.Range], list[gfx.Material]] = {}
 
-    def _texture(self, image: int, mips: bool) -> gfx.Texture:
-        if (image, mips) not in self._textures:
-            data, kind = self._gltf.images[image]
+    def _texture(self, image: int, mips: bool, bled: bool) -> gfx.Texture:
+        if (image, mips, bled) not in self._textures:
+            data, kind = self._gltf.image(image)
             pixels = images.pixels(data, kind, f"{self._gltf.container.path}: image {image}")
-            self._textures[image, mips] = gfx.Texture(pixels, dim=2, generate_mipmaps=mips)
-        return self._textures[image, mips]
+            pixels = opacity.bled(pixels) if bled else pixels
+            self._textures[image, mips, bled] = gfx.Texture(pixels, dim=2, generate_mipmaps=mips)
+        return self._textures[image, mips, bled]
 
-    def _map(self, info: schema.TextureInfo | None) -> gfx.TextureMap | None:
+    def _map(self, info: schema.TextureInfo | None, bled: bool = False) -> gfx.TextureMap | None:
+        """Make a map of a texture. bled: of one whose alpha counts, see `opacity.bled`."""
         if info is None:
             return None
         document = self._gltf.document
         texture = document.textures[info.index]
-        if texture.source is None:  # of an extension
+        source = self._gltf.source(info.index)
+        if source is None:  # of an extension
             return None
         sampler = schema.Sampler() if texture.sampler is None else document.samplers[texture.sampler]
         found = gfx.TextureMap(
-            self._texture(texture.source, sampler.min_filter not in (_NEAREST, _LINEAR)),
+            self._texture(source, sampler.min_filter not in (_NEAREST, _LINEAR), bled),
             uv_channel=info.tex_coord,
             mag_filter="nearest" if sampler.mag_filter == _NEAREST else "linear",
             min_filter="nearest" if sampler.min_filter in _MIN_NEAREST else "linear",
@@ -61,21 +67,83 @@ class Materials:
         return found
 
     def material(self, index: int | None, flat: bool = False) -> gfx.Material:
-        """Make the material, or glTF's default one. flat: of a mesh without normals."""
-        key = (-1 if index is None else index, flat)
-        if key not in self._materials:
-            self._materials[key] = self._made(schema.Material() if index is None else self._gltf.document.materials[index], flat)
-        return self._materials[key]
+        """Make the material as one, or glTF's default one. flat: of a mesh without normals."""
+        return self._made(self._described(index), flat, opacity.SOLID)
 
-    def _made(self, m: schema.Material, flat: bool) -> gfx.Material:
+    def parts(self, index: int | None, flat: bool = False, alphas: opacity.Range = (1.0, 1.0)) -> list[gfx.Material]:
+        """Make the materials that show a mesh, to be drawn one after the other; none for what is cut away whole.
+
+        alphas: the range of those of its vertices' colours.
+        """
+        key = (-1 if index is None else index, flat, alphas)
+        if key not in self._parts:
+            m = self._described(index)
+            found = self._glass(m, flat) if m.extensions.transmission is not None else []
+            self._parts[key] = found or [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
+        return self._parts[key]
+
+    def _described(self, index: int | None) -> schema.Material:
+        if index is None:
+            return schema.Material()
+        m = self._gltf.document.materials[index]
+        old = m.extensions.specular_glossiness
+        return m if old is None else converted(m, self._mean(old.specular_glossiness_texture, 3))
+
+    def _codes(self, info: schema.TextureInfo | None, bled: bool = False) -> np.ndarray | None:
+        """Read the codes of a texture, (H, W, 4) uint8; None where there is none. bled: as in `_map`."""
+        found = self._map(info, bled)
+        return None if found is None else np.asarray(found.texture.data)
+
+    def _mean(self, info: schema.TextureInfo | None, channel: int) -> float:
+        """Average a channel of a texture, 0..1; 1 where there is none."""
+        codes = self._codes(info)
+        return 1.0 if codes is None else float(codes[..., channel].mean()) / 255
+
+    def _modes(self, m: schema.Material, alphas: opacity.Range) -> list[dict[str, Any]]:
+        """Choose pygfx's settings for the draws of a material that lets no light through."""
+        if m.alpha_mode == "MASK":
+            return [] if m.alpha_cutoff > 1 else [{**opacity.SOLID, "alpha_test": min(m.alpha_cutoff, MOST_CUTOFF)}]
+        if m.alpha_mode == "OPAQUE":
+            return [opacity.SOLID]
         pbr = m.pbr_metallic_roughness
-        mode = {"BLEND": {"alpha_mode": "blend", "depth_write": False}, "MASK": {"alpha_mode": "solid", "alpha_test": m.alpha_cutoff}}
-        common = {
-            "color": colour(pbr.base_color_factor),
-            "map": self._map(pbr.base_color_texture),
-            "side": "both" if m.double_sided else "front",
-            **mode.get(m.alpha_mode, {"alpha_mode": "solid"}),
-        }
+        codes = self._codes(pbr.base_color_texture, bled=True)
+        alpha = None if codes is None else codes[..., 3]
+        return opacity.layers(opacity.alpha_range(alpha, pbr.base_color_factor[3], alphas), opacity.is_cut_out(alpha))
+
+    def _glass(self, m: schema.Material, flat: bool) -> list[gfx.Material]:
+        """Make the materials of what light passes; none for what it does not."""
+        info = m.pbr_metallic_roughness.base_color_texture
+        mask = None if m.extensions.transmission is None else m.extensions.transmission.transmission_texture
+        share, codes = glass.transmission(m, self._mean(m.pbr_metallic_roughness.metallic_roughness_texture, 2)), self._codes(mask)
+        framed = mask is not None and codes is not None and m.alpha_mode == "OPAQUE" and (info is None or info.same_place(mask))
+        if codes is not None and not framed:
+            share *= float(codes[..., 0].mean()) / 255
+        if not glass.is_glass(m, share):
+            return []
+        color, base = colour(tuple(glass.tint(m))), self._map(info, m.alpha_mode != "OPAQUE")
+        if framed and codes is not None and (base := base or self._map(mask)) is not None:
+            base.texture = gfx.Texture(glass.in_frame(codes, self._codes(info), share), dim=2, generate_mipmaps=True)
+        tinted = m.alpha_mode != "BLEND" and (base is not None or min(color.to_physical()[:3]) < 1)
+        made: list[gfx.Material] = []
+        for what, settings in glass.draws(share, framed, tinted):
+            if m.alpha_mode == "MASK":
+                settings = {**settings, "alpha_test": min(m.alpha_cutoff, MOST_CUTOFF) * settings.get("opacity", 1.0)}
+            if what == "tint":
+                made.append(gfx.MeshBasicMaterial(color=color, map=base, side=_side(m), **settings))
+                continue
+            made.append(self._made(m, flat, settings))
+            if framed:
+                made[-1].map = base
+            if what == "gloss":
+                made[-1].color = (0, 0, 0, made[-1].color.a)
+                made[-1].emissive_intensity *= share if share < 1 - glass.BODY else 1
+        return made
+
+    def _made(self, m: schema.Material, flat: bool, settings: dict[str, Any]) -> gfx.Material:
+        """Make a material with pygfx's settings of alpha and depth."""
+        pbr = m.pbr_metallic_roughness
+        base = self._map(pbr.base_color_texture, m.alpha_mode != "OPAQUE")
+        common = {"color": colour(pbr.base_color_factor), "map": base, "side": _side(m), **settings}
         if m.extensions.unlit is not None:
             return gfx.MeshBasicMaterial(**common)
         surface = self._map(pbr.metallic_roughness_texture)
@@ -98,6 +166,10 @@ class Materials:
         if m.occlusion_texture is not None:
             material.ao_map_intensity = min(max(m.occlusion_texture.strength, 0.0), 1.0)
         return material
+
+
+def _side(m: schema.Material) -> str:
+    return "both" if m.double_sided else "front"
 
 
 def uv_matrix(transform: schema.TextureTransform) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
+from airlight.colour import srgb_encode
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
 from airlight.scenes.gltf.validate import Gltf
@@ -14,6 +15,7 @@ POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 
 
 
 _CHUNK = 65536  # vertices that are skinned at a time
+_MANY = 2**22  # vertices of instances, beyond which their boxes stand for them
 
 
 def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
@@ -62,7 +64,10 @@ class Meshes:
                 found.append(self._thin(geometry, primitive))
                 found[-1].local.position = shift
                 continue
-            material = self._materials.material(primitive.material, flat="NORMAL" not in primitive.attributes)
+            materials = self._materials.parts(primitive.material, "NORMAL" not in primitive.attributes, self._alphas(primitive))
+            if not materials:
+                continue
+            material = materials[0]
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
@@ -74,18 +79,39 @@ class Meshes:
                 thing.local.position = shift
             if primitive.targets:
                 thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
-            thing.cast_shadow = material.alpha_mode != "blend"
+            thing.cast_shadow = material.alpha_method == "opaque"
             thing.receive_shadow = True
-            found.append(thing)
+            found += [thing, *(again(thing, other) for other in materials[1:])]
         return found
 
+    def _alphas(self, primitive: Primitive) -> tuple[float, float]:
+        """Find the range of the alphas of a mesh's vertex colours, 0..1."""
+        index = primitive.attributes.get("COLOR_0")
+        if index is None or self._gltf.document.accessors[index].type != "VEC4":
+            return 1.0, 1.0
+        alphas = np.clip(self._gltf.floats(index)[:, 3], 0, 1)
+        return float(alphas.min()), float(alphas.max())
+
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
-        """Make points and lines, a pixel or so wide, in the material's plain colour."""
-        color = self._materials.material(primitive.material).color
+        """Make points and lines, a pixel or so wide, in the material's plain colour, or their own."""
+        more = {"color": self._materials.material(primitive.material).color}
+        if getattr(geometry, "colors", None) is not None:
+            more["color_mode"] = "vertex"
         if primitive.mode == POINTS:
-            return gfx.Points(geometry, gfx.PointsMaterial(color=color, size=2))
+            return gfx.Points(geometry, gfx.PointsMaterial(size=2, **more))
         kind = gfx.LineSegmentMaterial if primitive.mode == LINES else gfx.LineMaterial
-        return gfx.Line(geometry, kind(color=color, thickness=1.5))
+        return gfx.Line(geometry, kind(thickness=1.5, **more))
+
+    def _plain_colors(self, primitive: Primitive) -> np.ndarray:
+        """Multiply COLOR_0 by the material's colour: (N, 3 or 4) float32, as sRGB codes, which pygfx takes for points and lines alone."""
+        colors = np.clip(self._gltf.floats(primitive.attributes["COLOR_0"]), 0, 1)
+        if primitive.material is not None:
+            factor = self._gltf.document.materials[primitive.material].pbr_metallic_roughness.base_color_factor
+            if factor[3] < 1 and colors.shape[1] == 3:
+                colors = np.concatenate([colors, np.ones((len(colors), 1), np.float32)], axis=1)
+            colors = colors * np.clip(np.array(factor[: colors.shape[1]], np.float32), 0, 1)
+        colors[:, :3] = srgb_encode(colors[:, :3])
+        return np.ascontiguousarray(colors, np.float32)
 
     def _geometry(self, primitive: Primitive) -> tuple[gfx.Geometry | None, np.ndarray]:
         """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
@@ -98,7 +124,11 @@ class Meshes:
             if primitive.mode == LINE_LOOP:
                 indices = np.append(indices, indices[:1])
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
-            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None, shift
+            if len(indices) < min(2, primitive.mode + 1):
+                return None, shift
+            if "COLOR_0" not in primitive.attributes:
+                return gfx.Geometry(positions=positions[indices]), shift
+            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices]), shift
         faces = triangles(indices, primitive.mode)
         if not len(faces):
             return None, shift
@@ -129,6 +159,21 @@ class Meshes:
                 geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
             geometry.morph_targets_relative = True
         return geometry, shift
+
+
+def again(thing: gfx.Mesh, material: gfx.Material) -> gfx.Mesh:
+    """Make a mesh once more in another material; what is drawn over another casts no shadow."""
+    complete(thing.geometry, material)
+    if isinstance(thing, gfx.SkinnedMesh):
+        other = gfx.SkinnedMesh(thing.geometry, material)
+        other.bind(thing.skeleton, thing.bind_matrix)
+    else:
+        other = gfx.Mesh(thing.geometry, material)
+    if getattr(thing.geometry, "morph_positions", None):
+        other.morph_target_influences = thing.morph_target_influences
+    other.local.matrix = thing.local.matrix
+    other.receive_shadow = True
+    return other
 
 
 def complete(geometry: gfx.Geometry, material: gfx.Material) -> None:
@@ -168,4 +213,15 @@ def vertices(thing: gfx.WorldObject) -> np.ndarray:
                 placed[part] += weights[part, i, None] * moved
         return placed
     matrix = thing.world.matrix
+    if isinstance(thing, gfx.InstancedMesh):
+        return _instanced(points, matrix @ np.asarray(thing.instance_buffer.data["matrix"], np.float64).transpose(0, 2, 1))
+    points = points[np.isfinite(points).all(axis=1)]  # between lines that are one object
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def _instanced(points: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Place points once for each matrix, or, where these are many, the corners of their box."""
+    if len(points) * len(matrices) > _MANY:
+        low, high = points.min(axis=0), points.max(axis=0)
+        points = np.stack(np.meshgrid(*zip(low, high)), axis=-1).reshape(-1, 3)
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]).reshape(-1, 3)

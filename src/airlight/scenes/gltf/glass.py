@@ -1,0 +1,75 @@
+"""Draw KHR_materials_transmission: light passes, tinted by the base colour, below a faint reflection; nothing is bent or blurred."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.scenes.gltf import schema
+from airlight.scenes.gltf.opacity import BLENDED, split
+
+LEAST = 0.5  # transmission from which light passes; below, a surface is drawn, and casts, as a solid one
+DARK = 0.05  # transmission times tint below which nothing is seen through it: it is solid too
+BODY = 0.02  # of a surface's own colour, from which it is drawn over what is behind
+TINT: dict[str, Any] = {"alpha_mode": "multiply", "depth_write": False}
+GLOSS: dict[str, Any] = {"alpha_mode": "add", "depth_write": False}
+GLOSS_WHOLE: dict[str, Any] = {  # whatever the alpha of a map that tells glass from its frame
+    "alpha_config": {"method": "blended", "color_src": "one", "color_dst": "one", "alpha_src": "zero", "alpha_dst": "one"},
+    "depth_write": False,
+}
+
+
+def transmission(m: schema.Material, metal: float = 1.0) -> float:
+    """Compute the share of light, 0..1, that passes a material, its tint and textures aside. metal: mean of its metalness texture."""
+    found = m.extensions.transmission
+    if found is None or m.extensions.unlit is not None:
+        return 0.0
+    metalness = min(max(m.pbr_metallic_roughness.metallic_factor, 0.0), 1.0) * metal
+    return float(min(max(found.transmission_factor, 0.0), 1.0) * (1 - metalness))
+
+
+def tint(m: schema.Material) -> np.ndarray:
+    """Compute what colours the light that passes, (3,): the base colour, and what KHR_materials_volume absorbs on the way."""
+    colour = np.clip(m.pbr_metallic_roughness.base_color_factor[:3], 0, 1)
+    volume = m.extensions.volume
+    if volume is None or not volume.attenuation_distance or volume.thickness_factor <= 0:
+        return colour
+    depth = min(volume.thickness_factor / volume.attenuation_distance, 100.0)
+    absorbed: np.ndarray = colour * np.clip(volume.attenuation_color, 0, 1) ** depth
+    return absorbed
+
+
+def is_glass(m: schema.Material, share: float) -> bool:
+    """Tell whether light passes a material of which `transmission` is the share."""
+    return share >= LEAST and share * float(tint(m).max()) >= DARK
+
+
+def in_frame(codes: np.ndarray, base: np.ndarray | None, share: float) -> np.ndarray:
+    """Make a base colour texture, (H, W, 4) uint8, whose alpha is 1 but where light passes, and there 1 - its share.
+
+    codes: of the transmission texture, in its red; base: of the base colour, of any size.
+    """
+    if base is None:
+        out = np.full((*codes.shape[:2], 4), 255, np.uint8)
+    else:
+        out = base.copy()
+        rows, columns = (np.arange(n) * m // n for n, m in zip(base.shape[:2], codes.shape[:2], strict=True))
+        codes = codes[rows[:, None], columns]
+    passed = codes[..., 0] / 255.0 * share
+    out[..., 3] = np.where(passed >= LEAST, np.rint(255 * (1 - passed)), 255)
+    return out
+
+
+def draws(share: float, framed: bool, tinted: bool) -> list[tuple[str, dict[str, Any]]]:
+    """List (what, settings of pygfx) of the draws that show glass, first to last: "frame", "tint", "body", "gloss".
+
+    framed: an alpha, of `in_frame`, tells glass from what is solid; tinted: it colours what is behind.
+    """
+    found = [("tint", TINT)] if tinted else []
+    if share < 1 - BODY:
+        found.append(("body", BLENDED if framed else {**BLENDED, "opacity": 1 - share}))
+    if not framed:
+        return [*found, ("gloss", {**GLOSS, "opacity": share if share < 1 - BODY else 1.0})]
+    frame, rest = split(1 - share / 2)
+    glass = {name: rest[name] for name in ("alpha_test", "alpha_compare")}
+    found.append(("gloss", GLOSS_WHOLE))
+    return [("frame", frame), *((what, {**settings, **glass}) for what, settings in found)]
