@@ -71,9 +71,9 @@ class Meshes:
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
-                if shift.any():
-                    skeleton = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
-                thing.bind(skeleton, np.eye(4))
+                bones, inverses = skeleton.bones, skeleton.bone_inverses
+                own = gfx.Skeleton(bones, [shifted(inverse, shift) for inverse in inverses]) if shift.any() else skeleton
+                thing.bind(own, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
                 thing.local.position = shift
