@@ -18,6 +18,7 @@ from airlight.errors import AirlightError, AirlightWarning, MachineError
 from airlight.scenes import Stage, open_scene
 
 HANG = 10  # seconds
+DATA = Path(__file__).parent / "data"
 ODD: tuple[Any, ...] = (0, 1, 2, -1, 3, 7, 255, 256, 65535, 65536, 2**31 - 1, 2**31, 2**32, 2**53, 10**30, 0.5, -0.0, 1e-45, 1e-30, 1e8)
 ODD += (1e9, 1e30, 1e300, True, None, "", "x", "2.0", [], {}, [0], [[]], "../x", "/dev/zero", "data:;base64,AAAA", "MAT4", "SCALAR", "VEC3")
 ODD += (5120, 5121, 5123, 5125, 5126, "weights", "rotation", "CUBICSPLINE", "STEP", "BLEND", 9984, [0, 0, 0], [1e9] * 4, [0] * 16)
@@ -70,7 +71,8 @@ def mutated(chance: random.Random, seeds: list[bytes]) -> bytes:
 
 def campaign(folder: Path, number: int, seed: int, render: Callable[[Stage], None]) -> tuple[int, list[str], float, int]:
     """(how many were stages, faults, the longest in seconds, KiB that the process grew) of `number` mutants. Some stages are rendered."""
-    seeds = [gltfs.everything().glb(), gltfs.everything().glb(), (Path(__file__).parent / "data" / "hawk.glb").read_bytes()]
+    files = ((DATA / name).read_bytes() for name in ("hawk.glb", "cases/meshopt.glb"))
+    seeds = [gltfs.everything().glb(), gltfs.everything().glb(), *files]
     path = folder / "mutant.glb"
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     stages, faults, longest = 0, [], 0.0

@@ -172,6 +172,9 @@ def everything() -> Writer:
     w.node(tip, mesh=plain)
     w.node(bone, extensions=w.light(type="spot", intensity=100, range=20, spot={"innerConeAngle": 0, "outerConeAngle": 0.5}))
     w.node(extensions=w.light(type="point", color=[1, 0.5, 0.2], intensity=50))
+    many = {"TRANSLATION": w.accessor([[0, 0, 0], [1, 0, 0]]), "ROTATION": w.accessor([[0, 0, 0, 1]] * 2)}
+    many["SCALE"] = w.accessor([[1, 1, 1]] * 2)
+    w.node(mesh=plain, extensions={"EXT_mesh_gpu_instancing": {"attributes": many}, "KHR_node_visibility": {"visible": True}})
     w.node(extensions=w.light(type="directional"), rotation=[-0.3, 0, 0, 0.95])
     lens = {"yfov": 0.7, "znear": 0.1}
     w.node(bone, camera=w.add("cameras", type="perspective", perspective=lens), translation=[0, 0, 5], name="eye")

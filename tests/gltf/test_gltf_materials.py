@@ -98,7 +98,7 @@ def test_maps_are_spared_where_the_driver_fails(tmp_path: Path, eye: Eye, monkey
     w.node(extensions=w.light(type="directional"))
 
     def shown(broken: bool, words: str = "") -> tuple[set[str], gfx.Material]:
-        monkeypatch.setattr("airlight.scenes.gltf.load.broken_driver", lambda: broken)
+        monkeypatch.setattr("airlight.scenes.lamps.broken_driver", lambda: broken)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             stage = open_scene(w.save(tmp_path), "none")

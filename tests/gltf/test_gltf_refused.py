@@ -51,13 +51,12 @@ def tall(json: dict) -> None:
 REFUSED = [
     (put("asset", "version", "1.0"), "glTF of version '1.0'"),
     (put("asset", "minVersion", "2.1"), "glTF of version '2.1'"),
-    (put("extensionsRequired", ["KHR_draco_mesh_compression"]), "needs 'KHR_draco_mesh_compression'"),
+    (put("extensionsRequired", ["KHR_texture_basisu"]), "needs 'KHR_texture_basisu'"),
     (put("nodes", 0, "children", [99]), "a child of node 0 names number 99"),
     (put("nodes", 0, "children", [1, 1]), "two parents"),
     (put("nodes", 1, "children", [0]), "circle|has a parent"),
     (circle, "in a circle"),
     (chain, "deeper than 256"),
-    (put("scenes", 0, "nodes", [1]), "has a parent"),
     (put("scene", 3), "names number 3 of 1"),
     (put("nodes", 1, "mesh", 44), "names number 44"),
     (put("nodes", 4, "skin", 44), "names number 44"),
@@ -79,7 +78,7 @@ REFUSED = [
     (put("materials", 0, "normalTexture", "index", 8), "names number 8"),
     (put("textures", 0, "source", 8), "names number 8"),
     (put("textures", 0, "sampler", 8), "names number 8"),
-    (put("images", 0, "bufferView", 1), "neither PNG nor JPEG"),
+    (put("images", 0, "bufferView", 1), "neither PNG, JPEG, WebP nor AVIF"),
     (put("images", 0, {"bufferView": 0, "uri": "x.png"}), "either a URI or a buffer view"),
     (put("skins", 0, "joints", []), "has 0 joints"),
     (put("skins", 0, "joints", [0, 0, 0]), "fewer than its joints"),
@@ -91,7 +90,6 @@ REFUSED = [
     (put("cameras", 0, "perspective", "zfar", 0.05), "camera 0 sees from 0.1 to 0.05"),
     (put("cameras", 0, "type", "orthographic"), "camera 0 is orthographic, but does not say how"),
     (put("extensions", "KHR_lights_punctual", "lights", 0, "intensity", -1), "not that of glTF 2.0"),
-    (put("extensions", "KHR_lights_punctual", "lights", 0, "spot", "innerConeAngle", 0.6), "a cone from 0.6 to 0.5"),
     (put("nodes", 0, "scale", [1e9, 1e9, 1e9]), "reaches farther"),
     (put("nodes", 0, "translation", [1e300, 0, 0]), "not that of glTF 2.0"),
     (put("nodes", [{} for _ in range(20001)]), "20001 nodes"),
@@ -112,7 +110,7 @@ def test_values_that_are_no_numbers(tmp_path: Path) -> None:
     node = w.node(mesh=w.mesh(TRIANGLE, NORMAL=[[0, np.inf, 1]] * 3))
     (mesh,) = drawn(open_scene(w.save(tmp_path), "none"))
     assert mesh.geometry.normals.data.tolist() == [[0, 0, 1]] * 3  # mended
-    w.animate(node, "translation", [0, 0], [[0, 0, 0]] * 2)
+    w.animate(node, "translation", [1, 0], [[0, 0, 0]] * 2)
     refused(tmp_path, w.glb(), "times of animation 0 do not grow")
     for bad in (b'{"asset": {"version": "2.0"}, "scene": NaN}', b'{"asset": {"version": "2.0"}, "nodes": [{"scale": [1e999, 1, 1]}]}'):
         refused(tmp_path, bad, "not that of glTF 2.0", "scene.gltf")
@@ -225,7 +223,7 @@ def test_files_larger_than_the_limit(tmp_path: Path) -> None:
 def test_images_that_are_bombs_or_damaged(tmp_path: Path) -> None:
     good = gltfs.png(np.random.default_rng(1).integers(0, 256, (16, 16, 4), np.uint8))
     huge = good[:16] + struct.pack(">II", 30000, 30000) + good[24:]
-    for data, words in ((huge, "megapixels"), (good[:600], "image 0: is damaged"), (b"RIFF" + bytes(40), "neither PNG nor JPEG")):
+    for data, words in ((huge, "megapixels"), (good[:600], "image 0: is damaged"), (b"RIFF" + bytes(40), "neither PNG, JPEG, WebP")):
         w = Writer()
         w.add("images", bufferView=w.view(data))
         material = w.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": w.add("textures", source=0)}})

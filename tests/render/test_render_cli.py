@@ -33,6 +33,8 @@ from airlight.scenes import offline
         (["-o", "a.png", "--eye", "0,nan,0"], "x,y,z"),
         (["-o", "a.png", "--eye", "0,1,0", "--target", "0,1,0"], "one place"),
         (["-o", "a.png", "--light", "0,1"], "x,y,z"),
+        (["-o", "a.png", "--light", "wal"], "did you mean 'wall'?"),
+        (["-o", "a.png", "--light", "wall"], "emits no light; say how many candela it has, as in 'wall;strength=50'"),
         (["-o", "a.png", "--light", "0,1,2;colour=1,1,1"], "color=R,G,B"),
         (["-o", "a.png", "--sun", "10,91"], "beyond 90"),
         (["-o", "a.png", "--light", "0,1,2;strength=-1"], "not negative"),
@@ -82,7 +84,9 @@ def test_a_light_moves_the_lamp_of_the_scene():
     lamp = at.lights[0].target
     assert tuple(lamp.world.position) == (1, 2, -4)
     first, second, third = studio.shafts.lights
-    assert first.target is lamp and first.strength == 2 and second.position == (0, 1, 0) and third.direction[0] > 0.9
+    assert first.target is lamp and first.strength == 2
+    assert isinstance(second.target, gfx.PointLight) and tuple(second.target.world.position) == (0, 1, 0)
+    assert isinstance(third.target, gfx.DirectionalLight) and third.homogeneous()[0] > 0.9
 
 
 def test_a_sun_turns_the_lamp_that_is_one():

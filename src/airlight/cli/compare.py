@@ -16,10 +16,10 @@ from airlight.cli.options import given
 from airlight.cli.shared import LIGHT, flag_option, option
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
-from airlight.jobs.frames import LARGEST, needing_scenes
+from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
-from airlight.scenes import NAMES, VALIDATION, is_scene
+from airlight.scenes.names import A_FILE, FILES, NAMES, VALIDATION, is_scene
 
 if TYPE_CHECKING:
     from airlight.compare.result import Comparison, Row
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 WIDTH = 480  # of a scene
 _PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"}
 _PICTURES |= NOT_IN_SCENES - OF_LOOK
-_SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "exclude"}
+_SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
+_SCENES |= {"animation", "scene_of_file"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
 
@@ -63,8 +64,8 @@ class _Light(click.ParamType):
     panel=LIGHT,
     type=_Light(),
     multiple=True,
-    help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3. "
-    'May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
+    help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
+    "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",
 )
 @option(
     "--variant",
@@ -96,8 +97,8 @@ def compare(
 ) -> None:
     """Compare methods or settings: error against the truth, cost, difference.
 
-    On the picture IN, whose truth is the converged sum; or in SCENE (table, flying, a scene of validation, a .glb or .gltf file), whose
-    truth is the light that its medium scatters.
+    On the picture IN, whose truth is the converged sum; or in SCENE (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or
+    .stl file), whose truth is the light that its medium scatters.
     """
     scene = is_scene(source)
     if not scene:
@@ -105,7 +106,7 @@ def compare(
     for one in ctx.command.params:
         name = str(one.name)
         if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
-            other = "a picture" if scene else "a scene (table, flying, a .glb or .gltf file)"
+            other = "a picture" if scene else f"a scene (table, flying, {A_FILE})"
             raise AirlightError(f"{one.opts[0]} goes with {other}, which {source} is not: leave it out")
     result, title = (_in_scene if scene else _on_picture)(ctx, source, output, texts)
 
@@ -127,7 +128,7 @@ def _check_picture(source: str) -> None:
     if not os.path.lexists(source) and not os.path.splitext(source)[1]:
         known = (*NAMES, *VALIDATION)
         close = difflib.get_close_matches(source, known, 1)
-        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, .glb and .gltf files"
+        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, {', '.join(FILES)} files"
         raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
 
 
@@ -220,7 +221,9 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     if o["against"] == "mitsuba":
         mitsuba.ready()
     shared_device(o["device"])
-    stage = open_scene(source, o["environment"], o["seed"])
+    more = {"lamps": request.adds_lamps, "up": o["up"]}
+    stage = open_scene(source, o["environment"], o["seed"], o["animation"], o["scene_of_file"], **more)
+    say_offer(stage, o["written"])
     base = stage.settings | values
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)

@@ -9,7 +9,7 @@ import rich_click
 
 from airlight.cli.options import gather, given, scene_options
 from airlight.cli.settings import recalled_preset
-from airlight.cli.shared import FILES, LIGHT, file_option, flag_option, medium_options, option, preset_options
+from airlight.cli.shared import FILES, LIGHT, file_option, file_scene_options, flag_option, medium_options, option, preset_options
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -65,6 +65,7 @@ class _Fps(click.ParamType):
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
 @click.argument("scene", metavar="SCENE")
 @file_option("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
+@file_scene_options
 @option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
 @option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
 @option("--target", panel=CAMERA, type=_Numbers(PLACE), help="With --eye: look at this; unset: the scene's centre.")
@@ -84,8 +85,8 @@ class _Fps(click.ParamType):
     panel=LIGHT,
     type=SceneLightType(PLACE),
     multiple=True,
-    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2". It moves a lamp of the scene where one casts shafts.'
-    " May be repeated.",
+    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a mesh by name. It moves a lamp of the '
+    "scene where one casts shafts, else it is added. May be repeated.",
 )
 @option(
     "--sun",
@@ -95,6 +96,7 @@ class _Fps(click.ParamType):
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light.",
 )
 @option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
+@option("--up", panel=CAMERA, type=click.Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl.")
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
@@ -113,7 +115,8 @@ class _Fps(click.ParamType):
 @option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @click.pass_context
 def render(ctx: click.Context, **_: Any) -> int:
-    """Render SCENE (table, flying, or a .glb or .gltf file) with its light shafts: a picture, numbered pictures, or a film.
+    """Render SCENE (table, flying, or a .glb, .gltf, .obj, .ply or .stl file) with its light shafts: a picture, numbered
+    pictures, or a film.
 
     The quality is that of the shafts, and of the picture: draft, normal and final take 1, 4 and 9 samples a pixel.
     """

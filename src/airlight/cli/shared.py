@@ -54,6 +54,15 @@ def preset_options(command: F) -> F:
     return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
 
 
+def file_scene_options(command: F) -> F:
+    """Decorator: the options that choose of what a scene's file holds."""
+    clip = option("--animation", panel="Scene", metavar="NAME|N", help="A clip of a .glb or .gltf file, N from 0; unset: its first.")
+    scene = option(
+        "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
+    )
+    return clip(scene(command))
+
+
 def medium_options(command: F) -> F:
     """Decorator: the options that give a medium its values."""
     medium = option(

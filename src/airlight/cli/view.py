@@ -9,7 +9,7 @@ import rich_click
 
 from airlight.cli.light import LightText, LightType
 from airlight.cli.options import gather, parameter_options
-from airlight.cli.shared import medium_options, option
+from airlight.cli.shared import file_scene_options, medium_options, option
 from airlight.errors import AirlightError
 
 
@@ -29,6 +29,7 @@ from airlight.errors import AirlightError
     help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
     "Unset: it is found.",
 )
+@file_scene_options
 @option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
 @medium_options
 @functools.partial(parameter_options, scenes=True)
@@ -46,13 +47,16 @@ def view(
     preset: str | None,
     medium: str | None,
     device: str | None,
+    animation: str | None,
+    scene_of_file: str | None,
     **_: Any,
 ) -> None:
-    """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb or .gltf file) live, with a panel of all parameters."""
+    """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or .stl file) live, with a panel."""
     values = gather(ctx, preset, medium)
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
     from airlight.files import check_output, write_image
+    from airlight.scenes import is_scene
 
     if screenshot is not None:
         check_output(screenshot, [source], overwrite)
@@ -61,10 +65,12 @@ def view(
     except ImportError as error:
         raise AirlightError(f"the viewer needs more packages ({error}): pip install airlight[viewer]") from None
     lights = _light_controls(written, source)
+    if not is_scene(source) and (animation, scene_of_file) != (None, None):
+        raise AirlightError("--animation and --scene are for a .glb or .gltf file: leave them out for a picture")
 
     def make(canvas: Any) -> Any:
         try:
-            return app.Viewer(canvas, source, values=values, lights=lights, device=device)
+            return app.Viewer(canvas, source, values=values, lights=lights, device=device, animation=animation, scene=scene_of_file)
         except ImportError as error:
             raise AirlightError(f"the viewer needs more packages ({error}): {app.MISSING}") from None
 

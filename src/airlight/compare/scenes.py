@@ -45,7 +45,9 @@ class ComparedView:
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
-        self.punctual = punctual_lights(self.lights)
+        self.set_up = first.studio.set_up
+        with self.set_up():
+            self.punctual = punctual_lights(self.lights)
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
@@ -106,7 +108,9 @@ class ComparedView:
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
         try:
-            seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
+            with self.set_up():
+                seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
+                view, projection = self.camera.view_matrix.copy(), self.camera.projection_matrix
         except AirlightError as error:
             if against is not None:
                 raise AirlightError(f"--against {against}: {error}; or use --against walk") from None
@@ -114,14 +118,14 @@ class ComparedView:
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
         what = seen, self.punctual, medium, casting
         if against == "mitsuba":
-            layer, noise = mitsuba.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+            layer, noise = mitsuba.layer(view, projection, size, *what)
             where = rule.clear(layer.path_length)
             alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
-        layer = tracer.layer(self.camera.view_matrix, self.camera.projection_matrix, size, *what)
+        layer = tracer.layer(view, projection, size, *what)
         return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit segments of each ray"
 
     def _walked(self, medium: ResolvedMedium, why: str) -> tuple[Layer, str]:

@@ -27,8 +27,8 @@ SAMPLES = {"draft": 1, "normal": 2, "final": 3}  # along each side of a pixel
 LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
-SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "width", "height", "no_antialias")
-SHAPING += ("time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
+SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
+SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class FramesRequest:
     """Says what is wanted of a scene; the names are those of the options of `airlight render`.
 
     values: declared parameters that are set, those of pictures among them. explicit: names of options that the user wrote.
-    recalled_preset: of the settings that are repeated. eye, target: `x,y,z`; lights, suns: as `read_scene_light`.
+    recalled_preset: of the settings that are repeated. animation, scene_of_file: those of `open_scene`. eye, target: `x,y,z`; lights,
+    suns: as `read_scene_light`.
     """
 
     scene: str
@@ -61,6 +62,9 @@ class FramesRequest:
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
     environment: str | None = None
+    animation: str | None = None
+    scene_of_file: str | None = None
+    up: str | None = None
     exclude: Sequence[str] = ()
     preset: str | None = None
     medium: str | None = None
@@ -76,6 +80,11 @@ class FramesRequest:
     def size(self) -> tuple[int, int]:
         """Give width and height, pixels."""
         return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
+
+    @property
+    def adds_lamps(self) -> bool:
+        """Tell whether lamps light the scene, and no sun is asked for."""
+        return bool(self.light) and not self.sun
 
     @property
     def is_film(self) -> bool:
@@ -137,6 +146,15 @@ def needing_scenes() -> Iterator[None]:
         raise AirlightError(f"3-D scenes need an extra ({error.name} is missing): pip install airlight[scenes]") from None
 
 
+def say_offer(stage: "Stage", asked: Sequence[str]) -> None:
+    """Tell which meshes may be the light of a scene that has none, unless a light is asked for."""
+    from airlight.scenes.lamps import offer
+
+    text = None if asked else offer(stage)
+    if text is not None:
+        say(text, prefix="")
+
+
 def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> None:
     """Raise AirlightError for an option that the user wrote and that means nothing with the method. by: what asks for that, if not
     --method."""
@@ -147,6 +165,13 @@ def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> N
                 raise AirlightError(f"{wrong}, which {by} asks for: leave one of the two out")
             asks = f", which {by} asks for" if by else ""
             raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
+
+
+def _open(r: FramesRequest) -> "Stage":
+    """Open the scene."""
+    from airlight.scenes import open_scene
+
+    return open_scene(r.scene, r.environment, r.seed, r.animation, r.scene_of_file, lamps=r.adds_lamps, up=r.up)
 
 
 def run_frames(request: FramesRequest) -> bool:
@@ -170,11 +195,11 @@ def run_frames(request: FramesRequest) -> bool:
     with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.medium.resolve import resolve
-        from airlight.scenes import offline, open_scene
+        from airlight.scenes import offline
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = _open(r)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
@@ -183,7 +208,7 @@ def run_frames(request: FramesRequest) -> bool:
         return True
     if stage is None:
         shared_device(r.device)
-        stage = open_scene(r.scene, r.environment, r.seed)
+        stage = _open(r)
     if r.draw_path:
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
@@ -195,6 +220,7 @@ def run_frames(request: FramesRequest) -> bool:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    say_offer(stage, r.light)
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,

@@ -1,7 +1,8 @@
 """Reads lights as a user writes them.
 
 Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
-places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z` or `azimuth,elevation`, with colour and strength.
+places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
+colour and strength.
 """
 
 import math
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from airlight.files import Picture
     from airlight.files.images import Window
     from airlight.pygfx import SceneLight
+    from airlight.scenes.lamps import NamedLight
 
 
 _AUTO = re.compile(r"auto(?::([1-9]\d?)(\+)?)?")
@@ -147,19 +149,31 @@ def triple(text: str) -> tuple[float, float, float]:
 
 
 def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
+    """Read the numbers of a light's position or direction, none where it is the name of an object, and {color, strength} as given."""
     place, known = split_light(text, form.upper())
     ImageLight((0, 0), **known)  # raises for these
+    if form == PLACE and _is_name(place):
+        return (), known
     at = numbers(place, form)
     if form == SUN and abs(at[1]) > 90:
         raise AirlightError(f"the elevation of the sun {text!r} is beyond 90 degrees: write azimuth,elevation, as in 90,20")
     return at, known
 
 
-def read_scene_light(text: str, form: str) -> "SceneLight":
-    """Read `x,y,z` or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with `;color=R,G,B;strength=S`."""
+def _is_name(place: str) -> bool:
+    """Tell the name of an object from numbers, badly written ones too."""
+    return "," not in place and any(c.isalpha() for c in place.lower().replace("e", "", 1))
+
+
+def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
+    """Read `x,y,z`, the name of an object, or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with
+    `;color=R,G,B;strength=S`."""
     from airlight.pygfx import SceneLight
+    from airlight.scenes.lamps import NamedLight
 
     at, known = light_numbers(text, form)
+    if not at:
+        return NamedLight(split_light(text, form.upper())[0], **known)
     if form == PLACE:
         return SceneLight(position=(at[0], at[1], at[2]), disc_half_angle=SUN_SIZE, **known)
     turn, up = (math.radians(v) for v in at)

@@ -2,6 +2,7 @@
 
 from airlight.pygfx.effect import LightShafts, add_light_shafts, enable_timing
 from airlight.pygfx.lights import SceneLight
+from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import use_hdr
 
-__all__ = ["LightShafts", "SceneLight", "add_light_shafts", "enable_timing", "use_hdr"]
+__all__ = ["LightShafts", "SceneLight", "add_light_shafts", "enable_timing", "near_origin", "use_hdr"]

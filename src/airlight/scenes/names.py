@@ -13,8 +13,11 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "dense": ("dense", "front"),
     "mirrored": ("mirrored", "front"),
 }
+MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
+FILES = (".glb", ".gltf", *MESHES)
+A_FILE = "a .glb, .gltf, .obj, .ply or .stl file"
 
 
 def is_scene(source: str) -> bool:
     """Tell a scene, by its name or its file's, from a picture."""
-    return source in (*NAMES, *VALIDATION) or source.lower().endswith((".glb", ".gltf"))
+    return source in (*NAMES, *VALIDATION) or source.lower().endswith(FILES)

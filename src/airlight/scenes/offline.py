@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
-import difflib
 import logging
 import math
 from collections.abc import Iterator, Sequence
@@ -20,7 +18,10 @@ from airlight.lights.punctual import Triple
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.origin import near_origin
 from airlight.scatter.methods import METHODS
+from airlight.scenes.lamps import NamedLight, lighting, named
+from airlight.scenes.origin import origin
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -32,7 +33,7 @@ class Shot:
     """Says how a stage is filmed. samples: along each side of a pixel; their mean is the pixel. smooth: edges after that, where tones are.
 
     camera: one of the stage's by name, None: its first; or eye instead, with target, None: the stage's centre, and fov: degrees, of the
-    picture's smaller side. lights: instead of those that the stage has; they move its lamps of their kind.
+    picture's smaller side. lights: instead of those that the stage has, as `lamps.lighting` takes them.
     """
 
     width: int
@@ -43,7 +44,7 @@ class Shot:
     eye: Triple | None = None
     target: Triple | None = None
     fov: float = 50.0
-    lights: tuple[SceneLight, ...] = ()
+    lights: tuple[SceneLight | NamedLight, ...] = ()
 
 
 @dataclass
@@ -161,13 +162,14 @@ class Studio:
         self.camera = gfx.PerspectiveCamera(shot.fov)
         if self._followed is None:
             _place(self.camera, stage, shot)
-        self._lights, self._moved = _lights(stage, shot)
+        self._lighting = lighting(stage, shot.lights)
         scene = in_scene or SceneOptions()
         scene = msgspec.structs.replace(scene, tone="none") if linear else scene
-        hidden = [thing for name in exclude for thing in _named(stage.scene, name)]
+        hidden = [thing for name in exclude for thing in named(stage.scene, name, "--exclude")]
+        hidden += [body for body in self._lighting.bodies if all(body is not light.target for light in self._lighting.lights)]
         self.renderer = make_renderer(shot)
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
-        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lights, parameters, composite, scene, **more)
+        self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
@@ -177,10 +179,9 @@ class Studio:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
         self.stage.pose(time, self._followed)
-        for target, position in self._moved:
-            target.world.position = position
+        self._lighting.move()
         self._carry(turn)
-        with _raised():
+        with _raised(), self.set_up():
             self.renderer.render(self.stage.scene, self.camera)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
@@ -205,6 +206,14 @@ class Studio:
             if not shafts.is_lit:
                 found.source = np.zeros_like(found.source)
         return found
+
+    @contextlib.contextmanager
+    def set_up(self) -> Iterator[None]:
+        """Let the shot's lamps shine, and bring all near the origin, as for the last frame, while a block lasts."""
+        stage = self.stage
+        place = origin(stage.center, stage.radius, self.camera)
+        with self._lighting.shining(), near_origin(stage.scene, self.camera, place, self.shafts.lights):
+            yield
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size
@@ -271,42 +280,6 @@ def _place(camera: Any, stage: Stage, shot: Shot) -> None:
     near, far = next((c.depth_range for c in stage.cameras.values() if c.depth_range), (math.inf, 0.0))
     away = float(np.linalg.norm(stage.center - eye))
     camera.depth_range = min(near, stage.radius / 1000), max(far, 4 * (away + stage.radius))
-
-
-def _lights(stage: Stage, shot: Shot) -> tuple[list[SceneLight], list[tuple[Any, Any]]]:
-    """Chooses what casts shafts, and which of the stage's lights move where: each requested light takes the next of its kind."""
-    if not shot.lights:
-        return list(stage.lights), []
-    lights, moved = [], []
-    free = [light for light in stage.lights if light.target is not None]
-    for requested in shot.lights:
-        sun = requested.direction is not None
-        taken = next((light for light in free if isinstance(light.target, gfx.DirectionalLight) == sun), None)
-        if taken is None:
-            lights.append(requested)
-            continue
-        free.remove(taken)
-        position: Any = requested.position
-        if sun:
-            about = np.asarray(taken.target.target.world.position, float)
-            towards = np.asarray(requested.direction, float)
-            position = about + towards / np.linalg.norm(towards) * np.linalg.norm(np.asarray(taken.target.world.position) - about)
-        moved.append((taken.target, position))
-        lights.append(dataclasses.replace(taken, color=requested.color, strength=requested.strength))
-    return lights, moved
-
-
-def _named(scene: Any, name: str) -> list[Any]:
-    """Finds the objects of a name. Raises AirlightError where there are none."""
-    found: dict[str, list[Any]] = {}
-    for thing in scene.iter():
-        if thing.name:
-            found.setdefault(thing.name, []).append(thing)
-    if name not in found:
-        close = difflib.get_close_matches(name, found, 1)
-        hint = f"; did you mean {close[0]!r}?" if close else f"; there is {', '.join(list(found)[:12]) or 'nothing with a name'}"
-        raise AirlightError(f"--exclude {name}: the scene has no object of that name{hint}")
-    return found[name]
 
 
 class _Errors(logging.Handler):

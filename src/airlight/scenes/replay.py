@@ -32,7 +32,8 @@ class Replay:
             del self.shafts.render  # the class's own again
 
     def record(self, encoder: Any) -> None:
-        self.shafts.render(encoder, **self.textures)
+        with self.studio.set_up():
+            self.shafts.render(encoder, **self.textures)
 
     def spent(self, record: Callable[[Any], None] | None = None) -> tuple[float, dict[str, float]]:
         """Time one run of `record`, None: its own: (ms of wall time, ms of each pass by label); {} where the device has no timestamps."""

@@ -22,6 +22,7 @@ class Stage:
     the camera, if given and one of those that follow something, moves too.
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
     path: a line where something flies along, hidden until its `visible` is set, or None.
+    glowing: names of the meshes that emit light, of a scene without lights of its own.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
@@ -35,4 +36,5 @@ class Stage:
     radius: float
     movable: SceneLight | None = None
     path: gfx.WorldObject | None = None
+    glowing: tuple[str, ...] = ()
     settings: dict[str, Any] = field(default_factory=dict)

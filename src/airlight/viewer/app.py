@@ -37,8 +37,8 @@ MISSING = "pip install airlight[viewer]"
 class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
-    source: a picture's path, a Picture, a scene's name or path. Raises AirlightError where it cannot be shown; later failures are lines in
-    the panel. Shows itself in notebooks, if the canvas does.
+    source: a picture's path, a Picture, a scene's name or path; animation, scene: those of `open_scene`. Raises AirlightError where it
+    cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if the canvas does.
     """
 
     def __init__(
@@ -50,10 +50,13 @@ class Viewer:
         lights: Sequence[LightControl] = (),
         device: str | None = None,
         folder: str = ".",
+        animation: str | None = None,
+        scene: str | None = None,
     ) -> None:
         from airlight.viewer.panel import Panel
 
         self.canvas, self.folder = canvas, folder
+        self._of_file = {"animation": animation, "scene": scene}  # of the source with which it begins
         self.device = shared_device(device)
         self.scene: Any = None
         self.picture: Any = None
@@ -109,7 +112,7 @@ class Viewer:
             unfit = ("method",) if METHODS[before].lights_medium else ()
             st.open_defaults(state, {}, unfit)
         else:
-            stage = _open_scene(path)
+            stage = _open_scene(path, **(self._of_file if path == state.source else {}))
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
@@ -373,11 +376,11 @@ def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | Non
     draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
-def _open_scene(name: str) -> Any:
+def _open_scene(name: str, animation: str | None = None, scene: str | None = None) -> Any:
     try:
         from airlight.scenes import open_scene
 
-        return open_scene(name)
+        return open_scene(name, animation=animation, scene=scene)
     except ImportError as error:
         raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None
 
@@ -416,7 +419,7 @@ def offscreen(make: Any, frames: int = 8) -> Any:
 def view(source: Any, light: Any = None, *, device: str | None = None, size: tuple[int, int] = (1000, 600), **parameters: Any) -> Viewer:
     """Open the live viewer in a notebook cell, which shows it.
 
-    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb or .gltf file.
+    source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb, .gltf, .obj, .ply, .stl file.
     light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
     """
     try:

@@ -327,7 +327,7 @@ class Panel:
             s.requests.append(("open", chosen))
         self._label("Open")
         imgui.set_next_item_width(-52)
-        s.path = self._text("path", s.path, "picture, .glb or .gltf")
+        s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
         imgui.same_line()
         if self._button("open", "Open", -1) and s.path:
             s.requests.append(("open", s.path))

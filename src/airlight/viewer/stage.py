@@ -10,7 +10,9 @@ from pygfx.utils.viewport import Viewport
 
 from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
+from airlight.scenes.origin import origin
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
@@ -149,7 +151,9 @@ class SceneView:
         shafts = self.shafts
         shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs[:5]
         shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
-        self.renderer.render(self.stage.scene, self.camera)
+        stage = self.stage
+        with near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), shafts.lights):
+            self.renderer.render(stage.scene, self.camera)
         if state.timing:
             state.passes = shafts.profile()
 

@@ -7,9 +7,9 @@ import numpy as np
 
 
 def unit(quaternion: np.ndarray) -> np.ndarray:
-    """Normalise (4,) x, y, z, w; no turn where there is none to take."""
-    length = float(np.linalg.norm(quaternion))
-    return quaternion / length if length > 1e-9 else np.array([0.0, 0.0, 0.0, 1.0])
+    """Normalise (..., 4) x, y, z, w; no turn where there is none to take."""
+    length = np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    return np.where(length > 1e-9, quaternion / np.maximum(length, 1e-9), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 def slerp(a: np.ndarray, b: np.ndarray, share: float) -> np.ndarray:
@@ -55,6 +55,13 @@ class Track:
             + step * (cube - square) * self.values[i + 1, 0].astype(np.float64)
         )
 
+    def least(self) -> float:
+        """Bound how small its numbers become, from below: 0 where they may change their sign."""
+        if self.interpolation == "CUBICSPLINE":
+            return 0.0 if (np.diff(self.values[:, 1], axis=0) != 0).any() else float(np.abs(self.values[:, 1]).min())
+        passes = (self.values.min(axis=0) < 0) & (self.values.max(axis=0) > 0)
+        return 0.0 if passes.any() else float(np.abs(self.values).min())
+
     def _value(self, i: int) -> np.ndarray:
         return (self.values[i, 1] if self.interpolation == "CUBICSPLINE" else self.values[i]).astype(np.float64)
 
@@ -63,31 +70,30 @@ class Track:
 
 
 THIN = 1e-6  # least scale: what is flatter has no inverse, which normals need
+LEAST = THIN**3  # least product of scales, from the root down: single floats hold its square
 
 
-def thick(matrix: np.ndarray) -> np.ndarray:
-    """Scale (4, 4) up where a direction is scaled by less than THIN."""
-    u, sizes, v = np.linalg.svd(matrix[:3, :3])
-    if sizes[2] < THIN:
-        matrix = matrix.copy()
-        matrix[:3, :3] = u * np.maximum(sizes, THIN) @ v
+def thick(matrix: np.ndarray, least: float = THIN) -> np.ndarray:
+    """Scale (..., 4, 4) up where a direction is scaled by less than `least`."""
+    u, sizes, v = np.linalg.svd(matrix[..., :3, :3])
+    matrix = matrix.copy()
+    whole = (sizes[..., 2] >= least)[..., None, None]
+    matrix[..., :3, :3] = np.where(whole, matrix[..., :3, :3], u * np.maximum(sizes, least)[..., None, :] @ v)
     return matrix
 
 
 def compose(translation: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Compose (4, 4) from a translation, a unit quaternion and a scale, of THIN at least."""
-    scale = np.where(np.abs(scale) < THIN, np.copysign(THIN, scale), scale)
-    x, y, z, w = rotation
-    out = np.eye(4)
-    out[:3, :3] = (
-        np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        * scale
+    """Compose (..., 4, 4) of translations, unit quaternions and scales."""
+    x, y, z, w = np.moveaxis(rotation, -1, 0)
+    turn = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
     )
-    out[:3, 3] = translation
+    out = np.zeros((*x.shape, 4, 4))
+    out[..., :3, :3] = np.moveaxis(turn, (0, 1), (-2, -1)) * scale[..., None, :]
+    out[..., :3, 3] = translation
+    out[..., 3, 3] = 1
     return out

@@ -12,10 +12,11 @@ from airlight.errors import warn
 from airlight.pygfx import SceneLight
 from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
-from airlight.scenes.gltf.materials import broken_driver, colour, spare_maps
+from airlight.scenes.gltf.materials import colour
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.gltf.model import Model
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.lamps import cast_shadow, glowing, lost_maps
 from airlight.scenes.stage import Stage
 
 MAX_LIGHTS = 8  # the brightest; each has a shadow map
@@ -29,9 +30,15 @@ GLOW = 0.5  # the mean radiance around a light that its shafts are made for: bri
 SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
-def load(path: str, environment: str | None = None) -> Stage:
+def load(path: str, environment: str | None = None, animation: str | None = None, scene: str | None = None, lamps: bool = False) -> Stage:
     """Load a stage as `scenes.open_scene` says."""
-    return _Loader(Gltf(path), environment).stage()
+    gltf = Gltf(path, scene)
+    return stage_of(gltf, Model(gltf, animation), environment, lamps)
+
+
+def stage_of(gltf: Any, model: Any, environment: str | None, lamps: bool) -> Stage:
+    """Make the stage of a model, as `Model` is one, with the cameras and lights of its file's document."""
+    return _Loader(gltf, model, environment, lamps).stage()
 
 
 def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
@@ -44,10 +51,10 @@ def model(name_or_path: str) -> tuple[gfx.Group, Callable[[float], None]]:
 
 
 class _Loader:
-    def __init__(self, gltf: Gltf, environment: str | None) -> None:
-        self._gltf, self._environment = gltf, environment
+    def __init__(self, gltf: Any, model: Any, environment: str | None, lamps: bool) -> None:
+        self._gltf, self._environment, self._lamps = gltf, environment, lamps
         self._document = gltf.document
-        self._model = Model(gltf)
+        self._model = model
         self._nodes, self._moving = self._model.nodes, self._model.moving
         self._scene = gfx.Scene()
         self._scene.add(self._model.root)
@@ -73,7 +80,8 @@ class _Loader:
         fixed = [light for i, light in self._lights.items() if i not in self._moving and not isinstance(light, gfx.DirectionalLight)]
         movable = next((light for light in lights if light.target in fixed), None)
         path, duration = self._gltf.container.path, self._model.duration
-        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable)
+        emissive = () if self._lights else tuple(glowing(self._model.drawn))
+        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, glowing=emissive)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
         lens, flat = described.perspective, described.orthographic
@@ -91,24 +99,21 @@ class _Loader:
 
     def _add_lights(self) -> None:
         nodes, lights = self._document.nodes, self._document.extensions.lights.lights
-        named = {i: lights[found.light] for i in sorted(self._gltf.order) if (found := nodes[i].extensions.light) is not None}
+        shown = sorted({*self._gltf.order} - self._gltf.hidden)
+        named = {i: lights[found.light] for i in shown if (found := nodes[i].extensions.light) is not None}
         shining = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(shining) > MAX_LIGHTS:
             warn(f"{self._gltf.container.path}: has {len(shining)} lights; the {MAX_LIGHTS} brightest shine", 4)
             shining = dict(sorted(shining.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in shining.items():
             self._lights[i], self._described[i] = _light(light), light
+            self._lights[i].name = nodes[i].name[:80] or self._lights[i].name
             self._scene.add(self._lights[i])
 
     def _spare_maps(self) -> None:
         """Spare maps as `spare_maps` says."""
-        kinds = {type(thing) for thing in self._scene.iter() if isinstance(thing, gfx.Light)} - {gfx.AmbientLight}
-        others = len(kinds) + (self._scene.environment is not None)
-        if broken_driver():
-            lost = [name for material in {thing.material for thing in self._model.drawn} for name in spare_maps(material, others)]
-            if lost:
-                names = ", ".join(sorted(name.replace("_", " ") + "s" for name in set(lost)))
-                warn(f"{self._gltf.container.path}: shown without its {names}: this version of software Vulkan fails on so many", 4)
+        if lost := lost_maps(self._scene):
+            warn(f"{self._gltf.container.path}: shown without its {lost}: this version of software Vulkan fails on so many", 4)
 
     # ---------------------------------------------------------------- time
 
@@ -199,13 +204,13 @@ class _Loader:
             towards /= np.linalg.norm(towards)
         chosen = self._environment
         if chosen is None:
-            if self._lights and not suns:
+            if (self._lights or self._lamps) and not suns:
                 chosen = "none"
             else:
                 chosen = "sunrise" if towards is None or math.asin(min(max(towards[1], -1), 1)) < LOW_SUN else "sky"
         if chosen == "none":
             self._scene.add(gfx.Background.from_color("#06070a", "#14161c"), gfx.AmbientLight(intensity=0.25))
-            return None if self._lights else self._add_sun(np.array([0.45, 0.6, 0.66]), np.full(3, 3.0))
+            return None if self._lights or self._lamps else self._add_sun(np.array([0.45, 0.6, 0.66]), np.full(3, 3.0))
         surroundings = load_environment(chosen)
         if towards is None:
             camera = next(iter(self._cameras.values()))
@@ -215,7 +220,7 @@ class _Loader:
         surroundings = surroundings.turned_to(towards)
         surroundings.surround(self._scene, limit=SKY_LIMIT)
         self._surroundings = surroundings
-        return None if self._lights else self._add_sun(*surroundings.sun_and_light())
+        return None if self._lights or self._lamps else self._add_sun(*surroundings.sun_and_light())
 
     def _add_sun(self, direction: np.ndarray, irradiance: np.ndarray) -> gfx.DirectionalLight:
         strongest = float(irradiance.max())
@@ -227,23 +232,7 @@ class _Loader:
         return sun
 
     def _shadow(self, light: gfx.Light) -> None:
-        """Cast shadows over the whole of the scene; near planes and biases that fit its size."""
-        light.cast_shadow = True
-        light.shadow.cull_mode = "none"
-        r = self._radius
-        camera = light.shadow.camera
-        if isinstance(light, gfx.DirectionalLight):
-            camera.width = camera.height = 2.05 * r
-            camera.depth_range = (0.4 * r, 2.6 * r)
-            light.shadow.bias = 0.004
-            return
-        distance = float(np.linalg.norm(light.local.position - self._center))
-        # pygfx sets a spot's angle, and far planes from the range, with near planes that swallow every bias, unless they are so already.
-        far = light.distance * 10 if light.distance else 2 * (distance + r)
-        if isinstance(light, gfx.SpotLight):
-            camera.fov, camera.aspect = 180 / math.pi * 2 * light.angle, 1
-        camera.depth_range = (min(r / 100, far / 2), far)
-        light.shadow.bias = 2e-4
+        cast_shadow(light, self._center, self._radius)
 
     def _scene_lights(self, sun: gfx.DirectionalLight | None) -> list[SceneLight]:
         """Make lights for shafts; their looks, for methods that see no intensities, in proportion to the strongest of their unit."""
@@ -281,7 +270,7 @@ def _light(described: schema.Light) -> gfx.Light:
     elif described.type == "point":
         light = gfx.PointLight(color, intensity, decay=2, distance=described.range or 0)
     else:
-        outer = min(described.spot.outer_cone_angle, math.radians(89))
+        outer = min(max(described.spot.outer_cone_angle, 1e-3), math.radians(89))
         inner = min(described.spot.inner_cone_angle, outer * 0.999)
         light = gfx.SpotLight(color, intensity, decay=2, distance=described.range or 0, angle=outer, penumbra=1 - inner / outer)
     light.name = described.name[:80]

@@ -32,7 +32,7 @@ class Materials:
 
     def _texture(self, image: int, mips: bool, bled: bool) -> gfx.Texture:
         if (image, mips, bled) not in self._textures:
-            data, kind = self._gltf.images[image]
+            data, kind = self._gltf.image(image)
             pixels = images.pixels(data, kind, f"{self._gltf.container.path}: image {image}")
             pixels = opacity.bled(pixels) if bled else pixels
             self._textures[image, mips, bled] = gfx.Texture(pixels, dim=2, generate_mipmaps=mips)
@@ -44,11 +44,12 @@ class Materials:
             return None
         document = self._gltf.document
         texture = document.textures[info.index]
-        if texture.source is None:  # of an extension
+        source = self._gltf.source(info.index)
+        if source is None:  # of an extension
             return None
         sampler = schema.Sampler() if texture.sampler is None else document.samplers[texture.sampler]
         found = gfx.TextureMap(
-            self._texture(texture.source, sampler.min_filter not in (_NEAREST, _LINEAR), bled),
+            self._texture(source, sampler.min_filter not in (_NEAREST, _LINEAR), bled),
             uv_channel=info.tex_coord,
             mag_filter="nearest" if sampler.mag_filter == _NEAREST else "linear",
             min_filter="nearest" if sampler.min_filter in _MIN_NEAREST else "linear",

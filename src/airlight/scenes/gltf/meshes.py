@@ -5,14 +5,17 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
+from airlight.colour import srgb_encode
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.origin import recentred, shifted
 
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
 
 
 _CHUNK = 65536  # vertices that are skinned at a time
+_MANY = 2**22  # vertices of instances, beyond which their boxes stand for them
 
 
 def triangles(indices: np.ndarray, mode: int) -> np.ndarray:
@@ -45,6 +48,7 @@ class Meshes:
         self._gltf = gltf
         self._materials = Materials(gltf)
         self._geometries: dict[tuple[int, int], gfx.Geometry | None] = {}
+        self._shifts: dict[tuple[int, int], np.ndarray] = {}  # of their vertices, towards the origin
 
     def objects(self, mesh: int, weights: list[float], skeleton: gfx.Skeleton | None) -> list[gfx.WorldObject]:
         """Make the objects that show a mesh of the file; weights: of its morph targets, or empty for the mesh's own."""
@@ -52,12 +56,13 @@ class Meshes:
         found: list[gfx.WorldObject] = []
         for i, primitive in enumerate(described.primitives):
             if (mesh, i) not in self._geometries:
-                self._geometries[mesh, i] = self._geometry(primitive)
-            geometry = self._geometries[mesh, i]
+                self._geometries[mesh, i], self._shifts[mesh, i] = self._geometry(primitive)
+            geometry, shift = self._geometries[mesh, i], self._shifts[mesh, i]
             if geometry is None:
                 continue
             if primitive.mode < TRIANGLES:
                 found.append(self._thin(geometry, primitive))
+                found[-1].local.position = shift
                 continue
             materials = self._materials.parts(primitive.material, "NORMAL" not in primitive.attributes, self._alphas(primitive))
             if not materials:
@@ -66,9 +71,12 @@ class Meshes:
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
+                if shift.any():
+                    skeleton = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
                 thing.bind(skeleton, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
+                thing.local.position = shift
             if primitive.targets:
                 thing.morph_target_influences = weights or described.weights or [0.0] * len(primitive.targets)
             thing.cast_shadow = material.alpha_method == "opaque"
@@ -85,16 +93,30 @@ class Meshes:
         return float(alphas.min()), float(alphas.max())
 
     def _thin(self, geometry: gfx.Geometry, primitive: Primitive) -> gfx.WorldObject:
-        """Make points and lines, a pixel or so wide, in the material's plain colour."""
-        color = self._materials.material(primitive.material).color
+        """Make points and lines, a pixel or so wide, in the material's plain colour, or their own."""
+        more = {"color": self._materials.material(primitive.material).color}
+        if getattr(geometry, "colors", None) is not None:
+            more["color_mode"] = "vertex"
         if primitive.mode == POINTS:
-            return gfx.Points(geometry, gfx.PointsMaterial(color=color, size=2))
+            return gfx.Points(geometry, gfx.PointsMaterial(size=2, **more))
         kind = gfx.LineSegmentMaterial if primitive.mode == LINES else gfx.LineMaterial
-        return gfx.Line(geometry, kind(color=color, thickness=1.5))
+        return gfx.Line(geometry, kind(thickness=1.5, **more))
 
-    def _geometry(self, primitive: Primitive) -> gfx.Geometry | None:
+    def _plain_colors(self, primitive: Primitive) -> np.ndarray:
+        """Multiply COLOR_0 by the material's colour: (N, 3 or 4) float32, as sRGB codes, which pygfx takes for points and lines alone."""
+        colors = np.clip(self._gltf.floats(primitive.attributes["COLOR_0"]), 0, 1)
+        if primitive.material is not None:
+            factor = self._gltf.document.materials[primitive.material].pbr_metallic_roughness.base_color_factor
+            if factor[3] < 1 and colors.shape[1] == 3:
+                colors = np.concatenate([colors, np.ones((len(colors), 1), np.float32)], axis=1)
+            colors = colors * np.clip(np.array(factor[: colors.shape[1]], np.float32), 0, 1)
+        colors[:, :3] = srgb_encode(colors[:, :3])
+        return np.ascontiguousarray(colors, np.float32)
+
+    def _geometry(self, primitive: Primitive) -> tuple[gfx.Geometry | None, np.ndarray]:
+        """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
         gltf = self._gltf
-        positions = gltf.floats(primitive.attributes["POSITION"])
+        positions, shift = recentred(gltf.floats(primitive.attributes["POSITION"]))
         indices = np.arange(len(positions), dtype=np.uint32)
         if primitive.indices is not None:
             indices = gltf.integers(primitive.indices)[:, 0]
@@ -102,10 +124,14 @@ class Meshes:
             if primitive.mode == LINE_LOOP:
                 indices = np.append(indices, indices[:1])
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
-            return gfx.Geometry(positions=positions[indices]) if len(indices) >= min(2, primitive.mode + 1) else None
+            if len(indices) < min(2, primitive.mode + 1):
+                return None, shift
+            if "COLOR_0" not in primitive.attributes:
+                return gfx.Geometry(positions=positions[indices]), shift
+            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices]), shift
         faces = triangles(indices, primitive.mode)
         if not len(faces):
-            return None
+            return None, shift
         if "NORMAL" in primitive.attributes:
             faces = turned_out(positions, gltf.floats(primitive.attributes["NORMAL"]), faces)
         arrays: dict[str, Any] = {"positions": positions, "indices": np.ascontiguousarray(faces)}
@@ -132,7 +158,7 @@ class Meshes:
             if getattr(geometry, "morph_positions", None) is None:
                 geometry.morph_positions = [np.zeros_like(positions) for _ in primitive.targets]
             geometry.morph_targets_relative = True
-        return geometry
+        return geometry, shift
 
 
 def again(thing: gfx.Mesh, material: gfx.Material) -> gfx.Mesh:
@@ -187,4 +213,15 @@ def vertices(thing: gfx.WorldObject) -> np.ndarray:
                 placed[part] += weights[part, i, None] * moved
         return placed
     matrix = thing.world.matrix
+    if isinstance(thing, gfx.InstancedMesh):
+        return _instanced(points, matrix @ np.asarray(thing.instance_buffer.data["matrix"], np.float64).transpose(0, 2, 1))
+    points = points[np.isfinite(points).all(axis=1)]  # between lines that are one object
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def _instanced(points: np.ndarray, matrices: np.ndarray) -> np.ndarray:
+    """Place points once for each matrix, or, where these are many, the corners of their box."""
+    if len(points) * len(matrices) > _MANY:
+        low, high = points.min(axis=0), points.max(axis=0)
+        points = np.stack(np.meshgrid(*zip(low, high)), axis=-1).reshape(-1, 3)
+    return np.asarray(points @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]).reshape(-1, 3)

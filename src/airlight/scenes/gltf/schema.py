@@ -26,9 +26,36 @@ class Asset(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     min_version: Text | None = None
 
 
+class Compressed(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """Describes a compressed buffer view, of EXT_meshopt_compression and its successor."""
+
+    buffer: Index
+    byte_length: Size
+    byte_stride: Annotated[int, Meta(ge=1, le=256)]
+    count: Count
+    mode: Literal["ATTRIBUTES", "TRIANGLES", "INDICES"]
+    filter: Literal["NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"] = "NONE"
+    byte_offset: Size = 0
+
+
+class ViewExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    meshopt: Compressed | None = field(default=None, name="EXT_meshopt_compression")
+    meshopt_1: Compressed | None = field(default=None, name="KHR_meshopt_compression")
+
+
+class Fallback(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    fallback: bool = False
+
+
+class BufferExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    meshopt: Fallback = field(default=Fallback(), name="EXT_meshopt_compression")
+    meshopt_1: Fallback = field(default=Fallback(), name="KHR_meshopt_compression")
+
+
 class Buffer(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     byte_length: Size
     uri: str | None = None
+    extensions: BufferExtensions = BufferExtensions()
 
 
 class BufferView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -36,6 +63,7 @@ class BufferView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     byte_length: Size
     byte_offset: Size = 0
     byte_stride: Annotated[int, Meta(ge=1, le=4096)] | None = None
+    extensions: ViewExtensions = ViewExtensions()
 
 
 class SparseIndices(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -151,9 +179,20 @@ class Material(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     extensions: MaterialExtensions = MaterialExtensions()
 
 
+class Source(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    source: Index | None = None
+
+
+class SourceExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    avif: Source | None = field(default=None, name="EXT_texture_avif")
+    webp: Source | None = field(default=None, name="EXT_texture_webp")
+    basisu: Source | None = field(default=None, name="KHR_texture_basisu")
+
+
 class Texture(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     sampler: Index | None = None
     source: Index | None = None
+    extensions: SourceExtensions = SourceExtensions()
 
 
 class Sampler(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -168,17 +207,28 @@ class Image(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     buffer_view: Index | None = None
 
 
+class Draco(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    buffer_view: Index
+    attributes: dict[Text, Index]
+
+
+class PrimitiveExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    draco: Draco | None = field(default=None, name="KHR_draco_mesh_compression")
+
+
 class Primitive(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     attributes: dict[Text, Index]
     indices: Index | None = None
     material: Index | None = None
     mode: Literal[0, 1, 2, 3, 4, 5, 6] = 4
     targets: list[dict[Text, Index]] = []
+    extensions: PrimitiveExtensions = PrimitiveExtensions()
 
 
 class Mesh(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     primitives: list[Primitive]
     weights: list[Number] = []
+    name: str = ""
 
 
 class Skin(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -210,8 +260,18 @@ class NodeLight(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     light: Index
 
 
+class Instancing(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    attributes: dict[Text, Index]
+
+
+class Visibility(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    visible: bool = True
+
+
 class NodeExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     light: NodeLight | None = field(default=None, name="KHR_lights_punctual")
+    instancing: Instancing | None = field(default=None, name="EXT_mesh_gpu_instancing")
+    visibility: Visibility = field(default=Visibility(), name="KHR_node_visibility")
 
 
 class Node(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -230,6 +290,7 @@ class Node(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 
 class Scene(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     nodes: list[Index] = []
+    name: str = ""
 
 
 class Target(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -279,6 +340,7 @@ class RootExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 class Document(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     asset: Asset
     extensions_required: list[Text] = []
+    extensions_used: list[Text] = []
     scene: Index | None = None
     scenes: list[Scene] = []
     nodes: list[Node] = []

@@ -1,20 +1,19 @@
 """Check whether a glTF file hangs together: every index, length and value, before anything is built from it.
 
-What is checked is decoded here too, once, so that nothing is read in two ways. Unaligned accessors are read as they are.
+What is checked is decoded too, once, so that nothing is read in two ways. What can be mended is, and a line says so.
 """
 
 import re
-from functools import cached_property
-from typing import Any, NoReturn
 
 import numpy as np
 
+from airlight.errors import AirlightError, warn
 from airlight.scenes.gltf import (
-    MAX_ACCESSOR,
     MAX_BYTES,
     MAX_DEPTH,
     MAX_DRAWS,
-    MAX_EXTENT,
+    MAX_INSTANCED,
+    MAX_INSTANCES,
     MAX_JOINTS,
     MAX_NODES,
     MAX_PIXELS,
@@ -23,10 +22,17 @@ from airlight.scenes.gltf import (
     images,
     schema,
 )
-from airlight.scenes.gltf.container import Container, open_container, shown
+from airlight.scenes.gltf.accessors import Accessors
+from airlight.scenes.gltf.container import shown
+from airlight.scenes.gltf.extensions import ignored
 
 EXTENSIONS = frozenset(
     (
+        "EXT_mesh_gpu_instancing",
+        "EXT_meshopt_compression",
+        "EXT_texture_avif",
+        "EXT_texture_webp",
+        "KHR_draco_mesh_compression",
         "KHR_lights_punctual",
         "KHR_materials_emissive_strength",
         "KHR_materials_pbrSpecularGlossiness",
@@ -34,159 +40,38 @@ EXTENSIONS = frozenset(
         "KHR_materials_unlit",
         "KHR_materials_volume",
         "KHR_mesh_quantization",
+        "KHR_meshopt_compression",
+        "KHR_node_visibility",
         "KHR_texture_transform",
     )
 )
-KINDS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 FLOAT = 5126
 UNSIGNED = (5121, 5123, 5125)
 ATTRIBUTES = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "JOINTS_0": "VEC4", "WEIGHTS_0": "VEC4"}
 PATHS = {"translation": 3, "rotation": 4, "scale": 3, "weights": 1}
+INSTANCED = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
 
-class Gltf:
+class Gltf(Accessors):
     """A file that was checked. `document` is its JSON; the methods give what it holds, decoded.
 
-    parents: of each node, -1 for a root. order: the nodes of the scene that is shown, each behind its parent.
+    parents: of each node, -1 for a root. order: the nodes of the scene that is shown, each behind its parent; hidden: those of them
+    that KHR_node_visibility hides, by themselves or from above. scene: what was asked for, or None for the file's own choice.
     """
 
-    def __init__(self, path: str) -> None:
-        self.container: Container = open_container(path)
-        self.document = self.container.document
-        self._decoded = 0
-        self._floats: dict[int, np.ndarray] = {}
-        self._integers: dict[int, np.ndarray] = {}
-        self._seen: set[tuple[str, int]] = set()  # checks that were made: many may name one large accessor
-        self._highest: dict[int, int] = {}
+    def __init__(self, path: str, scene: str | None = None) -> None:
+        super().__init__(path)
+        self._scene = scene
+        self._images: dict[int, tuple[bytes | memoryview, str]] = {}
+        self._pixels = 0
+        self._told: set[str] = set()
         self._check()
 
-    def refuse(self, what: str, cure: str = "export it again") -> NoReturn:
-        self.container.refuse(what, cure)
-
-    def within(self, index: int | None, things: list[Any], what: str) -> Any:
-        """Take things[index], or refuse and say what asks for it."""
-        if index is None or not 0 <= index < len(things):
-            self.refuse(f"{what} names number {index} of {len(things)}")
-        return things[index]
-
-    # ---------------------------------------------------------------- bytes
-
-    @cached_property
-    def buffers(self) -> list[memoryview]:
-        found = []
-        for i, buffer in enumerate(self.document.buffers):
-            if buffer.uri is not None:
-                data = memoryview(self.container.resource(buffer.uri, f"buffer {i}"))
-            elif i == 0 and self.container.binary is not None:
-                data = self.container.binary
-            else:
-                self.refuse(f"buffer {i} has no contents")
-            if buffer.byte_length > len(data):
-                self.refuse(f"buffer {i} has {len(data)} bytes instead of {buffer.byte_length}", "copy or export it again")
-            found.append(data[: buffer.byte_length])
-        return found
-
-    def view(self, index: int | None, what: str) -> tuple[memoryview, int | None]:
-        """Read the bytes of a buffer view, and its stride."""
-        view = self.within(index, self.document.buffer_views, f"the buffer view of {what}")
-        data = self.within(view.buffer, self.buffers, f"buffer view {index}")
-        if view.byte_offset + view.byte_length > len(data):
-            self.refuse(f"buffer view {index} ends behind the end of its buffer")
-        return data[view.byte_offset : view.byte_offset + view.byte_length], view.byte_stride
-
-    def _elements(self, view: int, offset: int, count: int, kind: np.dtype, components: int, what: str) -> np.ndarray:
-        data, stride = self.view(view, what)
-        size = kind.itemsize * components
-        stride = stride or size
-        if stride < size:
-            self.refuse(f"{what} has elements of {size} bytes every {stride} bytes")
-        if offset + (count - 1) * stride + size > len(data):
-            self.refuse(f"{what} ends behind the end of its buffer view")
-        array = np.ndarray((count, components), kind, buffer=data, offset=offset, strides=(stride, kind.itemsize))
-        return np.array(array)  # contiguous, and not the file's own bytes
-
-    def _accessor(self, index: int) -> np.ndarray:
-        """Read an accessor in the file's own type: (count, components)."""
-        what = f"accessor {index}"
-        accessor = self.document.accessors[index]
-        kind, components = np.dtype(KINDS[accessor.component_type]), COMPONENTS[accessor.type]
-        size = accessor.count * components * 4
-        self._decoded += size
-        if size > MAX_ACCESSOR or self._decoded > MAX_BYTES:
-            limits = f"{MAX_ACCESSOR >> 20} MiB for one and {MAX_BYTES >> 20} MiB for all"
-            self.refuse(f"{what} is more than the limits of {limits}", "make it smaller first")
-        if accessor.buffer_view is not None:
-            array = self._elements(accessor.buffer_view, accessor.byte_offset, accessor.count, kind, components, what)
-        else:
-            if accessor.count > 65536 + sum(len(buffer) for buffer in self.buffers):
-                self.refuse(f"{what} asks for {accessor.count} elements, more than the file has bytes")
-            array = np.zeros((accessor.count, components), kind)
-        sparse = accessor.sparse
-        if sparse is not None:
-            what = f"the sparse part of {what}"
-            if sparse.count > accessor.count:
-                self.refuse(f"{what} has more elements than the whole")
-            indices, values = sparse.indices, sparse.values
-            at = self._elements(indices.buffer_view, indices.byte_offset, sparse.count, np.dtype(KINDS[indices.component_type]), 1, what)[
-                :, 0
-            ]
-            if int(at.max()) >= accessor.count:
-                self.refuse(f"{what} names element {int(at.max())} of {accessor.count}")
-            array[at] = self._elements(values.buffer_view, values.byte_offset, sparse.count, kind, components, what)
-        return array
-
-    def floats(self, index: int) -> np.ndarray:
-        """Read a checked accessor as (count, components) float32; normalised integers are in 0..1 or -1..1."""
-        if index not in self._floats:
-            array = self._accessor(index)
-            accessor = self.document.accessors[index]
-            if array.dtype.kind == "f" or not accessor.normalized:
-                array = array.astype(np.float32)
-            else:
-                array = np.maximum(array.astype(np.float32) / np.float32(np.iinfo(array.dtype).max), -1)
-            self._floats[index] = array
-        return self._floats[index]
-
-    def integers(self, index: int) -> np.ndarray:
-        """Read a checked accessor as (count, components) uint32."""
-        if index not in self._integers:
-            self._integers[index] = self._accessor(index).astype(np.uint32)
-        return self._integers[index]
-
-    def _typed(self, index: int, what: str, type: str | tuple[str, ...], kinds: tuple[int, ...] | None = None) -> schema.Accessor:
-        accessor: schema.Accessor = self.within(index, self.document.accessors, what)
-        if accessor.type not in type or (kinds is not None and accessor.component_type not in kinds):
-            self.refuse(f"{what} is of a wrong type ({accessor.type}, {accessor.component_type})")
-        return accessor
-
-    def _once(self, check: str, index: int) -> bool:
-        """Tell whether this check of an accessor is still to be made; it then counts as made."""
-        fresh = (check, index) not in self._seen
-        self._seen.add((check, index))
-        return fresh
-
-    def highest(self, index: int) -> int:
-        """Find the greatest of an accessor's integers."""
-        if index not in self._highest:
-            self._highest[index] = int(self.integers(index).max())
-        return self._highest[index]
-
-    def _finite(self, index: int, what: str) -> np.ndarray:
-        """Read `floats`, and refuse any that is no number within MAX_EXTENT."""
-        array = self.floats(index)
-        if self._once("finite", index) and not (np.abs(array) <= MAX_EXTENT).all():  # false for NaN
-            self.refuse(f"{what} holds values that are not numbers, or beyond {MAX_EXTENT:g}")
-        return array
-
-    def _mended(self, index: int) -> None:
-        """Replace what is not a number by 0."""
-        array = self.floats(index)
-        if not self._once("mended", index):
-            return
-        bad = ~(np.abs(array) <= MAX_EXTENT)
-        if bad.any():
-            array[bad] = 0
+    def tell(self, kind: str, what: str) -> None:
+        """Warn of what is mended or left out, of the first of each kind."""
+        if kind not in self._told:
+            self._told.add(kind)
+            warn(f"{self.container.path}: {what}", 5)
 
     # ---------------------------------------------------------------- the checks, in the order in which they need one another
 
@@ -201,7 +86,6 @@ class Gltf:
             self.refuse(f"has {len(d.nodes)} nodes, more than the limit of {MAX_NODES}", "join or remove some")
         _ = self.buffers
         self._check_tree()
-        self._check_images()
         self._check_materials()
         for i, skin in enumerate(d.skins):
             self._check_skin(i, skin)
@@ -213,8 +97,12 @@ class Gltf:
         for i, camera in enumerate(d.cameras):
             self._check_camera(i, camera)
         for i, light in enumerate(d.extensions.lights.lights):
-            if light.type == "spot" and not light.spot.inner_cone_angle < light.spot.outer_cone_angle <= np.pi / 2 + 1e-6:
-                self.refuse(f"light {i} has a cone from {light.spot.inner_cone_angle:g} to {light.spot.outer_cone_angle:g} radians")
+            inner, outer = light.spot.inner_cone_angle, light.spot.outer_cone_angle
+            if light.type == "spot" and (inner > outer or not 0 < outer <= np.pi / 2 + 1e-6):  # equal ones have a sharp border
+                self.tell("cone", f"light {i} has a cone from {inner:g} to {outer:g} radians, of which 0 <= inner <= outer <= 1.57 is kept")
+        left = ignored(self.document.extensions_used, EXTENSIONS)
+        if left:
+            self.tell("ignored", f"ignored: {left}")
 
     def _check_tree(self) -> None:
         """Refuse nodes with two parents, circles, and more than MAX_DEPTH levels; sets `parents` and `order`. Without recursion."""
@@ -236,43 +124,91 @@ class Gltf:
                 order.append(child)
         if len(order) < len(nodes):
             self.refuse("its nodes are nested in a circle")
-        if self.document.scenes:
-            roots_named = self.within(self.document.scene or 0, self.document.scenes, "the scene that is shown").nodes
-            for root in roots_named:
+        scenes = self.document.scenes
+        if scenes or self._scene is not None:
+            number = self.document.scene or 0
+            if self._scene is not None:
+                number = self.chosen(self._scene, [scene.name for scene in scenes], "scene")
+            roots = set(self.within(number, scenes, "the scene that is shown").nodes)
+            inside = [False] * len(nodes)
+            for root in roots:
                 self.within(root, nodes, "a scene")
-                if self.parents[root] != -1:
-                    self.refuse(f"node {root} of a scene has a parent")
-            roots, inside = set(roots_named), [False] * len(nodes)
             for i in order:
-                inside[i] = i in roots if self.parents[i] == -1 else inside[self.parents[i]]
+                above = self.parents[i] != -1 and inside[self.parents[i]]
+                inside[i] = above or i in roots
+                if i in roots and self.parents[i] != -1:
+                    at = "once" if above else "without the node above it"
+                    self.parents[i] = self.parents[i] if above else -1
+                    self.tell("child", f"scene {number} lists node {i}, which is the child of another; shown {at}")
             order = [i for i in order if inside[i]]
         self.order = order
+        self.hidden: set[int] = set()
+        for i in order:
+            if not nodes[i].extensions.visibility.visible or self.parents[i] in self.hidden:
+                self.hidden.add(i)
 
-    def _check_images(self) -> None:
-        """Refuse images but PNG and JPEG with whole headers, and more than MAX_PIXELS together."""
-        self.images: list[tuple[bytes | memoryview, str]] = []
-        total = 0
-        for i, image in enumerate(self.document.images):
+    def chosen(self, wanted: str, names: list[str], what: str) -> int:
+        """Find one of the file's things by its name, or by its number, from 0."""
+        for i, name in enumerate(names):
+            if name == wanted:
+                return i
+        if re.fullmatch("[0-9]{1,9}", wanted) and int(wanted) < len(names):
+            return int(wanted)
+        alike = [i for i, name in enumerate(names) if name.casefold() == wanted.casefold()]
+        if len(alike) == 1:
+            return alike[0]
+        has = ", ".join(f"{i} ({shown(name)})" if name else f"{i} (no name)" for i, name in enumerate(names[:12])) or "none"
+        more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+        self.refuse(f"has no {what} {shown(wanted)}", f"it has {has}{more}")
+
+    def image(self, index: int) -> tuple[bytes | memoryview, str]:
+        """Read an image that something uses: its bytes, and "png", "jpeg", "webp" or "avif"; more than MAX_PIXELS together are refused."""
+        if index not in self._images:
+            image = self.document.images[index]
             if (image.uri is None) == (image.buffer_view is None):
-                self.refuse(f"image {i} needs either a URI or a buffer view")
+                self.refuse(f"image {index} needs either a URI or a buffer view")
             data: bytes | memoryview
             if image.uri is not None:
-                data = self.container.resource(image.uri, f"image {i}")
+                data = self.container.resource(image.uri, f"image {index}")
             else:
-                data = self.view(image.buffer_view, f"image {i}")[0]
+                data = self.view(image.buffer_view, f"image {index}")[0]
             found = images.size(data)
             if found is None or min(found[1:]) < 1:
-                self.refuse(f"image {i} is neither PNG nor JPEG, or cut off", "convert it")
-            total += found[1] * found[2]
-            if total > MAX_PIXELS:
+                self.refuse(f"image {index} is neither PNG, JPEG, WebP nor AVIF, or cut off", "convert it")
+            self._pixels += found[1] * found[2]
+            if self._pixels > MAX_PIXELS:
                 self.refuse(f"its images have more than {MAX_PIXELS // 10**6} megapixels", "make them smaller first")
-            self.images.append((data, found[0]))
+            self._images[index] = data, found[0]
+        return self._images[index]
+
+    def source(self, texture: int) -> int | None:
+        """Choose the image of a texture: of WebP or AVIF if it is there, else what stands in for that."""
+        found: schema.Texture = self.document.textures[texture]
+        if found.source is None and found.extensions.basisu is not None:
+            self.tell("basisu", "textures of KHR_texture_basisu are left out: save them as PNG, JPEG or WebP")
+        better = [one.source for one in (found.extensions.avif, found.extensions.webp) if one is not None and one.source is not None]
+        if better and found.source is not None and not images.readable(self._beginning(better[0])):
+            return found.source
+        return better[0] if better else found.source
+
+    def _beginning(self, index: int) -> bytes | memoryview:
+        """Read an image whose format may be another than its extension says, or which may be missing; nothing then."""
+        image = self.document.images[index]
+        if image.buffer_view is not None:
+            return self.view(image.buffer_view, f"image {index}")[0]
+        try:
+            return self.image(index)[0]
+        except AirlightError:
+            return b""
 
     def _check_materials(self) -> None:
         d = self.document
         for i, texture in enumerate(d.textures):
             if texture.source is not None:
                 self.within(texture.source, d.images, f"texture {i}")
+            for other in (texture.extensions.avif, texture.extensions.webp):
+                if other is not None and other.source is not None:
+                    self.within(other.source, d.images, f"texture {i}")
             if texture.sampler is not None:
                 self.within(texture.sampler, d.samplers, f"the sampler of texture {i}")
         for i, material in enumerate(d.materials):
@@ -307,6 +243,7 @@ class Gltf:
     def _check_primitive(self, what: str, primitive: schema.Primitive) -> None:
         if "POSITION" not in primitive.attributes:
             self.refuse(f"{what} has no positions")
+        self._unpack(primitive, what)
         count = self.within(primitive.attributes["POSITION"], self.document.accessors, f"the positions of {what}").count
         for name, index in primitive.attributes.items():
             self._check_attribute(name, index, count, f"{name[:20]} of {what}")
@@ -346,7 +283,7 @@ class Gltf:
 
     def _check_nodes(self) -> None:
         d = self.document
-        draws, vertices, indices = 0, 0, 0
+        draws, vertices, indices, instances, instanced = 0, 0, 0, 0, 0
         for i, node in enumerate(d.nodes):
             if node.camera is not None:
                 self.within(node.camera, d.cameras, f"the camera of node {i}")
@@ -358,7 +295,12 @@ class Gltf:
                 continue
             mesh = self.within(node.mesh, d.meshes, f"the mesh of node {i}")
             draws += len(mesh.primitives)
+            many = 1
+            if node.extensions.instancing is not None:
+                many = self._check_instances(i, node.extensions.instancing)
+                instances += many * len(mesh.primitives)
             for primitive in mesh.primitives:
+                instanced += d.accessors[primitive.attributes["POSITION"]].count * (many if primitive.mode > 3 else 16 * many)
                 vertices += d.accessors[primitive.attributes["POSITION"]].count
                 indices += 0 if primitive.indices is None else d.accessors[primitive.indices].count
             if len(node.weights) not in (0, len(mesh.primitives[0].targets)):
@@ -373,6 +315,20 @@ class Gltf:
             self.refuse(f"shows {draws} meshes, more than the limit of {MAX_DRAWS}", "join or remove some")
         if max(vertices, indices // 6) > MAX_VERTICES:
             self.refuse(f"shows {vertices} vertices, more than the limit of {MAX_VERTICES}", "make it simpler")
+        if instances > MAX_INSTANCES or instanced > MAX_INSTANCED:
+            self.refuse(f"shows {instances} instances, {instanced} vertices, beyond {MAX_INSTANCES} and {MAX_INSTANCED}", "thin it out")
+
+    def _check_instances(self, i: int, instancing: schema.Instancing) -> int:
+        """Count the instances of a node."""
+        counts = set()
+        for name, index in instancing.attributes.items():
+            if name in INSTANCED:
+                what = f"{name} of the instances of node {i}"
+                counts.add(self._typed(index, what, (INSTANCED[name],)).count)
+                self._finite(index, what)
+        if len(counts) > 1:
+            self.refuse(f"the instances of node {i} are {' or '.join(map(str, sorted(counts)))}")
+        return counts.pop() if counts else 1
 
     def _check_animation(self, i: int, animation: schema.Animation) -> None:
         for channel in animation.channels:
@@ -383,8 +339,13 @@ class Gltf:
             sampler = self.within(channel.sampler, animation.samplers, what)
             self._typed(sampler.input, f"the times of {what}", "SCALAR", (FLOAT,))
             times = self._finite(sampler.input, f"the times of {what}")[:, 0]
-            if self._once("grows", sampler.input) and (times[0] < 0 or (np.diff(times) <= 0).any()):
-                self.refuse(f"the times of {what} do not grow")
+            if self._once("grows", sampler.input):
+                if (np.diff(times) < 0).any():
+                    self.refuse(f"the times of {what} do not grow")
+                if times[0] < 0:
+                    self.tell("early", f"{what} begins at {times[0]:g} s; shown from 0 s on")
+                if (np.diff(times) == 0).any():
+                    self.tell("twice", f"{what} has two keys at one time; the later one counts from then on")
             width = PATHS[channel.target.path]
             accessor = self._typed(sampler.output, f"the values of {what}", {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[width])
             self._finite(sampler.output, f"the values of {what}")
