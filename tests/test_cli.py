@@ -36,7 +36,7 @@ class Stub(types.SimpleNamespace):
         self.found = [candidate((0.25, 0.5)), candidate((0.75, 0.5), "lamps", 0.4)]
         self.ACT, self.ASK = 0.5, 0.2
 
-    def find_lights(self, image):
+    def find_lights(self, image, bounded=False):
         return self.found
 
     def render_picture(self, picture, lights, parameters, composite, **more):
@@ -285,7 +285,7 @@ def test_failures_are_one_line(api, photo, tmp_path, capsys, error, code, says):
 
 
 def test_warnings_are_one_line(api, photo, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(api, "find_lights", lambda image: warnings.warn("mended\n3 pixels", AirlightWarning, stacklevel=1), raising=False)
+    monkeypatch.setattr(api, "find_lights", lambda *image: warnings.warn("mended\n3 pixels", AirlightWarning, stacklevel=1), raising=False)
     main(["image", str(photo), "-o", str(tmp_path / "a.png")])
     assert capsys.readouterr().err.splitlines()[0] == "airlight: warning: mended 3 pixels"
 

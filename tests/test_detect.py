@@ -11,6 +11,7 @@ import airlight
 from airlight.colour import decode_codes, encode_codes
 from airlight.detect import ACT, ASK, Candidate, find_light, find_lights
 from airlight.detect.sheet import draw_candidates
+from airlight.detect.signals import linear_copy
 from airlight.files import read_image
 from airlight.planes import blur, shrink
 
@@ -288,3 +289,22 @@ def test_candidates_are_drawn_where_they_are() -> None:
             assert changed[y - 40 : y + 40, max(0, x - 40) : x + 40].any()
         assert not changed[:, 820:1000].any()
         assert changed.any(axis=0)[500:700].any()  # the text
+
+
+def test_a_sun_behind_a_post_among_fireflies() -> None:
+    """A renderer's hot pixels are no lights; the sun is, though a post crosses it. A photograph's bright pixels stay."""
+    y, x = np.indices((270, 480)) + 0.5
+    picture = np.repeat((0.1 - 0.08 * y / 270)[..., None], 3, axis=2) * [0.4, 0.65, 1.1]
+    picture[np.hypot(x - 202, y - 95) < 29] = 12
+    picture[(x % 46 > 10) & (x % 46 < 22)] = 0.004
+    plain = picture.astype(np.float32)
+    random = np.random.default_rng(3)
+    hot = plain.copy()
+    hot[random.integers(0, 270, 60), random.integers(0, 480, 60)] = random.uniform(20, 400, 60)[:, None]
+    for one in (plain, hot, 1e-3 * hot):
+        found = find_lights(one)[0]
+        assert found.position == pytest.approx((202 / 480, 95 / 270), abs=0.02) and found.confidence >= ACT
+    assert np.array_equal(linear_copy(plain), linear_copy(plain, bounded=True))
+    lamps = np.full((90, 120, 3), 0.02, np.float32)
+    lamps[[10, 40, 70], [20, 60, 100]] = 1
+    assert linear_copy(lamps, bounded=True).max() == 1 and linear_copy(lamps).max() < 0.1

@@ -87,7 +87,9 @@ def test_alpha(tmp_path):
         write_image(tmp_path / "a.jpg", picture.linear(), picture)
     write_image(tmp_path / "a.exr", picture.linear(), picture, bits=32)
     exr = read_image(tmp_path / "a.exr")
-    np.testing.assert_allclose(exr.codes[..., :3], picture.linear() * picture.alpha[..., None], rtol=1e-6)
+    np.testing.assert_allclose(exr.codes[..., :3], picture.linear(), rtol=1e-6)
+    straight = srgb_decode(codes[..., :3] / 255)
+    np.testing.assert_allclose(picture.linear(), straight * picture.alpha[..., None], rtol=1e-6)
     write_image(tmp_path / "b.png", exr.linear(), exr, bits=8)
     back = read_image(tmp_path / "b.png").codes
     np.testing.assert_array_equal(back[..., 3], codes[..., 3])

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from airlight.alpha import is_transparent
 from airlight.arrays import encode, to_linear
 from airlight.colour import is_neutral
 from airlight.composite.blend import blend as blend_layer
@@ -71,7 +72,8 @@ def light_shafts(
 ) -> FloatArray:
     """Compute the light shafts alone: (H, W, 3) float32, linear, to be added to the image.
 
-    image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, uint8 and uint16 are sRGB-encoded.
+    image: (H, W), (H, W, 3) or (H, W, 4); float is scene-linear, premultiplied by its alpha; uint8 and uint16 are sRGB-encoded, not
+    premultiplied.
     light: (x, y) normalised, (0, 0) the top-left corner; or an airlight.Light; or a list of them. It may lie outside.
     alpha, mask, depth: (H, W) in 0..1; the mask's white emits, the depth's larger is farther.
     parameters: the fields of Parameters (method, samples, density, decay, weight, exposure, ...); occlusion may be an
@@ -140,7 +142,7 @@ def add_light_shafts(
         composite = Composite(**of_rule)
         if searched:
             linear = to_linear(array)[0]
-            place = likeliest(linear)
+            place = likeliest(linear, array.dtype.kind != "f")
             if isinstance(place, str):
                 warnings.warn(place, AirlightWarning, stacklevel=2)
                 return shown(_encoded(array, linear, np.zeros(array.shape[:2], bool)))
@@ -160,7 +162,7 @@ def add_light_shafts(
     grey = array.ndim == 2 or array.shape[2] == 1
     options: dict[str, Any] = {"float_output": is_float, "near": near, "masked": mask_plane, "quality": quality, "grey": grey}
     if searched:
-        place = likeliest(coarse)
+        place = likeliest(coarse, not is_float)
         if isinstance(place, str):
             warnings.warn(place, AirlightWarning, stacklevel=2)
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
@@ -178,11 +180,11 @@ def add_light_shafts(
     return shown(_encoded(array, rgb * (1 - done.taken)[..., None] + done.added, changed))
 
 
-def likeliest(image: Any) -> Any:
-    """Find the light of an image, a Candidate; or say in a line why none is taken, and what to do."""
+def likeliest(image: Any, bounded: bool = False) -> Any:
+    """Find the light of an image, a Candidate; or say in a line why none is taken, and what to do. bounded: as `find_lights`."""
     from airlight.detect import ACT, ASK, find_lights
 
-    found = find_lights(image)
+    found = find_lights(image, bounded)
     if not found or found[0].confidence < ASK:
         return "no light found, left as it is: give its place, (x, y)"
     if found[0].confidence < ACT:
@@ -222,8 +224,9 @@ def _add_sum(
 
 
 def _holds_codes(array: Any) -> bool:
-    """Tell whether an array holds sRGB codes of 8 bits with colour, which the GPU decodes."""
-    return bool(array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0)
+    """Tell whether an array holds sRGB codes of 8 bits with colour, light over black, which the GPU decodes."""
+    plain = bool(array.dtype == np.uint8 and array.ndim == 3 and array.shape[2] in (3, 4) and array.size > 0)
+    return plain and not (array.shape[2] == 4 and is_transparent(array[..., 3]))
 
 
 def _with_own_alpha(codes: Any, array: Any) -> Any:

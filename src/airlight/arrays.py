@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.alpha import is_transparent, premultiply, straighten
 from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, AirlightWarning
 
@@ -50,7 +51,8 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Convert an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
-    `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already.
+    `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already. The result is
+    premultiplied, light over black: floats are taken to be so, codes to be straight.
     Raises AirlightError for any other shape or type and for empty arrays; bad float pixels are mended as in `repair`.
     """
     array = np.asarray(array)
@@ -70,16 +72,29 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if array.shape[2] == 4:
         alpha = alpha_of(array[..., 3])
         array = array[..., :3]
-    return decode_codes(array), alpha
+    linear = decode_codes(array)
+    if alpha is not None and array.dtype.kind == "u" and is_transparent(alpha):
+        premultiply(linear, alpha)
+    return linear, alpha
 
 
 def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, codes: np.ndarray | None = None) -> np.ndarray:
     """Convert (H, W, 3) linear to `dtype`, as `to_linear` read it, sRGB for uint8 (dithered) and uint16, linear for floats.
 
     `codes` is the array that was given to `to_linear`: where `changed` (H, W) is False its values are kept as they were;
-    its alpha is kept, and a grey picture stays grey, in its shape, as long as the result has no colour.
+    its alpha is kept, but that of codes is raised to hold light that it is too small for, and a grey picture stays grey, in its shape, as
+    long as the result has no colour.
     """
     dtype = np.dtype(dtype)
+    alpha = None
+    if codes is not None and codes.ndim == 3 and codes.shape[2] == 4:
+        alpha = codes[..., 3]
+        if codes.dtype != dtype and not codes.dtype.kind == dtype.kind == "f":
+            scaled = alpha_of(alpha)
+            alpha = scaled if dtype.kind == "f" else np.rint(scaled * np.iinfo(dtype).max)
+        alpha = alpha.astype(dtype)
+        if dtype.kind == "u" and is_transparent(alpha):
+            linear, alpha = straighten(linear, alpha, None if changed is None or codes.dtype != dtype else ~changed)
     if dtype.kind == "f":
         with np.errstate(over="ignore"):
             colour = np.array(linear, dtype)
@@ -99,10 +114,4 @@ def encode(linear: np.ndarray, dtype: Any, changed: np.ndarray | None = None, co
     if before.shape[2] == 1 and is_neutral(linear):
         # The dither differs between the channels; the first stands for all.
         return colour[..., 0] if codes.ndim == 2 else colour[..., :1]
-    if before.shape[2] == 4:
-        alpha = before[..., 3:]
-        if codes.dtype != dtype and not codes.dtype.kind == dtype.kind == "f":
-            scaled = alpha_of(alpha)
-            alpha = scaled if dtype.kind == "f" else np.rint(scaled * np.iinfo(dtype).max)
-        colour = np.concatenate([colour, alpha.astype(dtype)], axis=2)
-    return colour
+    return colour if alpha is None else np.concatenate([colour, alpha[..., None]], axis=2)

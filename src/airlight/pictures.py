@@ -65,8 +65,6 @@ def render_picture(
     settings = auto_levels_of(rgb, layer, settings, picture.luminance)
     pixels, added = blend_layer(rgb, layer, settings, picture.luminance)
     changed = where_lit(added) | (settings.adapt > 0)
-    if picture.alpha is not None and not picture.associated:
-        added *= picture.alpha[..., None]
     return Rendered(pixels, added, changed, held=settings)
 
 
@@ -119,8 +117,6 @@ def render_look(
 
     by_rows(rows, len(out))
     changed = where_lit(added) | (done.taken != 0)
-    if picture.alpha is not None and not picture.associated:
-        added = added * picture.alpha[..., None]
     return Rendered(out, added, changed, held=done.resolved, message=message)
 
 
@@ -133,5 +129,7 @@ def _untouched(picture: Picture, codes_only: bool) -> Rendered:
 
 
 def _is_plain(picture: Picture) -> bool:
-    """Tell whether the picture holds sRGB codes of 8 bits, with colour."""
-    return picture.encoding == "srgb" and picture.to_709 is None and picture.codes.dtype == np.uint8 and picture.codes.shape[2] >= 3
+    """Tell whether the picture holds sRGB codes of 8 bits, with colour, that are its light over black."""
+    codes = picture.codes
+    plain = picture.encoding == "srgb" and picture.to_709 is None and codes.dtype == np.uint8 and codes.shape[2] >= 3
+    return plain and not picture.is_transparent

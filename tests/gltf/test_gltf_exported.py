@@ -427,7 +427,7 @@ def test_choices_that_a_file_does_not_have(tmp_path: Path) -> None:
         w = square()
         w.json.pop("scenes")
         open_scene(w.save(tmp_path), scene="0")
-    with pytest.raises(AirlightError, match="table: has one animation only; leave --animation out"):
+    with pytest.raises(AirlightError, match="table: has one animation at most; leave --animation out"):
         open_scene("table", animation="1")
 
 

@@ -168,7 +168,7 @@ class Places:
 
 
 def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(st, "find_lights", lambda _: Places.unsure)
+    monkeypatch.setattr(st, "find_lights", lambda *_: Places.unsure)
     smart.viewer.open(forest)
     smart.frame(2)
     state, viewer = smart.state, smart.viewer
@@ -209,7 +209,7 @@ def test_a_picture_without_a_light_asks_for_it(smart: Driver, folder: Path, code
 def test_a_picture_stays_as_it_is_until_its_light_is_put_somewhere(
     smart: Driver, forest: str, trees: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(st, "find_lights", lambda _: [])
+    monkeypatch.setattr(st, "find_lights", lambda *_: [])
     smart.viewer.open(forest)
     smart.frame(2)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, trees)

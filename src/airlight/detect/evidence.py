@@ -5,12 +5,15 @@ import numpy as np
 from airlight.detect.candidate import Candidate
 from airlight.detect.parts import Part, bright_parts
 from airlight.detect.signals import Signals
-from airlight.planes import blur, box, smoothstep
+from airlight.planes import blur, box, label, smoothstep
 
 DISC_RADIUS = 0.09  # of the long side
 LARGEST_DISC_RADIUS = 0.14  # of one in clear air
 GLOW_CONFIDENCE = 0.75  # at most, of a light that is not seen itself
 GLOWS = 4
+GAP = 0.02  # of the long side: half of what may cross a disc
+OUTSHINES = (15.0, 40.0)  # times the 99th percentile of all else
+AIR = (0.0003, 0.001)  # of a light: what lies round it is no black background
 
 
 def sources(signals: Signals) -> list[Candidate]:
@@ -75,6 +78,32 @@ def _crispness(part: Part) -> float:
         grain = float(np.median(np.abs(part.luminance - box(part.luminance, 2))[near])) / max(middle, 1e-12)
         air = max(air, smoothstep(grain, 0.04, 0.01))
     return float(round_ * even * smooth * air * step * smoothstep(part.company, 0.15, 0.4))
+
+
+def outshining(signals: Signals) -> list[Candidate]:
+    """Find the round thing of an unclipped picture that outshines all else many times: a sun or lamp, whole or crossed by posts."""
+    value, radius = signals.value, max(1, round(GAP * signals.long_side))
+    bright = value > 0.5 * float(value.max())
+    grown = box(np.pad(bright, 2 * radius).astype(np.float32), radius) > 1e-6
+    closed = ~(box((~grown).astype(np.float32), radius) > 1e-6)[2 * radius : -2 * radius, 2 * radius : -2 * radius]
+    marks, count = label(closed)
+    if not count:
+        return []
+    areas = np.bincount(marks[bright], minlength=count + 1)
+    mask = marks == int(np.argmax(areas[1:])) + 1
+    company = float(areas[1:].max() / max(bright.sum(), 1))
+    part = Part.of(signals, mask, value, float(np.median(value)), 0.5, company)
+    if part.touch > 0.12 or part.radius > LARGEST_DISC_RADIUS * signals.long_side or part.radius < 2 or company < 0.8:
+        return []
+    inside = value[mask & bright]
+    rest = signals.luminance[~(box(mask.astype(np.float32), max(2, round(0.35 * part.radius))) > 1e-6)]
+    if not rest.size:
+        return []
+    peak, around = float(np.median(inside)), float(np.percentile(rest, 99))
+    score = part.roundness() * smoothstep(float(np.percentile(inside, 20)) / peak, 0.6, 0.85)
+    score *= smoothstep(inside.size / np.count_nonzero(mask), 0.45, 0.6) * smoothstep(peak / max(around, 1e-12), *OUTSHINES)
+    score *= smoothstep(float(np.median(rest)) / peak, *AIR)
+    return [Candidate(part.centroid, "disc", float(0.9 * score))]
 
 
 def _brightest_middle(part: Part) -> tuple[float, float]:

@@ -19,15 +19,18 @@ SUPPORT = 0.5
 SEEN_COUNTS = 0.6  # a light that is itself seen leaves a glow at a skyline this much less to explain
 
 
-def find_lights(image: Any) -> list[Candidate]:
+def find_lights(image: Any, bounded: bool = False) -> list[Candidate]:
     """Rank the places where the light of an image, as in airlight.light_shafts (floats are linear), may be, best first.
 
     At most 8, at least .08 widths apart, none where nothing speaks for a light. Scaling a float image changes nothing.
+    bounded: its floats are decoded from the codes of a photograph, which end at white.
     """
-    signals = Signals.of(linear_copy(image))
+    image = np.asarray(image)
+    bounded = bounded or image.dtype.kind != "f"
+    signals = Signals.of(linear_copy(image, bounded))
     if signals is None:
         return []
-    seen = evidence.sources(signals)
+    seen = evidence.sources(signals) + ([] if bounded else evidence.outshining(signals))
     unseen = 1 - SEEN_COUNTS * max((one.confidence for one in seen), default=0.0)
     glows = [dataclasses.replace(one, confidence=one.confidence * unseen) for one in evidence.skyline_glows(signals)]
     found = [*seen, *glows, *night.lamps(signals), *beyond.lights(signals)]

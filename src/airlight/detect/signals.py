@@ -17,11 +17,15 @@ WHITE_PERCENTILE = 99.95
 CODE_STEP = 3e-4  # the darkest 8-bit sRGB code above black, linear
 FALLOFF_CORE = 0.03  # widths within which a light's field no longer grows
 
+LONE = 8.0  # times the second brightest of its neighbours: brighter pixels of floats are a renderer's noise, no light
 FIREFLY = 1000.0  # times the 99.9th percentile: brighter pixels of floats are taken for faults
 
 
-def linear_copy(image: Any) -> Array:
-    """Shrink an image as in airlight.light_shafts to (h, w, 3) linear of at most COPY_SIDE_PX, without nan, inf or negative values."""
+def linear_copy(image: Any, bounded: bool = False) -> Array:
+    """Shrink an image as in airlight.light_shafts to (h, w, 3) linear of at most COPY_SIDE_PX, without nan, inf or negative values.
+
+    bounded: its floats are decoded from codes, whose lone bright pixels may be lamps; of others they are a renderer's noise.
+    """
     image = np.asarray(image)
     if image.dtype.kind == "f" and image.ndim in (2, 3) and image.size:
         if image.ndim == 2:
@@ -34,11 +38,32 @@ def linear_copy(image: Any) -> Array:
     else:
         image = to_linear(image)[0]
     if image.dtype.kind == "f":  # a few wild pixels must not outshine all that is averaged with them
+        image = image if bounded else without_fireflies(image)
         usual = float(np.percentile(image, 99.9)) if image.size else 0.0
         image = np.minimum(image, min(FIREFLY * max(usual, 1e-30), float(np.finfo(image.dtype).max)))
     small = shrink(np.maximum(image.astype(np.float64 if image.dtype.itemsize > 4 else np.float32, copy=False), 0), COPY_SIDE_PX)
     small = np.where(small > 1e-12 * small.max(), small, 0)  # no remainders of running sums
     return np.repeat(small, 3, axis=2) if small.shape[2] == 1 else small
+
+
+def without_fireflies(image: Array) -> Array:
+    """Dim the lone hot pixels, or pairs of them, of a picture (H, W, C) of floats to the second brightest of their neighbours."""
+    if image.size == 0 or min(image.shape[:2]) < 3:
+        return image
+    most = image.max(axis=2)
+    first, second = np.zeros_like(most), np.zeros_like(most)
+    height, width = most.shape
+    wide = np.pad(most, 1)
+    for y, x in ((y, x) for y in range(3) for x in range(3) if (y, x) != (1, 1)):
+        near = wide[y : y + height, x : x + width]
+        np.maximum(second, np.minimum(first, near), out=second)
+        np.maximum(first, near, out=first)
+    lone = most > LONE * np.maximum(second, 0)
+    if not lone.any():
+        return image
+    mended = image.copy()
+    mended[lone] *= (np.maximum(second[lone], 0) / most[lone])[:, None]
+    return mended
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.alpha import is_transparent, premultiply, straight_codes
 from airlight.arrays import repair
 from airlight.colour import alpha_of, decode_codes
 from airlight.errors import AirlightError, warn
@@ -29,7 +30,7 @@ class Picture:
     """A picture as its file holds it, upright.
 
     codes: (H, W, C) uint8, uint16 or float32, C in 1..4: grey, grey + alpha, RGB, RGBA; alpha is unassociated in integer codes.
-    alpha: (H, W) float32 in 0..1, or None. encoding: "srgb", "icc" (see `profile`) or "linear".
+    alpha: (H, W) float32 in 0..1, or None. associated: codes are premultiplied by it. encoding: "srgb", "icc" (see `profile`), "linear".
     extra: further EXR channels (H, W, len(extra_names)) float32, kept for writing. bits: of the stored colour (16 for half).
     formats, extra_formats: how an EXR stores the picture's channels and the further ones, half or float.
     data_window, display_window: (x, y, width, height), `codes` fills the data window. spec: the file's metadata.
@@ -73,6 +74,11 @@ class Picture:
         return self.codes[..., : 1 if self.codes.shape[2] < 3 else 3]
 
     @property
+    def is_transparent(self) -> bool:
+        """Tell whether alpha hides less than all anywhere."""
+        return is_transparent(self.alpha)
+
+    @property
     def luminance(self) -> np.ndarray:
         """Give the weights of the luminance of the picture's linear RGB: (3,) float32."""
         return REC709_F32 if self.to_709 is None else (REC709_F32 @ self.to_709).astype(np.float32)
@@ -96,12 +102,16 @@ class Picture:
         return pixels if self.to_709 is None else pixels @ np.linalg.inv(self.to_709).T.astype(np.float32)
 
     def linear(self, coarse: bool = False) -> np.ndarray:
-        """Decode to scene-linear light, (H, W, 3) float32, in the picture's own RGB; grey expanded; integers straight, EXR as stored.
+        """Decode to scene-linear light, (H, W, 3) float32, in the picture's own RGB; grey expanded; premultiplied: what is seen over black.
 
         coarse: only every n-th row and column, some COARSE of the longer.
         """
         step = max(1, max(self.width, self.height) // COARSE) if coarse else 1
-        return decode_codes(self.colour_codes[every(self.height, step), every(self.width, step)], self.profile, self.encoding == "linear")
+        some = every(self.height, step), every(self.width, step)
+        rgb = decode_codes(self.colour_codes[some], self.profile, self.encoding == "linear")
+        if self.is_transparent and not self.associated and self.alpha is not None:
+            premultiply(rgb, self.alpha[some])
+        return rgb
 
 
 def upright(array: np.ndarray, orientation: int) -> np.ndarray:
@@ -175,14 +185,6 @@ def _stands_in(found: dict[str, list[int]]) -> str | None:
     return "" if "" in found else next(iter(beauty + list(found)), None)
 
 
-def _straight(codes: np.ndarray) -> np.ndarray:
-    """Divide integer codes by the alpha that they were multiplied by."""
-    most = np.iinfo(codes.dtype).max
-    value = codes.astype(np.float64)
-    value[..., :-1] *= most / np.maximum(value[..., -1:], 1)
-    return np.rint(np.minimum(value, most)).astype(codes.dtype)
-
-
 def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
     """Read the embedded ICC profile, and its transform where it is not simply sRGB."""
     value = spec.getattribute("ICCProfile")
@@ -254,7 +256,10 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None = None
     associated = format == "openexr"
     if format == "tiff" and has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         associated = real
-        codes = codes if real else _straight(codes)
+        codes = codes if real else straight_codes(codes)
+    if has_alpha and not associated and not codes[..., -1].any():
+        warn(f"{name}: is transparent all over, which would show nothing; its colours are taken as opaque", 4)
+        codes, chosen, has_alpha = np.ascontiguousarray(codes[..., :-1]), chosen[:-1], False
     icc, profile = _profile(spec, name) if not real else (None, None)
     to_709, chromaticities = _space(spec, real, name, colorspace)
     flat = spec.get_string_attribute("oiio:ColorSpace").startswith("lin") and icc is None
@@ -306,7 +311,8 @@ def read_image(path: str | os.PathLike[str], on_damage: str = "error", layer: st
 
 
 def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: bool = False) -> np.ndarray:
-    """Read an image as data: (H, W) float32, the luminance of the code values (0..1 for integer files, EXR as it is).
+    """Read an image as data: (H, W) float32, the luminance of the code values (0..1 for integer files, EXR as it is), over black; depths
+    are not multiplied by alpha.
 
     With `depth` an EXR's channel Z (or depth.Z) is taken where there is one; infinite depths become the largest finite one.
     """
@@ -321,6 +327,8 @@ def read_mask(path: str | os.PathLike[str], on_damage: str = "error", depth: boo
         value = _finite(value, picture.path)
     else:
         value /= np.float32(np.iinfo(codes.dtype).max)
+    if picture.is_transparent and picture.alpha is not None and not picture.associated and not depth:
+        value *= picture.alpha[..., None]
     return np.ascontiguousarray(value[..., 0] if value.shape[2] == 1 else value @ REC709_F32)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.alpha import is_transparent, straighten
 from airlight.colour import alpha_of, encode_codes, is_neutral
 from airlight.errors import AirlightError, MachineError, warn
 from airlight.files.atomic import check_output, output_format, replacing, scratch
@@ -46,7 +47,8 @@ def write_image(
 ) -> None:
     """Write (H, W, 3) linear pixels as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
 
-    pixels: in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made Rec. 709.
+    pixels: premultiplied, in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made
+    Rec. 709. A format without alpha gets them as they are, over black; where its colours are straight its alpha is raised to hold them.
     like: the input; its encoding, depth, alpha, metadata and further EXR channels are kept where the format can.
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
     alpha: (H, W) 0..1 instead of the input's. layer, transmittance: (H, W, 3), in EXR written as airlight.R/G/B and
@@ -72,30 +74,35 @@ def write_image(
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
 
     channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
-    kind: Any = np.dtype(np.float32)
+    kind: Any = np.dtype(np.float32 if real else f"uint{depth}")
+    transparency = _alpha(like, alpha, kind, real)
+    if transparency is not None and format in ("jpeg", "hdr"):
+        if is_transparent(transparency):
+            warn(f"{name}: this format has no transparency: the picture is put on black; use .png or .exr to keep it")
+        transparency = None
+    premultiplied = transparency is None or format == "openexr" or (real and like is not None and like.associated)
+    if like is not None and like.alpha is not None and changed is not None and like.associated != premultiplied:
+        changed = changed | (like.alpha < 1)  # there the input's codes are none of this output's
+    straight = encoded is not None and encoded.dtype == kind
+    if pixels is not None and transparency is not None and not (premultiplied or straight) and is_transparent(transparency):
+        kept = ~changed if like is not None and changed is not None and like.codes.dtype == kind else None
+        pixels, transparency = straighten(pixels, transparency, kept)
     keeps_icc = False
     if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
-        kind = colour.dtype
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
     colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     if real and pixels is not None:
         most = _most(like, format, depth, colours)
-        channels.append(functools.partial(_real_colour, pixels, like, format, most, changed, colours))
+        channels.append(functools.partial(_real_colour, pixels, like, most, changed, colours))
     else:
         channels.append(colour[..., :colours])
-    transparency = _alpha(like, alpha, kind, real)
+    if format == "webp" and not is_transparent(transparency):  # it would be left out, and not read back
+        transparency = None
     if transparency is not None:
-        if format in ("jpeg", "hdr"):
-            if (transparency < (1 if real else np.iinfo(kind).max)).any():
-                warn(f"{name}: this format has no transparency, which is dropped; use .png or .exr to keep it")
-            transparency = None
-        elif format == "webp" and (transparency == np.iinfo(kind).max).all():  # it would be left out, and not read back
-            transparency = None
-        else:
-            channels.append(transparency[..., None])
+        channels.append(transparency[..., None])
     further: list[tuple[str, str]] = []  # names and types of channels
     if any(values is not None for values in (layer, transmittance, z)) and format != "openexr":
         raise AirlightError(f"{name}: only .exr holds the layer beside the picture; write it to a file of its own")
@@ -144,13 +151,11 @@ def _rows(values: np.ndarray, most: float, first: int, last: int) -> np.ndarray:
 
 
 def _real_colour(
-    pixels: np.ndarray, like: Picture | None, format: str, most: Any, changed: np.ndarray | None, colours: int, first: int, last: int
+    pixels: np.ndarray, like: Picture | None, most: Any, changed: np.ndarray | None, colours: int, first: int, last: int
 ) -> np.ndarray:
     """Convert rows from first to before last to colours as they are stored, (h, W, 1 or 3) float32 within +-most."""
     colour = _finite(pixels[first:last], most)
-    if like is not None and like.alpha is not None and format == "openexr" and not like.associated:
-        colour *= like.alpha[first:last, :, None]
-    elif like is not None and like.codes.dtype.kind == "f" and changed is not None and not changed[first:last].all():
+    if like is not None and like.codes.dtype.kind == "f" and changed is not None and not changed[first:last].all():
         np.copyto(colour, like.colour_codes[first:last], where=~changed[first:last, :, None])
         np.clip(colour, -most, most, out=colour)
     return colour[..., :colours]
@@ -193,9 +198,6 @@ def _integer_colour(
     elif same and changed is not None and not changed.any():
         colour = np.empty(pixels.shape, dtype)
     else:
-        if like is not None and like.associated and like.alpha is not None:
-            safe = np.where(like.alpha > 0, like.alpha, 1)[..., None]
-            pixels = (pixels / safe).astype(np.float32)
         colour = encode_codes(pixels, dtype, profile, flat)
     if same and like is not None and changed is not None:
         np.copyto(colour, like.colour_codes, where=~changed[..., None])

@@ -1,11 +1,10 @@
 """One line, with its cure, where what was asked for gives nothing to see."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from airlight.jobs.light_text import LightText
 from airlight.lights import parse_position
-from airlight.messages import say
 
 if TYPE_CHECKING:
     from airlight.files import Picture
@@ -14,7 +13,7 @@ FAR_AWAY = 20  # pictures: a light beyond was hardly meant to be there
 CODES = 2  # of 8 bits: what changes by no more is not seen
 
 
-def tell_far_away(written: Sequence[LightText], found: Sequence[LightText]) -> None:
+def tell_far_away(written: Sequence[LightText], found: Sequence[LightText], say: Callable[[str], object]) -> None:
     """Say where a light lies so far away that pixels were meant. written: as typed; found: the same in numbers."""
     for typed, light in zip(written, found, strict=False):
         if typed.searched is not None or typed.angle is not None:
@@ -22,19 +21,36 @@ def tell_far_away(written: Sequence[LightText], found: Sequence[LightText]) -> N
         x, y = parse_position(light.position, 1, 1)
         if max(abs(x - 0.5), abs(y - 0.5)) > FAR_AWAY:
             away = max(abs(x), abs(y))
-            say(f"the light {typed.position} lies {away:.0f} pictures away: where pixels are meant, write 400px,300px", prefix="")
+            say(f"the light {typed.position} lies {away:.0f} pictures away: where pixels are meant, write 400px,300px")
 
 
-def tell_unchanged(picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText], float_output: bool) -> None:
+def tell_unchanged(
+    picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText], float_output: bool, say: Callable[[str], object]
+) -> None:
     """Say why nothing, or hardly anything, is to be seen. done: pictures.Rendered; look: None: classic; p: the sum's parameters."""
     if done.message:
-        say(f"{picture.path}: {done.message}", prefix="")
+        say(f"{picture.path}: {done.message}")
     elif changes_little(picture, done, float_output):
-        say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}", prefix="")
+        say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}")
+
+
+def is_off(look: Any, lights: Sequence[LightText]) -> bool:
+    """Tell whether the user asked for no light."""
+    return not any(light.strength for light in lights) or (look is not None and look.strength == 0)
+
+
+def shines(picture: "Picture", done: Any) -> bool:
+    """Tell whether shafts change a picture at all, so that other frames may go by what was measured on it."""
+    import numpy as np
+
+    changes = getattr(done.held, "changes", None)  # of the smart look
+    if changes is not None:
+        return bool(changes)
+    return bool(done.layer.any() if done.encoded is None else not np.array_equal(done.encoded, picture.codes[..., :3]))
 
 
 def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
-    if not any(light.strength for light in lights) or (look is not None and look.strength == 0):
+    if is_off(look, lights):
         return "the strength is 0"
     if look is not None:
         if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it

@@ -1,8 +1,9 @@
 """Finds a picture's lights: which are meant, which to ask about; and shows them."""
 
 import dataclasses
+import functools
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
@@ -17,13 +18,18 @@ if TYPE_CHECKING:
 
 
 def resolve_lights(
-    written: Sequence[LightText], picture: "Picture", origin: str, coarse: "np.ndarray | None", many: bool = False
+    written: Sequence[LightText],
+    picture: "Picture",
+    origin: str,
+    coarse: "np.ndarray | None",
+    many: bool = False,
+    tell: Callable[[str], object] | None = None,
 ) -> list[LightText]:
     """Resolve lights to numbers in the display window, searching for those to be found; none where it is not clear which are meant.
 
-    many: pictures are worked on: each line names its own.
+    many: pictures are worked on: each line names its own. tell: takes the lines for the user.
     """
-    prefix = f"{picture.path}: " if many else ""
+    prefix, tell = f"{picture.path}: " if many else "", tell or functools.partial(say, prefix="")
     lights: list[LightText] = []
     found: Any = None
     for one in written:
@@ -33,20 +39,22 @@ def resolve_lights(
         if found is None:
             from airlight.detect import find_lights
 
-            found = find_lights(coarse)
-        places = _chosen_places(found, *one.searched, picture)
+            found = find_lights(coarse, picture.codes.dtype.kind == "u")
+        places = _chosen_places(found, *one.searched, picture, tell)
         if not places:
             return []
         for position, kind, is_guess in places:
             at = found_at(picture, position)
-            say(f"{prefix}light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)", prefix="")
+            tell(f"{prefix}light at {at[0]:.3f},{at[1]:.3f} ({at[2]:.0f}px,{at[3]:.0f}px)")
             if is_guess:
-                say(f"{prefix}beyond the picture, by a guess: --light X,Y puts it elsewhere", prefix="")
+                tell(f"{prefix}beyond the picture, by a guess: --light X,Y puts it elsewhere")
             lights.append(dataclasses.replace(one, position=f"{at[0]!r},{at[1]!r}", kind=one.kind or kind))
     return lights
 
 
-def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture") -> list[tuple[tuple[float, float], str, bool]]:
+def _chosen_places(
+    found: Any, rank: int, all_of_them: bool, picture: "Picture", tell: Callable[[str], object]
+) -> list[tuple[tuple[float, float], str, bool]]:
     """Choose the candidates that are meant: (position, kind, whether it is a guess), see `LightText.searched`.
 
     None, and a line that says why, where none will do.
@@ -54,13 +62,13 @@ def _chosen_places(found: Any, rank: int, all_of_them: bool, picture: "Picture")
     from airlight.detect import ACT, ASK
 
     if not found or (rank == 0 and found[0].confidence < ASK):
-        say(f"{picture.path}: no light found, left as it is: give --light X,Y", prefix="")
+        tell(f"{picture.path}: no light found, left as it is: give --light X,Y")
         return []
     best = found[0]
     if rank == 0 and best.confidence < ACT:
         x, y, *_ = found_at(picture, best.position)
         words = f"unsure, left as it is: perhaps at {x:.2f},{y:.2f} ({best.kind}, {best.confidence:.2f}); --light auto:1 takes it"
-        say(f"{picture.path}: {words}", prefix="")
+        tell(f"{picture.path}: {words}")
         return []
     if all_of_them:
         lamps = [(position, best.kind, False) for position in best.lamps]
@@ -85,7 +93,7 @@ def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overw
     files.check_output(path, list(sources), overwrite, image=not is_list)
     picture = reading.picture(sources[0])
     coarse = picture.rec709(picture.linear(coarse=True))
-    found = find_lights(coarse)
+    found = find_lights(coarse, picture.codes.dtype.kind == "u")
     for number, one in enumerate(found, 1):
         x, y, *_ = found_at(picture, one.position)
         say(f"{number}: {x:.3f},{y:.3f}  {one.kind}, confidence {one.confidence:.2f}{', a guess' if one.guess else ''}", prefix="")

@@ -7,12 +7,13 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, MachineError
 from airlight.jobs import doubts, tasks
+from airlight.jobs.clips import Clips, Settled, looked_at
 from airlight.jobs.finding import resolve_lights, show_candidates
 from airlight.jobs.light_text import LightText, place
 from airlight.jobs.planes import Reading
@@ -173,17 +174,18 @@ def run_image(request: ImageRequest) -> bool:
         return True
     request = request.with_occlusion()
     built, chosen = build(request.values), request.look()
-    todo, done, many = _tasks(request)
+    todo, references, many = _tasks(request)
     if not todo:
         return True
     if request.recalled:
         say("the light is that of the settings; --light auto finds each picture's own", prefix="")
     look = built[Look] if chosen == "smart" else None
-    work = _Work(request, built[Parameters], built[Composite], look, many)
+    clips = Clips({clip: looked_at(frames) for clip, frames in references.items()})
+    work = _Work(request, built[Parameters], built[Composite], look, many, clips)
     failed: list[tuple[PictureTask, AirlightError]] = []
     if many:
-        failed = run(_with_first(todo, done), work.read, work.render, work.write)
-        say(f"{len(todo) - sum(task.wanted for task, _ in failed)} of {len(todo)} pictures written", prefix="")
+        failed = run(todo, work.read, work.render, work.write)
+        say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     else:
         loaded = work.read(todo[0])
         work.write(todo[0], loaded, work.render(todo[0], loaded))
@@ -192,27 +194,18 @@ def run_image(request: ImageRequest) -> bool:
     return not failed
 
 
-def _tasks(request: ImageRequest) -> tuple[list[PictureTask], list[PictureTask], bool]:
-    """List what is to be done and what is done already, and tell whether pictures are many; show candidates if they are asked for."""
+def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[PictureTask]], bool]:
+    """List what is to be done, and the frames of each clip; tell whether pictures are many; show candidates if they are asked for."""
     r, output = request, str(request.output)
-    todo, sequence = tasks.picture_tasks(
-        r.sources, output, r.layer, r.occlusion_fraction, r.mask, r.depth, r.subject, r.frames
-    )
-    many = len(todo) > 1 or sequence
-    todo, done = tasks.left_to_do(todo, r.skip_existing, r.resume)
+    todo, clips = tasks.picture_tasks(r.sources, output, r.layer, r.occlusion_fraction, r.mask, r.depth, r.subject, r.frames)
+    many = len(todo) > 1 or bool(clips)
+    todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)
     tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
     if r.candidates is not None:
         if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
             raise AirlightError(f"{r.candidates}: is named for two outputs; give each a name of its own")
         show_candidates(r.sources, r.candidates, r.reading, r.overwrite)
-    return todo, done, many
-
-
-def _with_first(todo: list[PictureTask], done: list[PictureTask]) -> list[PictureTask]:
-    """Put the first of each sequence's frames that are done in its place: what it resolved holds for the rest."""
-    going = {task.clip for task in todo} - {None}
-    firsts = {task.clip: dataclasses.replace(task, wanted=False) for task in reversed(done) if task.clip in going}
-    return sorted([*todo, *firsts.values()], key=lambda task: task.number)
+    return todo, clips, many
 
 
 @dataclass
@@ -227,7 +220,7 @@ class _Loaded:
 class _Work:
     """Reads, renders, writes each picture, each step perhaps by another thread.
 
-    Frames of one sequence take their light, threshold, mix and adaptation from its first, lest they flicker.
+    Frames of one sequence take their light, threshold, mix and adaptation from one of them, lest they flicker: see `Clips`.
     """
 
     request: ImageRequest
@@ -235,6 +228,7 @@ class _Work:
     composite: Any
     look: Any  # None: classic
     many: bool  # pictures
+    clips: Clips
 
     def __post_init__(self) -> None:
         self.passes: list[tuple[str, float]] | None = [] if self.request.profile else None
@@ -243,8 +237,6 @@ class _Work:
         self._start = threading.Thread(target=_open_device, args=(self.request.device,), daemon=True)
         self._start.start()  # while the first picture is read
         self._where: Any = None
-        # By clip, (lights, parameters, what was measured) of the first frame, the lights in the display window.
-        self._kept: dict[int, tuple[list[LightText], Any, Any]] = {}
 
     def read(self, task: PictureTask) -> _Loaded:
         """Read the picture and its planes."""
@@ -255,42 +247,48 @@ class _Work:
         return loaded
 
     def render(self, task: PictureTask, loaded: _Loaded) -> Any:
-        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for; None where nothing is
-        wanted."""
-        from airlight.occlusion.automatic import check
-
-        kept = None if task.clip is None else self._kept.get(task.clip)
-        if not task.wanted and kept is not None:
-            return None
+        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for."""
         self._start.join()
         if self._where is None:
             self._where = _renderer(self.request.device)
         picture = loaded.picture
-        check(self.parameters, picture.alpha is not None, loaded.far is not None)
-        begun = time.perf_counter()
-        written, parameters, held = kept or self._resolved(picture)
-        lights = [place(light, picture) for light in written]
-        doubts.tell_far_away(self.request.lights, written)
-        begun = self.spent.add("find the light", begun)
+        settled = self.clips.settled(task, loaded, self.read, self._settled)
+        lights = [place(light, picture) for light in settled.lights]
         if self.request.debug is not None:
             from airlight.debug import view
 
-            if task.clip is not None:
-                self._kept[task.clip] = written, parameters, None
             tell = functools.partial(say, prefix="")
-            return view(self.request.debug, picture, lights, parameters, loaded.emits, loaded.far, self._where, tell)
-        done = self._shone(task, loaded, lights, parameters, held)
-        if lights and kept is None:
-            doubts.tell_unchanged(picture, done, self.look, parameters, self.request.lights, _is_float(task.output, picture))
-        alone = not lights or not getattr(done.held, "changes", True)
-        if task.clip is not None and kept is None and alone:
-            say(f"{picture.path}: its clip follows it, and is left as it is too; begin --frames later to change that", prefix="")
-        if task.clip is not None:
-            self._kept[task.clip] = written, parameters, done.held
-        fraction = self._fraction(loaded, lights, parameters) if task.fraction is not None and lights else None
+            return view(self.request.debug, picture, lights, settled.parameters, loaded.emits, loaded.far, self._where, tell)
+        begun = time.perf_counter()
+        done = settled.done
+        if done is None:
+            from airlight.occlusion.automatic import check
+
+            check(self.parameters, picture.alpha is not None, loaded.far is not None)
+            done = self._shone(task, loaded, lights, settled.parameters, settled.held)
+        fraction = self._fraction(loaded, lights, settled.parameters) if task.fraction is not None and lights else None
         self.spent.add("render", begun)
         chosen = "classic" if self.look is None else "smart"
-        return done, fraction, self.request.settings.text(written, chosen)
+        return done, fraction, self.request.settings.text(settled.lights, chosen)
+
+    def _settled(self, task: PictureTask, loaded: _Loaded) -> Settled:
+        """Settle a picture by itself: find its lights, resolve what is unset, render it."""
+        from airlight.occlusion.automatic import check
+
+        picture, lines, r = loaded.picture, list[str](), self.request
+        check(self.parameters, picture.alpha is not None, loaded.far is not None)
+        begun = time.perf_counter()
+        written, parameters = self._resolved(picture, lines.append)
+        doubts.tell_far_away(r.lights, written, lines.append)
+        begun = self.spent.add("find the light", begun)
+        if r.debug is not None:
+            return Settled(written, parameters, None, None, lines, bool(written))
+        done = self._shone(task, loaded, [place(light, picture) for light in written], parameters, None)
+        self.spent.add("render", begun)
+        if written:
+            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, _is_float(task.output, picture), lines.append)
+        shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
+        return Settled(written, parameters, done.held, done, lines, shines)
 
     def _shone(self, task: PictureTask, loaded: _Loaded, lights: list[Any], parameters: Any, held: Any) -> Any:
         """Render one picture, pictures.Rendered."""
@@ -318,25 +316,23 @@ class _Work:
         image, planes = picture.rec709(picture.linear()), {"alpha": picture.alpha, "depth": loaded.far, "mask": loaded.emits}
         return api.occlusion_fraction(image, lights[0], device=self._where, **planes, **keys)
 
-    def _resolved(self, picture: "Picture") -> Any:
-        """Resolve a picture: (lights in the display window, parameters with nothing unset, None)."""
+    def _resolved(self, picture: "Picture", tell: Callable[[str], object]) -> tuple[list[LightText], Any]:
+        """Resolve a picture: lights in the display window, and parameters with nothing unset."""
         from airlight.occlusion.automatic import auto_threshold
 
         r, integer = self.request, picture.codes.dtype.kind == "u"
         settles = self.look is None and (integer or self.composite.adapt > 0)
         searched = any(w.searched for w in r.lights)
         coarse = picture.rec709(picture.linear(coarse=True)) if settles or searched else None
-        written = resolve_lights(r.lights, picture, r.origin, coarse, self.many)
+        written = resolve_lights(r.lights, picture, r.origin, coarse, self.many, tell)
         if not settles or coarse is None:
-            return written, self.parameters, None
-        return written, auto_threshold(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer), None
+            return written, self.parameters
+        return written, auto_threshold(self.parameters, coarse, [place(light, picture) for light in written], bounded=integer)
 
     def write(self, task: PictureTask, loaded: _Loaded, rendered: Any) -> None:
         """Write the picture, and what goes beside it."""
         from airlight import files
 
-        if not task.wanted:
-            return
         begun, picture = time.perf_counter(), loaded.picture
         bare = dataclasses.replace(
             picture, codes=picture.colour_codes, alpha=None, associated=False, extra=None, extra_names=(), extra_formats=(), layer=""

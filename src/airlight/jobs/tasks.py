@@ -30,8 +30,7 @@ class Task:
 class PictureTask(Task):
     """Adds what is read, and what else is written, of a picture.
 
-    clip: of the sequence whose frame it is, the place of its first frame among all. wanted: False where it is written already, and only
-    looked at for what the frames after it keep.
+    clip: of the sequence whose frame it is, the place of its first frame among all.
     """
 
     source: str = ""
@@ -40,7 +39,6 @@ class PictureTask(Task):
     depth: str | None = None
     subject: str | None = None
     clip: int | None = None
-    wanted: bool = True
 
     @property
     def outputs(self) -> list[str]:
@@ -77,12 +75,14 @@ def picture_tasks(
     depth: str | None,
     subject: str | None,
     frames: str | None,
-) -> tuple[list[PictureTask], bool]:
-    """List what is to be done, and tell whether it is a sequence. Patterns stand for the files that there are, or for `frames`."""
+) -> tuple[list[PictureTask], dict[int, list[PictureTask]]]:
+    """List what is to be done, and by clip all its frames that there are, in order; none where no sequence is named. Patterns stand for
+    the files that there are, or for `frames`."""
     from airlight.files.sequence import frames as read_frames
     from airlight.files.sequence import is_explicit_pattern, numbered
 
     given: list[tuple[int | None, str, int | None]] = []
+    clips: dict[int, list[tuple[int, str]]] = {}
     for source in sources:
         pattern = numbered(source)
         if pattern is None:
@@ -91,9 +91,9 @@ def picture_tasks(
         numbers = read_frames(frames) if frames is not None else pattern.on_disk()
         if not numbers:
             raise AirlightError(f"{source}: there are no such files; check the pattern, or give --frames")
+        clips[len(given)] = [(number, pattern.frame(number)) for number in pattern.on_disk() or numbers]
         given += [(number, pattern.frame(number), clip) for clip in [len(given)] for number in numbers]
-    sequence = any(clip is not None for _, _, clip in given)
-    if frames is not None and not sequence:
+    if frames is not None and not clips:
         raise AirlightError("--frames needs a pattern for the input, as in shot.####.exr")
 
     def place(target: str | None, number: int | None, source: str) -> str | None:
@@ -114,13 +114,14 @@ def picture_tasks(
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
 
-    found: list[PictureTask] = []
-    for number, source, clip in given:
+    def task(at: int, number: int | None, source: str, clip: int | None) -> PictureTask:
         outputs = [place(target, number, source) for target in (output, layer, fraction)]
         planes = beside(mask, number), beside(depth, number), beside(subject, number)
-        found.append(PictureTask(len(found), outputs[0] or output, outputs[1], source, outputs[2], *planes, clip=clip))
+        return PictureTask(at, outputs[0] or output, outputs[1], source, outputs[2], *planes, clip=clip)
+
+    found = [task(at, *one) for at, one in enumerate(given)]
     refuse_collisions(found, [task.source for task in found])
-    return found, sequence
+    return found, {clip: [task(at, *frame, clip) for at, frame in enumerate(there)] for clip, there in clips.items()}
 
 
 def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:

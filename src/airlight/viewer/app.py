@@ -102,7 +102,7 @@ class Viewer:
             picture = read_image(source) if isinstance(source, str) else source
             view = PictureView(self.device, picture)
             self.picture, state.is_image, self.read = view, True, picture
-            found = st.find_candidates(state, view.coarse)
+            found = st.find_candidates(state, view.coarse, view.bounded)
             state.lights = [replace(control, movable=True, direction=False) for control in lights] or [found]
             if lights:
                 state.ask, state.unplaced = "", False
@@ -453,4 +453,5 @@ def from_array(array: Any) -> Picture:
         spec=None,
         format="png",
         bits=codes.dtype.itemsize * 8,
+        associated=real,
     )

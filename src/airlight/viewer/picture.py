@@ -79,7 +79,8 @@ class PictureView:
         self.has_alpha = picture.alpha is not None
         self.grey = picture.colour_codes.shape[2] == 1
         large = max(picture.width, picture.height) > LONGEST
-        plain = picture.codes.dtype == np.uint8 and picture.encoding == "srgb" and picture.codes.shape[2] >= 3 and not large
+        plain = picture.codes.dtype == np.uint8 and picture.encoding == "srgb" and picture.codes.shape[2] >= 3
+        plain = plain and not large and not picture.is_transparent  # seen over black
         color = _smaller(picture.rec709(picture.linear()))
         self.size = color.shape[1], color.shape[0]
         self.linear = np.ones((*color.shape[:2], 4), np.float32)

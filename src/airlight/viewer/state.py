@@ -364,12 +364,12 @@ def take(state: ViewerState, number: int) -> None:
     state.lights[state.current].kind = candidate.kind
 
 
-def find_candidates(state: ViewerState, coarse: Any) -> LightControl:
+def find_candidates(state: ViewerState, coarse: Any, bounded: bool = False) -> LightControl:
     """Look for the light of a picture, and say what is not sure. Returns the likeliest, or one near the top where nothing speaks for any.
 
-    coarse: (h, w, 3) linear Rec. 709.
+    coarse: (h, w, 3) linear Rec. 709; bounded: as `detect.find_lights`.
     """
-    state.candidates, state.ask, state.current = tuple(find_lights(coarse)), "", 0
+    state.candidates, state.ask, state.current = tuple(find_lights(coarse, bounded)), "", 0
     state.unplaced = not state.candidates
     if state.unplaced:
         state.ask = "no light found: drag the ring to where it is, or click there twice"

@@ -24,7 +24,8 @@ POINT_SIZE = 2  # logical px
 def load(path: str, environment: str | None = None, lamps: bool = False, up: str | None = None) -> Stage:
     """Load a stage as `scenes.open_scene` says. Raises AirlightError."""
     model = MeshModel(path, up or UP[path.lower()[-3:]])
-    empty = SimpleNamespace(document=schema.Document(asset=schema.Asset(version="2.0")), order=[], container=SimpleNamespace(path=path))
+    document = schema.Document(asset=schema.Asset(version="2.0"))
+    empty = SimpleNamespace(document=document, order=[], hidden=set(), container=SimpleNamespace(path=path))
     return stage_of(empty, model, environment, lamps)
 
 
