@@ -126,6 +126,18 @@ def test_edges_are_smooth_and_leaves_behind_leaves_do_not_shine_through(tmp_path
     assert ((row[:, 0] > 0.03) & (row[:, 0] < 0.97)).any()
 
 
+@pytest.mark.parametrize("nearest", [0, 1])
+def test_what_is_blended_is_sorted_by_where_its_vertices_are(tmp_path: Path, eye: Eye, nearest: int) -> None:
+    """Panes of one node: red before green, whichever the file has first."""
+    w = Writer()
+    panes = [(1, [1, 0, 0, 0.5]), (-1, [0, 1, 0, 0.5])]
+    for z, colour in panes if nearest == 0 else reversed(panes):
+        material = flat(w, alphaMode="BLEND", pbrMetallicRoughness={"baseColorFactor": colour})
+        w.node(mesh=w.mesh(np.add(SQUARE, [0, 0, z]), SQUARE_FACES, material))
+    picture = eye.linear(open_scene(w.save(tmp_path), "none").scene, frontal())
+    assert picture[32, 48, :2] == pytest.approx([0.5, 0.25], abs=0.02)
+
+
 def test_skins_and_morph_targets_move_both_parts(tmp_path: Path) -> None:
     w = Writer()
     bone = w.node()

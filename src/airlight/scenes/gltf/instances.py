@@ -28,17 +28,18 @@ def reach(gltf: Gltf, instancing: schema.Instancing, size: float) -> float:
 
 def instanced(gltf: Gltf, instancing: schema.Instancing, things: list[gfx.WorldObject]) -> list[gfx.WorldObject]:
     """Make of each object one that shows all instances; a mirrored one is turned inside out by an object of its own."""
-    placed = matrices(gltf, instancing)
-    turned = np.linalg.det(placed[:, :3, :3]) < 0
+    own = matrices(gltf, instancing)
+    turned = np.linalg.det(own[:, :3, :3]) < 0
     found: list[gfx.WorldObject] = []
     for thing in things:
+        placed = own @ thing.local.matrix  # which may shift its vertices
         if isinstance(thing, gfx.SkinnedMesh):
             gltf.tell("skinned", "a mesh with a skin is shown once, not as instances of it")
             found.append(thing)
         elif isinstance(thing, gfx.Mesh):
-            for base, own in ((np.eye(4), placed[~turned]), (MIRROR, MIRROR @ placed[turned])):
-                if len(own):
-                    found.append(_many(thing, base, own))
+            for base, each in ((np.eye(4), placed[~turned]), (MIRROR, MIRROR @ placed[turned])):
+                if len(each):
+                    found.append(_many(thing, base, each))
         elif len(placed):
             found.append(_repeated(thing, placed))
     return found
@@ -46,8 +47,12 @@ def instanced(gltf: Gltf, instancing: schema.Instancing, things: list[gfx.WorldO
 
 def _many(mesh: gfx.Mesh, base: np.ndarray, own: np.ndarray) -> gfx.InstancedMesh:
     many = gfx.InstancedMesh(mesh.geometry, mesh.material, len(own))
+    shift = own[:, :3, 3].mean(axis=0)  # the GPU has the instances' matrices as float32
+    own, middle = own.copy(), np.eye(4)
+    own[:, :3, 3] -= shift
+    middle[:3, 3] = shift
     many.local.state_basis = "matrix"
-    many.local.matrix = base
+    many.local.matrix = base @ middle
     many.instance_buffer.data["matrix"][:] = own.transpose(0, 2, 1)
     many.instance_buffer.update_full()
     if getattr(mesh.geometry, "morph_positions", None):

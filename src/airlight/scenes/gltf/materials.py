@@ -84,6 +84,11 @@ class Materials:
             self._parts[key] = found
         return self._parts[key]
 
+    def blends(self, index: int | None) -> bool:
+        """Tell whether a material may be drawn over what is behind."""
+        m = self._described(index)
+        return m.alpha_mode == "BLEND" or m.extensions.transmission is not None
+
     def _described(self, index: int | None) -> schema.Material:
         return schema.Material() if index is None else glossiness.with_factors(self._gltf.document.materials[index])
 
