@@ -40,7 +40,7 @@ def test_display_p3(tmp_path):
     codes[:20] = (255, 0, 0)
     codes[20:] = (128, 128, 128)
     picture = read_image(store(tmp_path / "p3.png", codes, ICCProfile=P3))
-    assert picture.encoding == "icc"
+    assert picture.encoding == "profile"
     linear = picture.linear()
     np.testing.assert_allclose(linear[0, 0], (1.2249, -0.0420, -0.0196), atol=2e-3)
     np.testing.assert_allclose(linear[30, 0], srgb_decode(np.float64(128 / 255)), atol=1e-3)
@@ -49,7 +49,7 @@ def test_display_p3(tmp_path):
     assert again.icc == P3
     assert np.abs(again.codes.astype(int) - codes).max() <= 1
     write_image(tmp_path / "out.webp", linear, picture)
-    assert read_image(tmp_path / "out.webp").encoding == "srgb"
+    assert read_image(tmp_path / "out.webp").icc == P3
 
 
 def test_profiles(tmp_path):
@@ -66,7 +66,7 @@ def test_profiles(tmp_path):
 
 def test_rec2020_and_tiff():
     picture = read_image(DATA / "Nikon-D300-12bit_2020_g1_dt.png")
-    assert (picture.encoding, picture.bits) == ("icc", 16)
+    assert (picture.encoding, picture.bits) == ("profile", 16)
     grey = picture.codes.astype(float) / 65535 @ (0.2627, 0.678, 0.0593)
     np.testing.assert_allclose(picture.linear() @ np.float32([0.2126, 0.7152, 0.0722]), grey, atol=2e-3)
     assert read_image(DATA / "tiff_16bit_RGB.tiff").codes.dtype == np.uint16

@@ -9,6 +9,7 @@ from picture_files import NOTHING, codes_like, store
 
 from airlight.errors import AirlightError, MachineError
 from airlight.files import atomic, check_output, read_image, read_mask, write_image
+from airlight.options.storage import Storage
 
 
 @pytest.mark.parametrize(
@@ -85,7 +86,7 @@ def test_exr_layers_and_windows(tmp_path):
     assert picture.data_window == (10, 20, 48, 40)
     assert picture.display_window == (0, 0, 100, 90)
     layer = np.ones((40, 48, 3), np.float32)
-    write_image(tmp_path / "b.exr", picture.linear() + 1e6, picture, layer=layer)
+    write_image(tmp_path / "b.exr", picture.linear() + 1e6, picture, layer=layer, storage=Storage(compression="zips"))
     again = read_image(tmp_path / "b.exr")
     assert again.data_window == picture.data_window and again.display_window == picture.display_window
     assert again.codes[..., :3].max() == 65504

@@ -10,6 +10,7 @@ from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, AirlightWarning
 
 MOST_BAD = 0.01  # share of the pixels that may be NaN or infinite
+MOST_VALUE = 1e31  # of light and depths: sums and products of these stay finite
 
 
 def repair(values: np.ndarray, name: str) -> np.ndarray:
@@ -48,6 +49,19 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
     return mended
 
 
+def bounded(values: np.ndarray, name: str) -> np.ndarray:
+    """Clamp finite float32 values where they pass +-MOST_VALUE to a tenth of that, with one AirlightWarning.
+
+    Gives `values` itself when all are within, else a copy. The tenth leaves room for what is added: an output can be read again.
+    """
+    if not values.size or max(float(values.max()), -float(values.min())) <= MOST_VALUE:
+        return values
+    most = np.float32(MOST_VALUE / 10)
+    message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond 1e30 are taken as that"
+    warnings.warn(message, AirlightWarning, stacklevel=3)
+    return np.clip(values, -most, most)
+
+
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Convert an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
@@ -67,7 +81,7 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
         array = array[..., None]
     if array.dtype.kind == "f":
         with np.errstate(over="ignore"):
-            array = repair(array.astype(np.float32, copy=False), "image")
+            array = bounded(repair(array.astype(np.float32, copy=False), "image"), "image")
     alpha = None
     if array.shape[2] == 4:
         alpha = alpha_of(array[..., 3])

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from airlight.compare.variants import Variant
 
 WIDTH = 480  # of a scene
-_PICTURES = {"angles", "origin", "mask", "mask_invert", "depth", "depth_near", "input_layer", "colorspace", "on_damage"}
+_PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "depth_near", "input_layer", "view", "colorspace"}
+_PICTURES |= {"on_damage"}
 _PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
 _SCENES |= {"animation", "scene_of_file"}
@@ -190,7 +191,7 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
 
     _check_output(ctx, [source, o["mask"], o["depth"], o["preset"]])
     picture = request.reading.picture(source)
-    emits, far = request.reading.mask(request.mask), request.reading.depth(request.depth, picture)
+    emits, far = request.reading.mask(request.mask, picture), request.reading.depth(request.depth, picture)
     found = resolve_lights(request.lights, picture, o["origin"], picture.rec709(picture.linear(coarse=True)))
     lights = [place(light, picture) for light in found]
     if not lights:

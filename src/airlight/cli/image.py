@@ -9,7 +9,18 @@ import rich_click
 from airlight.cli.light import AngleType, LightType
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recalled_preset
-from airlight.cli.shared import DEPTH, FILES, LIGHT, OCCLUSION, choice_option, file_option, flag_option, option, preset_options
+from airlight.cli.shared import (
+    DEPTH,
+    FILES,
+    LIGHT,
+    OCCLUSION,
+    choice_option,
+    file_option,
+    flag_option,
+    option,
+    preset_options,
+    storage_options,
+)
 
 if TYPE_CHECKING:
     from airlight.jobs.image import ImageRequest
@@ -43,6 +54,13 @@ if TYPE_CHECKING:
 @preset_options
 @parameter_options
 @file_option("--mask", None, OCCLUSION, "An image of the same size; white emits.")
+@option(
+    "--mask-layer",
+    panel=OCCLUSION,
+    metavar="NAME",
+    help="Of the EXR of --mask, or of IN without it: a channel (matte.A), a layer, or an object of its Cryptomatte "
+    "(crypto_object/Tree, or Tree; Tree* for all that begin so).",
+)
 @flag_option("--mask-invert", None, OCCLUSION, "Black emits instead.")
 @file_option(
     "--depth",
@@ -50,7 +68,7 @@ if TYPE_CHECKING:
     DEPTH,
     "An image of the same size, larger is farther: shafts pass behind what is near. With --occlusion depth what is far emits.",
 )
-@option("--depth-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds depths, as Z: instead of --depth.")
+@option("--depth-layer", panel=DEPTH, metavar="NAME", help="The channel that holds depths, as Z: of the EXR of --depth, or of IN.")
 @choice_option("--depth-near", DEPTH, ["black", "white"], "Which end of the depths is near: white for maps that hold inverse depths.")
 @option(
     "--near-range",
@@ -61,7 +79,7 @@ if TYPE_CHECKING:
 )
 @option("--depth-aware/--no-depth-aware", "depth_hides", panel=DEPTH, default=True, help="Whether depths hide shafts at all.")
 @file_option("--subject", None, DEPTH, "An image of the same size: shafts pass behind what is white; --wrap lets light round its edge.")
-@option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel of the EXR IN that holds such a mask: instead of --subject.")
+@option("--subject-layer", panel=DEPTH, metavar="NAME", help="The channel, layer or object that is such a mask, as --mask-layer.")
 @option(
     "--input-layer",
     panel=FILES,
@@ -69,6 +87,7 @@ if TYPE_CHECKING:
     help="The layer of an EXR to work on, rgba being R G B A. In an EXR output its own "
     "channels are replaced and R G B A stay; the shafts alone are in airlight.R/G/B, to be added where you like.",
 )
+@option("--view", panel=FILES, metavar="NAME", help="Of a stereo EXR, the view to work on, as right; unset: its first.")
 @option(
     "--colorspace",
     panel=FILES,
@@ -86,6 +105,7 @@ if TYPE_CHECKING:
     type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
     help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
 )
+@storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
 @flag_option("--resume", None, FILES, "Do only what is missing or damaged.")

@@ -9,7 +9,17 @@ import rich_click
 
 from airlight.cli.options import gather, given, scene_options
 from airlight.cli.settings import recalled_preset
-from airlight.cli.shared import FILES, LIGHT, file_option, file_scene_options, flag_option, medium_options, option, preset_options
+from airlight.cli.shared import (
+    FILES,
+    LIGHT,
+    file_option,
+    file_scene_options,
+    flag_option,
+    medium_options,
+    option,
+    preset_options,
+    storage_options,
+)
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -109,6 +119,7 @@ class _Fps(click.ParamType):
 )
 @file_option("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
 @option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
+@storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
 @flag_option("--resume", None, FILES, "Do only the frames that are missing or damaged.")

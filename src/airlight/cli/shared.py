@@ -10,6 +10,7 @@ import rich_click
 from airlight.cli.options import F
 from airlight.cli.settings import recall
 from airlight.options import presets
+from airlight.options.storage import SUBSAMPLING
 
 
 def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -35,6 +36,30 @@ def choice_option(name: str, panel: str, values: Sequence[str], help: str) -> An
 def flag_option(name: str, short: str | None, panel: str | None, help: str) -> Any:
     names = [name] if short is None else [short, name]
     return option(*names, panel=panel, help=help, is_flag=True)
+
+
+def storage_options(command: F) -> F:
+    """Decorator: the options that say how outputs are packed."""
+    compression = option(
+        "--compression",
+        panel=FILES,
+        metavar="NAME",
+        help="Of EXR: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab (dwaa:45 with its level), htj2k32, htj2k256; "
+        "of TIFF: none, lzw, zip, packbits. Unset: that of an EXR IN, else zips; TIFF zip.",
+    )
+    quality = option(
+        "--file-quality",
+        panel=FILES,
+        type=click.IntRange(1, 100),
+        help="Of JPEG, WebP, AVIF, JPEG XL (100: lossless). Unset: a JPEG's own, as its tables tell; else 95, AVIF 90.",
+    )
+    subsampling = option(
+        "--subsampling",
+        panel=FILES,
+        type=click.Choice(SUBSAMPLING),
+        help="Of the colours of JPEG and AVIF. Unset: a JPEG's own; else 4:4:4.",
+    )
+    return compression(quality(subsampling(command)))
 
 
 def preset_options(command: F) -> F:

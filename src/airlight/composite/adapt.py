@@ -33,7 +33,7 @@ def measure_ramp(luminances: FloatArray) -> Ramp:
     (Reinhard 2003, "Parameter estimation for photographic tone reproduction", Eq. 4); the greatest becomes white (Reinhard et al. 2002,
     "Photographic tone reproduction for digital images", Eq. 4), but never what the average's scale leaves below 1.
     """
-    lit = luminances[np.isfinite(luminances) & (luminances > 0)].astype(np.float64)
+    lit = luminances[np.isfinite(luminances) & (luminances > 1e-30)].astype(np.float64)
     if not lit.size:
         return Ramp(1.0, 1.0)
     least, greatest = np.log(np.percentile(lit, (0.1, 99.9)))

@@ -23,6 +23,9 @@ OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {
     ".webp": ("webp", (8,)),
     ".exr": ("openexr", (16, 32)),
     ".hdr": ("hdr", (32,)),
+    ".dpx": ("dpx", (8, 16)),
+    ".jxl": ("jpegxl", (8, 16)),
+    ".avif": ("avif", (8,)),
 }
 
 

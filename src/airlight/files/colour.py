@@ -21,6 +21,7 @@ class Profile:
         """Compile a profile. Raises ValueError where OpenColorIO cannot use it (tables instead of curves and a matrix, damage, not RGB)."""
         import PyOpenColorIO as ocio
 
+        ocio.SetLoggingLevel(ocio.LOGGING_LEVEL_NONE)  # it prints what it thinks of a profile's curves
         if icc[16:20] != b"RGB ":
             raise ValueError("not an RGB profile")
         handle, name = tempfile.mkstemp(suffix=".icc")
@@ -51,3 +52,13 @@ class Profile:
         if not np.isfinite(linear).all():
             raise ValueError("gives no finite colours")
         return bool(np.abs(srgb_encode(np.clip(linear, 0, 1)) - codes).max() <= 1 / 512)
+
+    def matrix(self) -> tuple[np.ndarray | None, bool]:
+        """Give its linear RGB's matrix (3, 3) to linear Rec. 709, None where it is that, and tell whether codes are linear light."""
+        rows = np.concatenate([np.eye(3), np.eye(3) / 4, np.full((1, 3), 0.5)]).astype(np.float32).reshape(1, 7, 3)
+        self.decode(rows)
+        matrix = rows[0, :3].T.astype(np.float64)
+        if not np.isfinite(rows).all():
+            raise ValueError("gives no finite colours")
+        is_linear = np.allclose(rows[0, 3:6].T * 4, matrix, atol=2e-3) and np.allclose(rows[0, 6] * 2, matrix.sum(axis=1), atol=2e-3)
+        return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), bool(is_linear)

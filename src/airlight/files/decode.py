@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.files import extras
+from airlight.files import boxes, by_pillow, extras, views
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -41,7 +41,13 @@ _MAGIC = (
     (b"P6", "pnm"),
     (b"PF", "pnm"),
     (b"Pf", "pnm"),
+    (b"SDPX", "dpx"),
+    (b"XPDS", "dpx"),
+    (b"\x80\x2a\x5f\xd7", "cineon"),
+    (b"\xd7\x5f\x2a\x80", "cineon"),
 )
+_OF_SEVERAL = ("tiff", "gif", "webp", "png")
+_FOREIGN = {"raw": extras.decode_raw, "heic": extras.decode_heic, "avif": by_pillow.decode_avif}
 
 
 @contextlib.contextmanager
@@ -109,26 +115,33 @@ def _sniff(head: bytes, path: str) -> str:
     for magic, name in _MAGIC:
         if head.startswith(magic):
             return name
-    raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR or HDR")
+    raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
 
 
 def read_settings(path: str) -> str:
     """Read the settings of the run that wrote an image. Raises AirlightError where there are none."""
     import OpenImageIO as oiio
 
-    text = ""
+    spec = oiio.ImageSpec()
     with opened(path) as (name, head):
-        with _QUIET:
-            inp = oiio.ImageInput.open(name) if extras.kind(path, head) is None and _sniff(head, path) else None
-        problem(oiio)
-        if inp is not None:
-            with contextlib.suppress(UnicodeDecodeError):
-                software = inp.spec().get_string_attribute(SOFTWARE)
-                text = inp.spec().get_string_attribute(SETTINGS) or (software[len(MARK) :] if software.startswith(MARK) else "")
-            inp.close()
-            problem(inp)
+        foreign = extras.kind(path, head)
+        format = foreign or _sniff(head, path)
+        if format in ("avif", "jpegxl"):
+            extras.copy_exif(spec, by_pillow.avif_exif(name) if format == "avif" else boxes.jxl_exif(name), path)
+        elif foreign is None:
+            with _QUIET:
+                inp = oiio.ImageInput.open(name)
+            problem(oiio)
+            if inp is not None:
+                spec = oiio.ImageSpec(inp.spec())
+                inp.close()
+                problem(inp)
+    text = ""
+    with contextlib.suppress(UnicodeDecodeError):
+        software = spec.get_string_attribute(SOFTWARE)
+        text = spec.get_string_attribute(SETTINGS) or (software[len(MARK) :] if software.startswith(MARK) else "")
     if not text:
-        raise AirlightError(f"{path}: holds no settings of Airlight; EXR, PNG, TIFF and JPEG files that Airlight wrote do")
+        raise AirlightError(f"{path}: holds no settings of Airlight; EXR, PNG, TIFF, JPEG, JPEG XL and AVIF files that Airlight wrote do")
     return text
 
 
@@ -175,18 +188,26 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
 
 
 def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) -> np.ndarray:
-    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it."""
+    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it, of another view the
+    view's."""
+    import OpenImageIO as oiio
+
     names = list(spec.channelnames)
     kinds = [str(kind) for kind in spec.channelformats] or [str(spec.format)] * len(names)
-    found, lost = [pixels], []
+    found, lost, specs = [pixels], [], [oiio.ImageSpec(spec)]
+    default = spec.get_string_attribute("view")
     for part in range(1, parts):
         if not inp.seek_subimage(part, 0):
             lost.append(str(part))
             break
         further = inp.spec()
         name = further.get_string_attribute("oiio:subimagename", str(part))
+        view = further.get_string_attribute("view")
         box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
-        fresh = [f"{name}.{channel}" if channel in names else channel for channel in further.channelnames]
+        fresh = list(further.channelnames)
+        if view and default and view != default:
+            fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
+        fresh = [f"{name}.{channel}" if channel in names else channel for channel in fresh]
         if further.deep or box[0] != box[1] or set(fresh) & set(names) or len(names) + len(fresh) > MAX_CHANNELS:
             lost.append(name)
             continue
@@ -196,11 +217,15 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         if values is None:
             lost.append(name)
             continue
+        specs.append(oiio.ImageSpec(further))
         found.append(np.reshape(values, (*pixels.shape[:2], len(fresh))))
         names += fresh
         kinds += [str(kind) for kind in further.channelformats] or [str(further.format)] * len(fresh)
     if lost:
         warn(f"{path}: parts that are deep, damaged or of another size are not kept: {', '.join(lost[:5])}", 6)
+    views.join(spec, specs)
+    for item in [one for other in specs[1:] for one in other.extra_attribs if one.name.startswith("cryptomatte/")]:
+        spec.attribute(item.name, item.type, item.value)
     spec.nchannels, spec.channelnames, spec.channelformats = len(names), tuple(names), tuple(_types(kinds))
     return np.concatenate(found, axis=2, dtype=np.float32)
 
@@ -209,6 +234,16 @@ def _types(kinds: list[str]) -> list[Any]:
     import OpenImageIO as oiio
 
     return [oiio.TypeDesc(kind) for kind in kinds]
+
+
+def _refusal(path: str) -> str:
+    """Ask why a file is not opened: by a name with an extension OpenImageIO gives the answer of that format's reader, else of no one's."""
+    import OpenImageIO as oiio
+
+    with contextlib.suppress(UnicodeError, TypeError), _QUIET:  # a name that is not UTF-8
+        if oiio.ImageInput.open(path) is None:
+            return problem(oiio)
+    return ""
 
 
 def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
@@ -226,14 +261,21 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
         foreign = extras.kind(path, head)
         if foreign is not None:
             with open(name, "rb") as file:
-                codes, spec = (extras.decode_raw if foreign == "raw" else extras.decode_heic)(file, path, _check_header)
+                codes, spec = _FOREIGN[foreign](file, path, _check_header)
             return np.reshape(codes, (spec.height, spec.width, spec.nchannels)), spec, foreign, head
         format = _sniff(head, path)
         if format == "png":
             quiet.enter_context(_QUIET)
         inp = oiio.ImageInput.open(name, hints)
         text = problem(oiio)
+        if inp is None and format == "bmp" and head[30:31] in (b"\1", b"\2"):  # RLE8, RLE4
+            with open(name, "rb") as file:
+                codes, spec = by_pillow.decode_bmp(file, path, _check_header)
+            return codes, spec, format, head
         if inp is None:
+            text = (_refusal(path) or text).replace(path, "the file")
+            if "Subsampled" in text:
+                raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
         text += problem(inp)
@@ -250,6 +292,10 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 problem(inp)
                 text = text or "rows are missing"
             parts = spec.get_int_attribute("oiio:subimages", 1)
+            several = format in _OF_SEVERAL and pixels is not None and (b"acTL" in head or inp.seek_subimage(1, 0))
+            problem(inp)
+            if format == "jpegxl" and pixels is not None:
+                extras.copy_exif(spec, boxes.jxl_exif(name), path)
             if pixels is not None and format == "openexr" and parts > 1:
                 pixels = _with_parts(inp, spec, np.reshape(pixels, (spec.height, spec.width, spec.nchannels)), parts, path)
                 text += problem(inp)
@@ -261,6 +307,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
         raise AirlightError(f"{path}: is damaged ({_one_line(text, name)}); {hint}")
     if text and on_damage == "warn":
         warn(f"{path}: is damaged ({_one_line(text, name)}); used as far as it goes", 5)
-    if parts > 1 and format != "openexr":
-        warn(f"{path}: holds {parts} pictures; only the first is used", 5)
+    if several:
+        spec.attribute("oiio:subimages", 2)  # at least
+        warn(f"{path}: holds several pictures (pages or an animation); only the first is used", 5)
     return np.ascontiguousarray(np.reshape(pixels, (spec.height, spec.width, spec.nchannels))), spec, format, head

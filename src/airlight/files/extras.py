@@ -7,21 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, warn
+from airlight.errors import AirlightError
 from airlight.files.atomic import scratch
 
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
 RAW = ".3fr .arw .cr2 .cr3 .crw .dcr .dng .erf .fff .iiq .kdc .mef .mos .nef .nrw .orf .pef .raf .raw .rw2 .rwl .sr2 .srf .srw .x3f"
 _RAW_MAGIC = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"FOVb", b"\0MRM")
+_AVIF = {b"avif", b"avis"}
 _BRANDS = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1", b"mif2"}
-# nclx codes: colour primaries that are Rec. 709 or unsaid; transfer curves that are taken as sRGB.
-_PLAIN_PRIMARIES, _PLAIN_TRANSFER = (0, 1, 2), (1, 2, 6, 13, 14, 15)
 
 
 def kind(path: str, head: bytes) -> str | None:
-    """Tell RAW from HEIC: `raw`, `heic` or None, by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
+    """Tell RAW, HEIC and AVIF apart, or None: by the file's first bytes and, where those are a TIFF's or unknown, its extension."""
     if head[4:8] == b"ftyp":
         brands = {head[i : i + 4] for i in (8, *range(16, min(int.from_bytes(head[:4], "big"), 256), 4))}
+        if head[8:12] in _AVIF or (brands & _AVIF and not brands & {b"heic", b"heix"}):
+            return "avif"
         return "raw" if b"crx " in brands else "heic" if head[8:12] in _BRANDS or brands & (_BRANDS - {b"mif1", b"msf1", b"mif2"}) else None
     if head.startswith(_RAW_MAGIC):
         return "raw"
@@ -63,29 +64,33 @@ def decode_raw(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
 
 
 def decode_heic(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
-    """Decode HEIC: (H, W, 1 to 4) uint8 and its spec, with ICC profile or, of nclx, chromaticities, and Exif. Arguments as `decode_raw`."""
+    """Decode HEIC: (H, W, 1 to 4) uint8, or uint16 of deeper ones, and its spec, with ICC profile or CICP, and Exif.
+
+    Arguments as `decode_raw`.
+    """
     import OpenImageIO as oiio
 
     heif = _library("pillow_heif", "heic", path)
     try:
-        image = heif.open_heif(file, convert_hdr_to_8bit=True)
-        channels = {"L": 1, "LA": 2, "RGB": 3, "RGBA": 4}.get(image.mode)
+        image = heif.open_heif(file, convert_hdr_to_8bit=False, hdr_to_16bit=False)
+        mode, _, bits = image.mode.partition(";")
+        channels = {"L": 1, "LA": 2, "RGB": 3, "RGBA": 4}.get(mode)
         if channels is None:
             raise AirlightError(f"{path}: is a HEIC of an unusual kind ({image.mode}); export it as PNG or TIFF")
-        spec = oiio.ImageSpec(image.size[0], image.size[1], channels, "uint8")
+        spec = oiio.ImageSpec(image.size[0], image.size[1], channels, "uint16" if bits else "uint8")
         check(spec, path)
         pixels = np.asarray(image)
+        if bits:
+            pixels = np.rint(pixels * (65535 / (2 ** int(bits) - 1))).astype(np.uint16)
     except (ValueError, EOFError, SyntaxError, RuntimeError, OSError) as error:
         raise _damaged(path, error) from None
     icc, nclx = image.info.get("icc_profile"), image.info.get("nclx_profile")
     if icc:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
-    elif nclx:
-        if nclx["transfer_characteristics"] not in _PLAIN_TRANSFER:
-            warn(f"{path}: has an HDR or unusual transfer curve, which is taken as sRGB's; export it as PNG or TIFF for true colours", 6)
-        if nclx["color_primaries"] not in _PLAIN_PRIMARIES:
-            numbers = [nclx[f"color_primary_{colour}_{axis}"] for colour in ("red", "green", "blue", "white") for axis in "xy"]
-            spec.attribute("chromaticities", "float[8]", tuple(numbers))
+    elif nclx and (nclx["color_primaries"], nclx["transfer_characteristics"]) != (2, 2):
+        spec.attribute("CICP", "int[4]", (nclx["color_primaries"], nclx["transfer_characteristics"], 0, 1))
+    if any("gainmap" in str(kind).lower() for kind in image.info.get("aux") or ()):
+        spec.attribute("airlight:gain_map", 1)
     copy_exif(spec, image.info.get("exif") or b"", path)
     return pixels, spec
 

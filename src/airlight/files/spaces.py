@@ -24,35 +24,58 @@ CHROMATICITIES = (
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
-def _xyz(x: float, y: float) -> np.ndarray:
+def to_xyz(chromaticities: Sequence[float], white: np.ndarray) -> np.ndarray:
+    """Derive (3, 3): linear RGB of chromaticities (x, y of red, green, blue, white) to XYZ that are relative to a white of XYZ (3,).
+
+    White goes to white by the Bradford transform. Of CIE XYZ itself, whose primaries are the axes, the white that is
+    written with them, (1/3, 1/3), is that of the axes: neutral is D65's XYZ, as programs keep pictures in it. Raises ValueError for
+    numbers that span no colours.
+    """
+    points = np.asarray(chromaticities, np.float64).reshape(4, 2)
+    columns = np.vstack([points[:3].T, 1 - points[:3].sum(axis=1)])  # y may be 0
+    neutral = _white(*D65)
+    if np.abs(columns - np.eye(3)).max() > 1e-4:
+        with np.errstate(all="ignore"):
+            neutral = _white(*points[3])
+            try:
+                columns = columns * np.linalg.solve(columns, neutral)
+            except np.linalg.LinAlgError:
+                columns = np.full((3, 3), np.nan)
+    with np.errstate(all="ignore"):
+        matrix = np.linalg.inv(_BRADFORD) @ np.diag(_BRADFORD @ white / (_BRADFORD @ neutral)) @ _BRADFORD @ columns
+        if not (np.isfinite(matrix).all() and np.abs(matrix).max() < 100 and abs(np.linalg.det(matrix)) > 1e-4):
+            raise ValueError("chromaticities that span no colours")
+    return matrix
+
+
+def _white(x: float, y: float) -> np.ndarray:
     return np.array([x, y, 1 - x - y]) / y
 
 
 def to_rec709(chromaticities: Sequence[float]) -> np.ndarray | None:
-    """Derive (3, 3): linear RGB of chromaticities (x, y of red, green, blue, white) to linear Rec. 709; None where they are the same.
-
-    White goes to white by the Bradford transform. Raises ValueError for numbers that span no colours.
-    """
-    with np.errstate(all="ignore"):
-        red, green, blue, white = (_xyz(x, y) for x, y in np.asarray(chromaticities, np.float64).reshape(4, 2))
-        columns = np.stack([red, green, blue], axis=1)
-        try:
-            columns = columns * np.linalg.solve(columns, white)
-            cones = _BRADFORD @ _xyz(*D65) / (_BRADFORD @ white)
-            matrix = XYZ_TO_709 @ np.linalg.inv(_BRADFORD) @ np.diag(cones) @ _BRADFORD @ columns
-        except np.linalg.LinAlgError:
-            matrix = np.full((3, 3), np.nan)
-    if not (np.isfinite(matrix).all() and np.abs(matrix).max() < 100 and abs(np.linalg.det(matrix)) > 1e-3):
-        raise ValueError("chromaticities that span no colours")
+    """Derive (3, 3): linear RGB of chromaticities to linear Rec. 709, as `to_xyz`; None where they are the same."""
+    matrix = XYZ_TO_709 @ to_xyz(chromaticities, _white(*D65))
     return None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix
 
 
-def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
+def chromaticities_of(matrix: np.ndarray) -> tuple[float, ...]:
+    """Derive chromaticities, white that of D65, of a linear RGB by its matrix (3, 3) to linear Rec. 709."""
+    columns = np.linalg.inv(XYZ_TO_709) @ matrix
+    return (*(float(v) for v in (columns[:2] / columns.sum(axis=0)).T.ravel()), *D65)
+
+
+def is_same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    """Compare two matrices to Rec. 709, None for that itself, to within what rounded chromaticities differ by."""
+    both = [np.eye(3) if matrix is None else matrix for matrix in (one, other)]
+    return bool(np.abs(both[0] - both[1]).max() < 2e-3)
+
+
+def by_name(name: str, own_config: bool = True) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
     """Look up a linear space in $OCIO's config, else the built-in one: its matrix to linear Rec. 709 (None: it is that), and its
-    chromaticities where they are among CHROMATICITIES. Raises AirlightError for a name that is unknown or not linear."""
+    chromaticities. own_config: False for the built-in one. Raises AirlightError for a name that is unknown or not linear."""
     import PyOpenColorIO as ocio
 
-    own = os.environ.get("OCIO")
+    own = os.environ.get("OCIO") if own_config else None
     try:
         config = ocio.Config.CreateFromEnv() if own else ocio.Config.CreateFromBuiltinConfig(CONFIG)
     except (ocio.Exception, ocio.ExceptionMissingFile) as error:
@@ -73,13 +96,8 @@ def by_name(name: str) -> tuple[np.ndarray | None, tuple[float, ...] | None]:
     except ocio.Exception as error:
         raise AirlightError(f"colorspace {name!r} has no known relation to Rec. 709 ({_short(error)}); use another") from None
     matrix = rows[0].T.astype(np.float64)
-    known = next((c for c in CHROMATICITIES if np.abs(matrix - _matrix(c)).max() < 2e-3), None)
-    return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), known
-
-
-def _matrix(chromaticities: Sequence[float]) -> np.ndarray:
-    matrix = to_rec709(chromaticities)
-    return np.eye(3) if matrix is None else matrix
+    known = next((c for c in CHROMATICITIES if is_same(matrix, to_rec709(c))), None)
+    return (None if np.abs(matrix - np.eye(3)).max() < 5e-4 else matrix), known or chromaticities_of(matrix)
 
 
 def _short(error: Any) -> str:

@@ -2,32 +2,37 @@
 
 import contextlib
 import functools
-import mmap
 import os
 import shutil
-import struct
 from typing import Any
 
 import numpy as np
 
 from airlight.alpha import is_transparent, straighten
 from airlight.colour import alpha_of, encode_codes, is_neutral
-from airlight.errors import AirlightError, MachineError, warn
+from airlight.errors import AirlightError, warn
+from airlight.files import by_pillow, dpx
 from airlight.files.atomic import check_output, output_format, replacing, scratch
-from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode, problem
+from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode
+from airlight.files.encoding import encode_file, verify
 from airlight.files.images import Picture, upright
+from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, keeps_rgb, state, state_floats, warn_of_loss
+from airlight.files.storage import describe
+from airlight.options.storage import Storage
 from airlight.planes import by_rows
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
-_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:")
+_PREFIXES = ("oiio:", "openexr:", "tiff:", "png:", "jpeg:", "gif:", "hdr:", "bmp:", "thumbnail_", "ICCProfile", "airlight:", *PREFIXES)
+_OF_CHANNELS = ("cryptomatte/", "multiView")  # which only an EXR has
 _NAMES = {
     *("planarconfig", "compression", "CompressionQuality", "dwaCompressionLevel", "chromaticities", "colorInteropID"),
     *("chunkCount", "name", "version", "type"),
+    *NAMES,
 }
 # Bytes of metadata in a JPEG: libjpeg ends the process where a block passes 64 KiB.
 MOST_TEXT, MOST_SETTINGS = 30_000, 20_000
-_LOSSLESS_EXR = ("none", "rle", "zip", "zips", "piz", "htj2k32", "htj2k256")
+COLOUR_ONLY = ("webp", "hdr", "avif", "jpegxl")
 
 
 def write_image(
@@ -44,8 +49,9 @@ def write_image(
     bits: int | None = None,
     encoded: np.ndarray | None = None,
     settings: str | None = None,
+    storage: Storage | None = None,
 ) -> None:
-    """Write (H, W, 3) linear pixels as PNG, JPEG, TIFF, WebP, EXR or HDR, by the extension; whole or not at all.
+    """Write (H, W, 3) linear pixels as one of OUTPUTS, by the extension; whole or not at all.
 
     pixels: premultiplied, in the RGB of `like`, Rec. 709 without it; that is kept in EXR and in the input's own float format, else made
     Rec. 709. A format without alpha gets them as they are, over black; where its colours are straight its alpha is raised to hold them.
@@ -54,7 +60,7 @@ def write_image(
     alpha: (H, W) 0..1 instead of the input's. layer, transmittance: (H, W, 3), in EXR written as airlight.R/G/B and
     transmittance.R/G/B, halves unless bits is 32. z: (H, W) depths, likewise as Z, float.
     bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes that the caller has encoded (then `pixels` may be None).
-    settings: a text about the run, kept in the metadata of EXR, PNG, TIFF and JPEG.
+    settings: a text about the run, kept in the metadata of all but HDR, WebP and DPX. storage: how the file is packed.
     Raises AirlightError before writing, MachineError when the disk is full; warns of what the format cannot hold.
     """
     name = os.fsdecode(path)
@@ -66,17 +72,27 @@ def write_image(
     depth = wanted if wanted in possible else max((b for b in possible if b <= wanted), default=possible[0])
     if format == "openexr" and bits is None and (like is None or like.format != "openexr"):
         depth = 16
+    storage = storage or Storage()
+    storage.check([name])
+    if format == "dpx" and bits is None:
+        depth = 8 if dpx.output_bits(like) == 8 else 16
+    if format == "avif":
+        by_pillow.need_avif(name)
     shown = pixels if pixels is not None else encoded
     if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
-    if like is not None and like.to_709 is not None and pixels is not None and format != "openexr" and not (real and format == like.format):
+    own = not real and keeps_own(like, format)
+    if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
-
+    if pixels is not None and not own and (not real or format == "hdr"):
+        warn_of_loss(name, like, pixels)
+        if real:  # what is negative would come back as something else
+            pixels = np.maximum(pixels, 0)
     channels: list[Any] = []  # arrays (H, W, n), or what gives some rows of one
     kind: Any = np.dtype(np.float32 if real else f"uint{depth}")
     transparency = _alpha(like, alpha, kind, real)
-    if transparency is not None and format in ("jpeg", "hdr"):
+    if transparency is not None and (format in ("jpeg", "hdr") or (format == "dpx" and (like is None or like.format != "dpx"))):
         if is_transparent(transparency):
             warn(f"{name}: this format has no transparency: the picture is put on black; use .png or .exr to keep it")
         transparency = None
@@ -85,12 +101,18 @@ def write_image(
         changed = changed | (like.alpha < 1)  # there the input's codes are none of this output's
     straight = encoded is not None and encoded.dtype == kind
     if pixels is not None and transparency is not None and not (premultiplied or straight) and is_transparent(transparency):
-        kept = ~changed if like is not None and changed is not None and like.codes.dtype == kind else None
+        holds = like is not None and (like.codes.dtype == kind or like.codes.dtype.kind == "u")  # its own light, where nothing changes
+        kept = ~changed if holds and changed is not None else None
         pixels, transparency = straighten(pixels, transparency, kept)
+    if real and like is not None and like.codes.dtype.kind == "f" and like.profile is not None and format == like.format == "tiff":
+        pixels, changed = np.array(pixels, np.float32, order="C"), None
+        like.profile.encode(pixels)
     keeps_icc = False
     if not real:
-        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format)
-    grey = like is not None and like.colour_codes.shape[2] == 1 and format not in ("webp", "hdr")  # those hold colour only
+        colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
+    grey = like is not None and like.colour_codes.shape[2] == 1 and format not in COLOUR_ONLY
+    if format == "dpx" and transparency is not None:
+        grey = False  # it has no grey with alpha
     colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
@@ -99,7 +121,7 @@ def write_image(
         channels.append(functools.partial(_real_colour, pixels, like, most, changed, colours))
     else:
         channels.append(colour[..., :colours])
-    if format == "webp" and not is_transparent(transparency):  # it would be left out, and not read back
+    if format in ("webp", "avif") and not is_transparent(transparency):  # it would be left out, and not read back
         transparency = None
     if transparency is not None:
         channels.append(transparency[..., None])
@@ -117,16 +139,23 @@ def write_image(
     if like is not None and like.extra is not None:
         if format == "openexr":
             channels.append(like.extra)
-        else:
-            warn(f"{name}: this format cannot keep {', '.join(like.extra_names[:5])}; use .exr to keep all layers")
+        elif lost := [one for one in like.extra_names if one not in like.channels]:  # of which the picture is made, where it has no name
+            warn(f"{name}: this format cannot keep {', '.join(lost[:5])}; use .exr to keep all layers")
     spec = _spec(shown.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
+    describe(spec, like, format, storage)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))
+    if format == "dpx":
+        dpx.describe(spec, like, bits)
+        codes = dpx.rounded(codes, spec.get_int_attribute("oiio:BitsPerSample"))
     if settings is not None:
         _note(spec, format, settings, name)
     with scratch(name, codes.nbytes + (1 << 20)) as memory:
-        if not _copied(memory, like, codes, format):
+        if storage.repacks or not _copied(memory, like, codes, format):
+            if like is not None and like.gain_map:
+                warn(f"{name}: is an SDR picture: the gain map of the input, its HDR part, is lost")
             encode_file(memory, format, spec, codes, name)
-            _verify(memory, codes, spec, format, name)
+            finish(memory, spec, like, format, own)
+            verify(memory, codes, spec, format, name)
         with open(memory, "rb") as source, replacing(name, overwrite) as file:
             shutil.copyfileobj(source, file, 1 << 20)
 
@@ -181,16 +210,26 @@ def _joined(channels: list[Any], spec: Any) -> np.ndarray:
 
 
 def _integer_colour(
-    pixels: np.ndarray | None, like: Picture | None, depth: int, changed: np.ndarray | None, encoded: np.ndarray | None, format: str
+    pixels: np.ndarray | None,
+    like: Picture | None,
+    depth: int,
+    changed: np.ndarray | None,
+    encoded: np.ndarray | None,
+    format: str,
+    own: bool,
 ) -> tuple[np.ndarray, bool]:
     """Encode codes (H, W, 3), and tell whether they are in the input's ICC profile."""
     dtype = np.dtype(f"uint{depth}")
     integer = like is not None and like.codes.dtype.kind == "u"
-    profile = like.profile if integer and like is not None and format != "webp" else None
-    flat = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png"
-    encoding = "icc" if profile is not None else "linear" if flat else "srgb"
-    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "icc" or like.encoding == "srgb")
-    same = like is not None and like.codes.dtype == dtype and like.encoding == encoding
+    is_film = like is not None and like.format in dpx.FORMATS
+    profile: Any = like.profile if own and like is not None else None
+    flat = integer and like is not None and like.encoding == "linear" and like.format != "raw" and format == "png" and not is_film
+    if format == "dpx":
+        profile, flat = dpx.output_curve(like)
+    encoding = "profile" if profile is not None else "linear" if flat else "srgb"
+    keeps_icc = integer and like is not None and like.icc is not None and (encoding == "profile" or like.encoding == "srgb")
+    keeps_icc = keeps_icc and format != "dpx"
+    same = like is not None and like.codes.dtype == dtype and like.encoding == encoding and is_film == (format == "dpx")
     if encoded is not None and encoded.dtype == dtype:
         colour = encoded.copy()
     elif pixels is None:
@@ -245,42 +284,26 @@ def _spec(
             kinds = list(like.formats)
         names += [name for name, _ in further]
         kinds += [kind for _, kind in further]
-        compression = ""
         if like is not None and like.format == "openexr":
             names += like.extra_names
             kinds += like.extra_formats
-            compression = like.spec.get_string_attribute("compression")
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
-            if like.spec.get_string_attribute("colorInteropID"):
-                spec.attribute("colorInteropID", like.spec.get_string_attribute("colorInteropID"))
         spec.channelformats = tuple(oiio.TypeDesc(k) for k in kinds)
-        spec.attribute("compression", compression if compression in _LOSSLESS_EXR else "zips")
-        if like is not None and like.chromaticities is not None:
-            spec.attribute("chromaticities", "float[8]", like.chromaticities)
     spec.channelnames = tuple(names)
     if alpha:
         spec.alpha_channel = colours
         if format != "openexr" and not (depth == 32 and like is not None and like.associated):
             spec.attribute("oiio:UnassociatedAlpha", 1)
-    if like is not None and keeps_icc and like.icc is not None and (like.icc[16:20] == b"GRAY") == (colours == 1):
-        spec.attribute("ICCProfile", f"uint8[{len(like.icc)}]", np.frombuffer(like.icc, np.uint8))
+    if like is not None and (depth == 32 or format == "openexr"):
+        state_floats(spec, like, format)
     elif depth < 32 and format != "openexr":
-        linear = like is not None and like.encoding == "linear" and like.format != "raw" and like.codes.dtype.kind == "u"
-        spec.attribute("oiio:ColorSpace", "lin_rec709_scene" if linear and format == "png" else "srgb_rec709_scene")
+        icc = like.icc if like is not None and keeps_icc else None
+        state(spec, like, format, keeps_own(like, format), icc if (icc or b"")[16:20] == (b"GRAY" if colours == 1 else b"RGB ") else None)
     # Without it the time of writing would be put in: the same command gives the same bytes.
     if spec.getattribute("DateTime") is None:
         spec.attribute("DateTime", "")
     spec.attribute("Orientation", 1)
-    if format == "jpeg":
-        spec.attribute("compression", "jpeg:95")
-        spec.attribute("jpeg:subsampling", "4:4:4")
-    elif format == "png":
-        spec.attribute("png:compressionLevel", 4)
-    elif format == "webp":
-        spec.attribute("compression", "lossless:10" if like is None or like.lossless else "webp:95")
-    elif format == "tiff":
-        spec.attribute("compression", "zip")
     return spec
 
 
@@ -290,7 +313,9 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
     for item in like.spec.extra_attribs:
         with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
-            if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings:
+            if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings or (format != "dpx" and item.name in dpx.STORAGE):
+                continue
+            if format != "openexr" and item.name.startswith(_OF_CHANNELS):
                 continue
             size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
             if format == "jpeg" and size > room:
@@ -308,27 +333,8 @@ def _note(spec: Any, format: str, settings: str, name: str) -> None:
         warn(f"{name}: the settings are too long for a JPEG and are left out", 4)
     elif format in ("openexr", "png"):
         spec.attribute(SETTINGS, settings)
-    else:
+    elif format != "dpx":  # which has a hundred characters
         spec.attribute(SOFTWARE, MARK + settings)
-
-
-def encode_file(memory: str, format: str, spec: Any, codes: np.ndarray, name: str) -> None:
-    import OpenImageIO as oiio
-
-    out = oiio.ImageOutput.create(format)
-    if out is None:
-        raise MachineError(f"{name}: this OpenImageIO cannot write {format} ({problem(oiio)}); use another format")
-    fine = out.open(memory, spec)
-    text = problem(out)
-    if fine:
-        fine = out.write_image(codes)
-        text += problem(out)
-        fine = out.close() and fine
-        late = problem(out)
-        # OpenImageIO 3.2 says so of every TIFF without Exif data, and the file is right.
-        text += "" if late.startswith("failed TIFFWriteCustomDirectory() of the Exif data") else late
-    if not fine or text:
-        raise MachineError(f"{name}: could not be encoded ({' '.join(text.replace(memory, 'it').split())[:200] or 'no reason given'})")
 
 
 def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -> bool:
@@ -342,64 +348,4 @@ def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -
             shutil.copyfile(like.path, memory)
             pixels, spec, _, _ = decode(memory, "error")
             return np.array_equal(upright(pixels, spec.get_int_attribute("Orientation", 1)), codes)
-    return False
-
-
-def _verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -> None:
-    """Decode what was encoded; codes must come back as they were where the format is exact. Of an EXR all chunks must be there and
-    whole, and some rows are decoded: it took a fifth of the time of a sequence to decode them all."""
-    import OpenImageIO as oiio
-
-    hints = oiio.ImageSpec()
-    hints.attribute("oiio:UnassociatedAlpha", 1)
-    inp = oiio.ImageInput.open(memory, hints)
-    text = problem(oiio)
-    fine = inp is not None and (format != "openexr" or _all_chunks(memory, len(codes)))
-    if inp is not None:
-        kind = {"float16": "half", "float32": "float"}.get(codes.dtype.name, codes.dtype.name)
-        found = inp.spec()
-        fine = fine and (found.height, found.width, found.nchannels) == codes.shape
-        fine = fine and (format != "openexr" or set(found.channelnames) == set(spec.channelnames))
-        if fine and format == "openexr":
-            order = [spec.channelnames.index(channel) for channel in found.channelnames]
-            for row in {round(part * (len(codes) - 1)) for part in (0, 1 / 3, 2 / 3, 1)}:
-                back = inp.read_scanlines(0, 0, found.y + row, found.y + row + 1, 0, 0, found.nchannels, kind)
-                row_codes = codes[row][:, order]
-                fine = fine and back is not None and np.array_equal(np.reshape(back, row_codes.shape), row_codes, equal_nan=True)
-        elif fine:
-            back = inp.read_image(0, 0, 0, found.nchannels, kind)
-            exact = format in ("png", "tiff")
-            fine = back is not None and (not exact or np.array_equal(np.reshape(back, codes.shape), codes))
-        text += problem(inp)
-        inp.close()
-        text += problem(inp)
-    if text or not fine:
-        raise MachineError(f"{name}: did not read back as it was written; nothing was saved, try again or another format")
-
-
-def _all_chunks(path: str, height: int) -> bool:
-    """Tell whether the chunks of a one-part EXR of scan lines follow each other from the table of offsets to the end, with all rows.
-
-    Source: OpenEXR File Layout, openexr.com: attributes are name, type, size, value; a chunk is its first row, its size, its data.
-    """
-    with (
-        contextlib.suppress(IndexError, struct.error),  # a header that ends early
-        open(path, "rb") as file,
-        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data,
-    ):
-        at = 8
-        while data[at] != 0:
-            at = data.find(b"\0", data.find(b"\0", at) + 1) + 1
-            at += 4 + int(struct.unpack_from("<i", data, at)[0])
-        table = at + 1
-        count = (struct.unpack_from("<Q", data, table)[0] - table) // 8
-        end, rows = table + 8 * count, []
-        for offset in struct.unpack_from(f"<{count}Q", data, table):
-            if offset != end or offset + 8 > len(data):
-                return False
-            row, size = struct.unpack_from("<ii", data, offset)
-            rows.append(row)
-            end += 8 + size
-        step = rows[1] - rows[0] if count > 1 else height
-        return end == len(data) and rows == list(range(rows[0], rows[0] + height, step))
     return False

@@ -17,6 +17,7 @@ from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
 from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
+from airlight.options.storage import Storage
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -71,6 +72,9 @@ class FramesRequest:
     layer: str | None = None
     occlusion_buffer: str | None = None
     crf: float = 18.0
+    compression: str | None = None
+    file_quality: int | None = None
+    subsampling: str | None = None
     overwrite: bool = False
     skip_existing: bool = False
     resume: bool = False
@@ -80,6 +84,11 @@ class FramesRequest:
     def size(self) -> tuple[int, int]:
         """Give width and height, pixels."""
         return self.width, self.height or max(2, 2 * round(self.width * 9 / 32))
+
+    @property
+    def storage(self) -> Storage:
+        """Collect how outputs are packed."""
+        return Storage(self.compression, self.file_quality, self.subsampling)
 
     @property
     def adds_lamps(self) -> bool:
@@ -113,6 +122,7 @@ class FramesRequest:
             raise AirlightError("--layer and --occlusion-buffer go with pictures, not with a film; render numbered frames")
         if self.is_film and self.resume:
             raise AirlightError("--resume goes with numbered frames: a film is written in one run")
+        self.storage.check(path for path in (self.output, self.layer, self.occlusion_buffer) if path is not None)
         if {"turntable", "turn"} <= self.explicit:
             raise AirlightError("--turn and --turntable exclude each other; give one")
 
@@ -236,7 +246,7 @@ def run_frames(request: FramesRequest) -> bool:
     if method.has_units:
         _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
-    work = _Work(studio, settings, r.overwrite or r.resume)
+    work = _Work(studio, settings, r.overwrite or r.resume, r.storage)
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
@@ -333,6 +343,7 @@ class _Work:
     studio: Any
     settings: Settings
     overwrite: bool
+    storage: Storage
     add: Callable[[Any], None] | None = None  # to a film
 
     def read(self, task: FrameTask) -> None:
@@ -364,12 +375,13 @@ class _Work:
         beside: dict[str, Any] = {}
         if exr:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
-        files.write_image(task.output, pixels, overwrite=self.overwrite, settings=settings, **beside)
+        kept: dict[str, Any] = {"overwrite": self.overwrite, "settings": settings}
+        files.write_image(task.output, pixels, storage=self.storage.of(task.output), **kept, **beside)
         if task.layer is not None:
             more = {"bits": 32, **medium} if frame.layer_transmittance is not None and layer_exr else {}
-            files.write_image(task.layer, layer, overwrite=self.overwrite, settings=settings, **more)
+            files.write_image(task.layer, layer, storage=self.storage.of(task.layer), **kept, **more)
         if task.buffer is not None and frame.source is not None:
-            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), overwrite=self.overwrite, settings=settings)
+            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), storage=self.storage.of(task.buffer), **kept)
 
 
 def _strict(work: Callable[..., Any]) -> Callable[..., Any]:

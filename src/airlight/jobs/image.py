@@ -22,6 +22,7 @@ from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
 from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
+from airlight.options.storage import Storage
 from airlight.scatter.methods import check_picture
 
 if TYPE_CHECKING:
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
 
 AUTO = (LightText("auto"),)
 # Options beside the declared parameters that shape the result; files by their names as written.
-SHAPING: tuple[str, ...] = ("mask", "mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
+SHAPING: tuple[str, ...] = ("view", "mask", "mask_layer")
+SHAPING += ("mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
 SHAPING += ("subject_layer", "input_layer", "colorspace")
 
 
@@ -54,7 +56,9 @@ class ImageRequest:
     frames: str | None = None
     origin: str = "top"
     preset: str | None = None
+    view: str | None = None
     mask: str | None = None
+    mask_layer: str | None = None
     mask_invert: bool = False
     depth: str | None = None
     depth_layer: str | None = None
@@ -68,6 +72,9 @@ class ImageRequest:
     layer: str | None = None
     occlusion_fraction: str | None = None
     debug: str | None = None
+    compression: str | None = None
+    file_quality: int | None = None
+    subsampling: str | None = None
     overwrite: bool = False
     skip_existing: bool = False
     resume: bool = False
@@ -79,6 +86,11 @@ class ImageRequest:
     def reading(self) -> Reading:
         """Collect how the files are read."""
         return Reading(**{one.name: getattr(self, one.name) for one in dataclasses.fields(Reading)})
+
+    @property
+    def storage(self) -> Storage:
+        """Collect how outputs are packed."""
+        return Storage(self.compression, self.file_quality, self.subsampling)
 
     @property
     def settings(self) -> Settings:
@@ -98,7 +110,7 @@ class ImageRequest:
 
     def with_occlusion(self, is_sum: bool = False) -> "ImageRequest":
         """Take depths to say what emits, where the sum is asked for; refuse options that need others. is_sum: there are no looks."""
-        if self.mask_invert and self.mask is None:
+        if self.mask_invert and self.mask is None and self.mask_layer is None:
             raise AirlightError("--mask-invert inverts the image of --mask; give both")
         values = dict(self.values)
         check_picture(values.get("method", ""))
@@ -123,9 +135,6 @@ class ImageRequest:
 
     def _check_depths(self, look: str) -> None:
         """Refuse options of depths and subjects that would have no effect."""
-        for file, layer in (("depth", "depth_layer"), ("subject", "subject_layer")):
-            if getattr(self, file) is not None and getattr(self, layer) is not None:
-                raise AirlightError(f"--{file} and --{layer.replace('_', '-')} say the same thing; give one")
         for name, option in (("near_range", "near-range"), ("depth_hides", "depth-aware")):
             if name in self.explicit and (not self.has_depth or look == "classic"):
                 raise AirlightError(f"--{option} goes with depths that hide shafts: add --depth FILE, and leave the classic look")
@@ -200,6 +209,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[Pic
     todo, clips = tasks.picture_tasks(r.sources, output, r.layer, r.occlusion_fraction, r.mask, r.depth, r.subject, r.frames)
     many = len(todo) > 1 or bool(clips)
     todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)
+    r.storage.check(path for task in todo for path in task.outputs)
     tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
     if r.candidates is not None:
         if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
@@ -242,7 +252,8 @@ class _Work:
         """Read the picture and its planes."""
         begun, reading = time.perf_counter(), self.request.reading
         picture = reading.picture(task.source)
-        loaded = _Loaded(picture, reading.mask(task.mask), reading.depth(task.depth, picture), reading.subject(task.subject, picture))
+        planes = reading.mask(task.mask, picture), reading.depth(task.depth, picture), reading.subject(task.subject, picture)
+        loaded = _Loaded(picture, *planes)
         self.spent.add("read", begun)
         return loaded
 
@@ -354,9 +365,11 @@ class _Work:
             overwrite=self.overwrite,
             encoded=done.encoded,
             settings=settings,
+            storage=self.request.storage.of(task.output),
         )
         if task.layer is not None:
-            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings)
+            storage = self.request.storage.of(task.layer)
+            files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings, storage=storage)
         if task.fraction is not None and fraction is not None:
             _write_data(task.fraction, fraction, self.overwrite, settings)
         self.spent.add("write", begun)
@@ -381,7 +394,11 @@ def _open_device(name: str | None) -> None:
 
 
 def _is_float(path: str, picture: "Picture") -> bool:
-    """Tell whether the output holds floats: EXR, HDR, and a TIFF made from floats."""
+    """Tell whether the output holds more light than white: EXR, HDR, a TIFF made from floats, a DPX of film's codes."""
+    from airlight.files.dpx import is_log_output
+
+    if is_log_output(path, picture):
+        return True
     return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
 
 

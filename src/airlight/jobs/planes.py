@@ -16,6 +16,8 @@ class Reading:
     on_damage: str = "error"
     input_layer: str | None = None
     colorspace: str | None = None
+    view: str | None = None
+    mask_layer: str | None = None
     mask_invert: bool = False
     depth_near: str = "black"
     depth_layer: str | None = None
@@ -25,30 +27,29 @@ class Reading:
         """Read a picture. Raises AirlightError."""
         from airlight.files import read_image
 
-        return read_image(path, self.on_damage, self.input_layer, self.colorspace)
+        return read_image(path, self.on_damage, self.input_layer, self.colorspace, self.view)
 
-    def mask(self, path: str | None) -> "np.ndarray | None":
-        """Read a mask, (H, W) in 0..1: white emits."""
+    def _plane(self, path: str | None, layer: str | None, picture: "Picture", depth: bool = False) -> "np.ndarray | None":
+        """Read a plane, (H, W): of a file, of a layer of it, or of a layer of the picture where there is no file."""
         from airlight.files import read_mask
+        from airlight.files.planes_of import plane_of_file, plane_of_picture
 
-        emits = None if path is None else read_mask(path, self.on_damage)
+        if layer is None:
+            return None if path is None else read_mask(path, self.on_damage, depth, self.view)
+        return plane_of_picture(picture, layer, self.view) if path is None else plane_of_file(path, layer, self.on_damage, self.view)
+
+    def mask(self, path: str | None, picture: "Picture") -> "np.ndarray | None":
+        """Read a mask, (H, W) in 0..1: white emits."""
+        emits = self._plane(path, self.mask_layer, picture)
         return 1 - emits if emits is not None and self.mask_invert else emits
 
     def depth(self, path: str | None, picture: "Picture") -> "np.ndarray | None":
-        """Read depths, (H, W), larger is farther: of a file, or of a channel of the picture."""
-        from airlight.files import read_mask
-
-        far = None if path is None else read_mask(path, self.on_damage, depth=True)
-        if self.depth_layer is not None:
-            far = picture.channel(self.depth_layer)
+        """Read depths, (H, W), larger is farther."""
+        far = self._plane(path, self.depth_layer, picture, depth=True)
         if far is not None and self.depth_near == "white":
             far = (far.max() if far.max() > 1 else 1) - far
         return far
 
     def subject(self, path: str | None, picture: "Picture") -> "np.ndarray | None":
-        """Read the mask of a subject, (H, W) in 0..1, of a file or of a channel of the picture: white hides shafts."""
-        from airlight.files import read_mask
-
-        if self.subject_layer is not None:
-            return picture.channel(self.subject_layer)
-        return None if path is None else read_mask(path, self.on_damage)
+        """Read the mask of a subject, (H, W) in 0..1: white hides shafts."""
+        return self._plane(path, self.subject_layer, picture)

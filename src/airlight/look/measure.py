@@ -60,7 +60,7 @@ def oklab(color: Array) -> Array:
 def white_of(color: Array) -> float:
     """Find white of a picture of floats: 1 where its 99th percentile is that of a picture as it is shown, else what makes it so."""
     bright = float(np.percentile(np.nan_to_num(color[::3, ::3].max(axis=-1), posinf=6e4), 99))
-    return max(bright / SHOWN[1], 1.0) if bright > 1 else min(bright / SHOWN[0], 1.0) if bright > 0 else 1.0
+    return max(bright / SHOWN[1], 1.0) if bright > 1 else min(bright / SHOWN[0], 1.0) if bright > 1e-30 else 1.0
 
 
 def _usable(color: Array) -> Array:

@@ -120,7 +120,7 @@ class LookPlan(TimedSubmits):
     def hide(self, guide: Array, near: Array | None) -> None:
         """Set what smooths the picture's lightness, and how near things are; arguments as `upload`."""
         values = np.zeros((*guide.shape[:2], 4), np.float16)
-        values[..., :2] = guide
+        values[..., :2] = np.clip(guide, -65504, 65504)  # of pictures with pixels beyond 1e13
         if near is not None and self.near is self.guide:
             values[..., 2] = near
         elif near is not None:

@@ -183,7 +183,7 @@ class ImagePlan(TimedSubmits):
         if picture.dtype != np.uint8 and self.scales:
             columns = picture.reshape(picture.shape[0], -1).max(axis=0)  # first down the columns, which is fast
             peak = min(float(columns.reshape(-1, 4)[:, :3].max()), 65504.0)  # more does not emit
-            if peak > 0 and not 1e-2 <= peak <= 1e3:
+            if peak > 1e-30 and not 1e-2 <= peak <= 1e3:
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         self.source.write(mask, depth, self.scale, luminance)
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
