@@ -313,6 +313,15 @@ def test_blended_leaves_look_like_masked_ones(tmp_path: Path, way: tuple[str, ..
     assert (bare - blend)[leaves].mean() > 40 and (bare - blend)[shadow].mean() > 8
 
 
+def test_unlit_things_and_tints_are_drawn_where_surfaces_have_our_shadows(tmp_path: Path) -> None:
+    """Neither needs lights, of which their shaders know nothing."""
+    w = Writer()
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, flat(w), NORMAL=[[0, 0, 1]] * 4))
+    pane(w, 1.0, (1, 0.5, 0.5))
+    w.node(extensions=w.light(type="directional"))
+    assert picture(w.glb(), tmp_path, "epipolar")[40:50, 75:85, 0].min() > 150
+
+
 @pytest.mark.parametrize("way", [("epipolar",), ("epipolar", "prepass"), ("march",)])
 def test_a_bulb_of_glass_lets_its_lamp_shine(tmp_path: Path, way: tuple[str, ...]) -> None:
     def bare(document: Any) -> None:
