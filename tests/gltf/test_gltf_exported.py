@@ -259,6 +259,22 @@ def test_instances_are_the_nodes_that_they_stand_for(tmp_path: Path, eye: Eye) -
     assert both[0].radius == pytest.approx(both[1].radius, rel=1e-3)
 
 
+@pytest.mark.parametrize("mode", [1, 4])
+@pytest.mark.parametrize("far", [0.0, 5e5])
+def test_instances_of_what_lies_far_from_its_origin(tmp_path: Path, far: float, mode: int) -> None:
+    """Vertices far away, which instances bring near: as exporters write what has its transforms applied."""
+    w = Writer()
+    mesh = w.mesh(np.add(SQUARE, [far, 0, far]), SQUARE_FACES, w.add("materials", alphaMode="BLEND"), mode=mode)
+    moves = np.array([[0, 0, 0], [3, 0, 0], [0, 5, 1]])
+    attributes = {"TRANSLATION": w.accessor(moves), "SCALE": w.accessor([[1, 1, 1], [1, 1, 1], [1, -1, 1]])}
+    w.node(mesh=mesh, translation=[-far, 0, -far], extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
+    found = corners(open_scene(w.save(tmp_path), "none"))
+    wanted = np.array(SQUARE) + moves[:, None]
+    for copy in wanted:
+        assert np.linalg.norm(found[:, None] - copy, axis=2).min(axis=0).max() < 1e-3
+    assert np.linalg.norm(found[:, None] - wanted.reshape(-1, 3), axis=2).min(axis=1).max() < 1e-3
+
+
 def test_instances_of_points_lines_skins_and_nothing(tmp_path: Path, eye: Eye) -> None:
     moves = {"TRANSLATION": [[-1, 0, 0], [1, 0, 0]]}
     for mode in (0, 1, 2, 3):

@@ -117,6 +117,9 @@ class Meshes:
         """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
         gltf = self._gltf
         positions, shift = recentred(gltf.floats(primitive.attributes["POSITION"]))
+        if self._materials.blends(primitive.material) and "JOINTS_0" not in primitive.attributes:
+            middle = (positions.min(axis=0) + positions.max(axis=0)) / np.float32(2)  # pygfx sorts by where objects are, not their vertices
+            positions, shift = positions - middle, shift + middle
         indices = np.arange(len(positions), dtype=np.uint32)
         if primitive.indices is not None:
             indices = gltf.integers(primitive.indices)[:, 0]
