@@ -157,13 +157,19 @@ def brute(
     reach: Any = None,
     size: tuple[int, int] = SIZE,
 ) -> np.ndarray:
-    """(H, W, 3) by steps so fine that they are the truth, of rays that are `reach` long."""
+    """(H, W, 3) by steps so fine that they are the truth, of rays that are `reach` long; before a surface the last four texels of them are
+    lit as they begin."""
     ways = np.broadcast_to(air.max_distance if reach is None else reach, size[::-1])
     out = np.zeros((*size[::-1], 3))
     for row, start, line, way in zip(out, *rays(seen, size), ways, strict=True):
         t = (np.arange(steps) + 0.5) / steps * way[:, None]
         points = start[:, None] + line[:, None] * t[..., None]
-        share = lit(views, heights, points, pcf) if views else np.ones(points.shape[:-1])
+        share = np.ones(points.shape[:-1])
+        if views:
+            assert len(views) == 1 or reach is None
+            far = 1.0 if lamp.directional else (start + line * way[:, None]) @ views[0].matrix[3, :3] + views[0].matrix[3, 3]
+            last = np.where(way < air.max_distance, np.maximum(way - 4 * views[0].texel * np.maximum(far, 0), 0), way)
+            share = lit(views, heights, start[:, None] + line[:, None] * np.minimum(t, last[:, None])[..., None], pcf)
         row[:] = (twin.in_scattered(lamp, air, line[:, None], points, t) * share[..., None]).sum(axis=1) * way[:, None] / steps
     return out
 

@@ -204,6 +204,18 @@ def test_shadow_depths(directional: bool, light: Any) -> None:
     close(found, march.line_to_t(s, span, w, directional), rtol=1e-4)
 
 
+@pytest.mark.parametrize("directional", [False, True])
+def test_a_rays_last_stretch(directional: bool, light: Any, frame: Any) -> None:
+    ray, w = rays(), between(-1, 5)
+    frame["max_distance"] = np.median(ray["reach"])
+    shared = {"light": light, "frame": frame}
+    found = call("scatter/march/lights.wgsl", "last_stretch", [1, ray, w], bindings=shared, constants={"DIRECTIONAL": directional})
+    truth = march.last_stretch(1, ray, w, frame, light, directional)
+    close(found, truth, rtol=1e-5, atol=1e-5)
+    assert (truth[ray["reach"] >= frame["max_distance"]] == ray["reach"][ray["reach"] >= frame["max_distance"]]).all()
+    assert 0.1 < (truth < ray["reach"]).mean() < 0.9
+
+
 def test_steps_and_filters() -> None:
     k, turn = RNG.integers(0, 12, COUNT).astype(np.float32), between(0, 1)
     close(call("scatter/march/steps.wgsl", "vogel_disc", [k, turn]), march.vogel_disc(k, turn), rtol=1e-3, atol=1e-4)

@@ -134,7 +134,7 @@ def test_what_a_scene_is_meant_for_stands_where_the_user_says_nothing(scene: Dri
     meant = stage("dense")
     meant.settings = {"sigma_t": (0.1, 0.2, 0.3), "snap": True}
     st.set_values(scene.state, {"albedo": 0.5, "method": "march", "steps": "exact", "shadow_size": 64})
-    monkeypatch.setattr(scenes, "open_scene", lambda name: meant)
+    monkeypatch.setattr(scenes, "open_scene", lambda name, **_: meant)
     scene.viewer.open("table")
     state = scene.state
     assert (state.medium.sigma_t, state.medium.albedo, state.march.snap) == ((0.1, 0.2, 0.3), (0.5, 0.5, 0.5), True)

@@ -142,7 +142,7 @@ def resident() -> int:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
-def stage(name: str = "two boxes") -> Any:
+def stage(name: str = "two boxes", **_: Any) -> Any:
     """A lamp that can be moved behind two boxes, one of which turns."""
     import pygfx as gfx
 

@@ -26,13 +26,18 @@ FORMAT = "depth32float"
 
 
 class Role(private.Blender):
-    """Says how casters of one kind are drawn."""
+    """Says how casters of one kind are drawn. sloped: each texel as near to the light as its surface is anywhere in it."""
+
+    def __init__(self, name: str, output: str, sloped: bool = False) -> None:
+        super().__init__(name + (" sloped" if sloped else ""), output)
+        self.sloped = Role(name, output, sloped=True) if not sloped else self
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
         return []
 
     def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> dict[str, Any]:
-        return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater"}
+        bias = {"depth_bias_slope_scale": 1.0} if self.sloped is self else {}
+        return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater", **bias}
 
 
 Gathered = tuple[list[tuple[Any, Role]], Matrix]  # casters with their roles, and (N, 8, 3), their hulls in the world
@@ -90,6 +95,20 @@ class Casters:
         space). gathered: what `gather` gave for this frame. The textures stay while their size and number do. Raises AirlightError where
         the device makes none so large."""
         found, hulls = gathered or self.gather()
+        size = medium.shadow_size
+        self._fit(size, [light.shadow_layers(medium) for light in lights])
+        shadows = []
+        drawn: list[tuple[Matrix, int, Any]] = []
+        for light, (texture, layers) in zip(lights, self._maps):
+            views = light.shadow_views(view, projection, hulls, medium)
+            drawn += [(one.matrix, size, layer) for one, layer in zip(views, layers)]
+            shadows.append(Shadow(texture, size, views))
+        self.draw_layers(drawn, ([(mesh, role.sloped) for mesh, role in found], hulls), timer)
+        return shadows
+
+    def draw_layers(self, layers: Sequence[tuple[Matrix, int, Any]], gathered: Gathered, timer: Timer | None = None) -> None:
+        """Draws and submits layers of shadow maps: the matrix of a ShadowView, the map's side, a view of the layer's texture."""
+        found, hulls = gathered
         states = {role: private.unlit(role) for role in {role for _, role in found}}
         drawn: list[tuple[Any, Any]] = []
         for mesh, role in found:
@@ -98,16 +117,9 @@ class Casters:
                 made[role] = private.Pipelines(silhouette, private.TwoSided)
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
-        size = medium.shadow_size
-        self._fit(size, [light.shadow_layers(medium) for light in lights])
-        shadows = []
-        for light, (texture, layers) in zip(lights, self._maps):
-            views = light.shadow_views(view, projection, hulls, medium)
-            for one, layer in zip(views, layers):
-                inside = np.flatnonzero(fit.reached(one.matrix, size, hulls))
-                self._draw_layer(fit.clip(one.matrix, size), size, layer, [drawn[i] for i in inside], timer)
-            shadows.append(Shadow(texture, size, views))
-        return shadows
+        for matrix, size, layer in layers:
+            inside = np.flatnonzero(fit.reached(matrix, size, hulls))
+            self._draw_layer(fit.clip(matrix, size), size, layer, [drawn[i] for i in inside], timer)
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
         """Allocates a texture of `size` for each light, with so many layers."""

@@ -20,6 +20,7 @@ from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.medium_effect import MediumState
 from airlight.pygfx.private import use_hdr
 from airlight.pygfx.screen_effect import ScreenSpaceState
+from airlight.pygfx.surface_shadows import SurfaceShadows
 from airlight.pygfx.uniforms import WHOLE, Region, Uniforms
 from airlight.scatter.methods import METHODS, check_ray
 
@@ -92,6 +93,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._state: ScreenSpaceState | MediumState | None = None
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
+        self._surfaces = SurfaceShadows(self)
 
     @property
     def parameters(self) -> Parameters:

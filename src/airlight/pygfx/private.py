@@ -1,33 +1,45 @@
 """Wraps every private attribute of pygfx that Airlight touches behind a function; tests/test_scene_private.py names those that go away."""
 
-from collections.abc import Callable
+import weakref
+from collections.abc import Callable, Iterable
 from typing import Any
 
+import jinja2
 import numpy as np
+import pygfx as gfx
+import wgpu
 from pygfx.cameras._perspective import fov_distance_factor
+from pygfx.renderers.wgpu.engine import renderer as rendering
+from pygfx.renderers.wgpu.engine.binding import Binding
 from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
-from pygfx.renderers.wgpu.engine.renderstate import get_renderstate
+from pygfx.renderers.wgpu.engine.renderstate import BlendRenderState, CombinedRenderState, LightRenderState, get_renderstate
+from pygfx.renderers.wgpu.engine.shadowutil import render_shadow_maps
 from pygfx.renderers.wgpu.engine.shared import get_shared
 from pygfx.renderers.wgpu.engine.update import update_resource
 from pygfx.renderers.wgpu.engine.utils import nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.shader import templating
 from pygfx.renderers.wgpu.shader.base import ShaderInterface
 from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
-from pygfx.resources import Texture
+from pygfx.resources import Buffer, Texture
 from pygfx.resources._base import resource_update_registry
+from pygfx.utils import array_from_shadertype
 from pygfx.utils.trackable import PropTracker
 
 from airlight.gpu.shader import load
+from airlight.projection import Matrix
 
 __all__ = [
     "Blender",
     "MeshShader",
     "Pipelines",
+    "SurfaceState",
     "TwoSided",
     "alpha_tested",
     "channels",
     "extent",
     "influences",
     "is_hdr",
+    "shade_surfaces",
     "shader_of",
     "unlit",
     "update_object",
@@ -179,3 +191,164 @@ def upload() -> None:
     """Upload whatever of pygfx's buffers and textures has changed. Touches resource_update_registry, update_resource."""
     for resource in resource_update_registry.get_syncable_resources(flush=True):
         update_resource(resource)
+
+
+# ---------------------------------------------------------------- shadows on surfaces
+
+KINDS = {"directional": gfx.DirectionalLight, "spot": gfx.SpotLight, "point": gfx.PointLight}
+MAPS = {"flat": ("directional", "spot"), "cube": ("point",)}  # shadow maps of surfaces, and which kinds of lights have layers in them
+CASTERS = 2**16  # objects that are told apart
+LAYERS = {"directional": 1, "spot": 1, "point": 6}  # of a light
+SHADERS = ("light_shadow.wgsl", "light_punctual.wgsl")  # of pygfx, that files of those names here stand in for
+Casting = tuple[tuple[bool, ...], ...]  # of each kind of KINDS, which of its lights have a shadow map
+
+
+class _SurfaceLights(LightRenderState):  # type: ignore[misc]
+    """Keeps lights as pygfx's shaders read them, with shadow maps of ours. Overrides _setup_light_resources, prepare_for_draw."""
+
+    def __init__(self, casting: Casting, sizes: dict[str, int]) -> None:
+        self.casting, self.sizes = dict(zip(KINDS, casting, strict=True)), sizes
+        self.layers = {name: sum(LAYERS[kind] * sum(self.casting[kind]) for kind in kinds) for name, kinds in MAPS.items()}
+        super().__init__(*(len(self.casting[kind]) for kind in ("point", "directional", "spot")))
+
+    def _setup_light_resources(self) -> None:
+        count = max(sum(self.layers.values()), 2)
+        fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4"}
+        self.shared = Buffer(array_from_shadertype({**gfx.AmbientLight.uniform_type, **fields}), force_contiguous=True)
+        self.bindings.append(Binding("u_ambient_light", "buffer/uniform", self.shared, structname="AmbientLight"))
+        self.buffers: dict[str, Any] = {}
+        for kind, made in KINDS.items():
+            if self.casting[kind]:
+                own = self.buffers[kind] = Buffer(array_from_shadertype(made.uniform_type, len(self.casting[kind])), force_contiguous=True)
+                self.bindings.append(Binding(f"u_{kind}_lights", "buffer/uniform", own, structname=made.__name__))
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
+        self.maps: dict[str, list[Any]] = {}  # a view of each layer
+        for name, layers in self.layers.items():
+            if layers:
+                size = (self.sizes[name], self.sizes[name], layers)
+                texture = self.device.create_texture(size=size, usage=usage, format="depth32float")
+                self.maps[name] = [texture.create_view(dimension="2d", base_array_layer=i, array_layer_count=1) for i in range(layers)]
+                self.bindings.append(Binding(f"u_{name}_maps", "shadow_texture/2d-array", texture.create_view(dimension="2d-array")))
+
+    def prepare_for_draw(self, point_lights: Any, directional_lights: Any, spot_lights: Any, ambient_color: Any) -> None:
+        """Fills the lights' buffers; a shadow_bias is the number of the light's first view instead, by the order of `casters`."""
+        named = {"point_lights": point_lights, "directional_lights": directional_lights, "spot_lights": spot_lights}
+        self.lights = {**named, "ambient_color": ambient_color}
+        self.shared.data["color"].flat = ambient_color
+        view = 0
+        for kind, own in self.buffers.items():
+            for i, light in enumerate(named[f"{kind}_lights"]):
+                light._gfx_update_uniform_buffer()
+                own.data[i] = light.uniform_buffer.data
+                own.data[i]["shadow_bias"] = view
+                view += LAYERS[kind] * self.casting[kind][i]
+            own.update_full()
+
+
+class SurfaceState(CombinedRenderState):  # type: ignore[misc]
+    """Stands in for pygfx's render state where surfaces take their shadows from maps of ours. Touches BlendRenderState, _collect_bindings.
+
+    casters: (light, name of its map) of those that cast, in the order of their views. maps: of a name, a view of each layer.
+    """
+
+    def __init__(self, casting: Casting, sizes: dict[str, int], blend_hash: tuple[Any, ...]) -> None:
+        self.device = get_shared().device
+        self.light_renderstate = _SurfaceLights(casting, sizes)
+        self.blend_renderstate = BlendRenderState.obtain_from_hash(blend_hash)
+        self.bindings = [*self.light_renderstate.bindings, *self.blend_renderstate.bindings]
+        self.wgpu_bind_group_layout, self.wgpu_bind_group = self._collect_bindings()
+
+    def get_shader_kwargs(self, bind_group_index: int = 1) -> dict[str, Any]:
+        lights = self.light_renderstate
+        casts = {kind: any(own) for kind, own in lights.casting.items()}
+        own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
+        return {**super().get_shader_kwargs(bind_group_index), **own}
+
+    @property
+    def maps(self) -> dict[str, list[Any]]:
+        return self.light_renderstate.maps
+
+    @property
+    def casters(self) -> list[tuple[Any, str]]:
+        own, names = self.light_renderstate, {kind: name for name, kinds in MAPS.items() for kind in kinds}
+        of_kind = ((kind, zip(own.lights[f"{kind}_lights"], own.casting[kind], strict=True)) for kind in KINDS)
+        return [(light, names[kind]) for kind, lights in of_kind for light, casts in lights if casts]
+
+    def write(self, views: Matrix, scales: Matrix, casters: Iterable[Any]) -> None:
+        """Writes what the shaders know of the maps, (N, 4, 4) and (N, 4), see light_shadow.wgsl, and which objects are drawn into them."""
+        shared = self.light_renderstate.shared
+        data = shared.data
+        data["views"], data["scales"] = 0, 0
+        data["views"][: len(views)], data["scales"][: len(views)] = views.transpose(0, 2, 1), scales
+        bits = np.zeros(CASTERS, np.uint8)
+        bits[[min(int(thing.uniform_buffer.data["renderer_id"]), CASTERS - 1) for thing in casters]] = 1
+        data["casters"] = np.packbits(bits, bitorder="little").view("<u4").reshape(-1, 4)
+        shared.update_full()
+
+
+_states: Any = weakref.WeakValueDictionary()
+_owners: Any = weakref.WeakKeyDictionary()  # of a renderer's blender: weak references to what draws maps for it
+_chosen: list[Any] = [None]  # (owner, state) of the render state that was chosen last, where it is ours
+
+
+def shade_surfaces(renderer: Any, owner: Any) -> None:
+    """Let what a renderer draws take its shadows from maps of ours, while `owner` lives and says so.
+
+    owner: has wants(lights), which tells whether to, and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's
+    render states. sizes: of the maps' sides. Touches renderer._blender; replaces two functions that pygfx's renderer calls, and two
+    files of its shaders, which for all other renderers stay as they are.
+    """
+    if rendering.get_renderstate is get_renderstate:
+        rendering.get_renderstate, rendering.render_shadow_maps = _choose_state, _draw_shadows
+        templating.root_loader.mapping["pygfx"] = _Shaders(templating.root_loader.mapping["pygfx"])
+        templating.jinja_env.cache.clear()
+    _owners.setdefault(renderer._blender, []).append(weakref.ref(owner))
+
+
+def _choose_state(lights: Any, blender: Any) -> Any:
+    alive = [owner for owner in _owners.get(blender, ()) if owner() is not None]
+    if alive:
+        _owners[blender] = alive
+    owner = next((owner() for owner in alive if owner().wants(lights)), None)
+    if owner is None:
+        _chosen[0] = None
+        return get_renderstate(lights, blender)
+    casting = tuple(tuple(bool(light.cast_shadow) for light in lights[f"{kind}_lights"]) for kind in KINDS)
+    key = casting, tuple(owner.sizes.items()), BlendRenderState.state_to_hash(blender)
+    state = _states.get(key)
+    if state is None:
+        state = _states[key] = SurfaceState(casting, owner.sizes, key[2])
+    state.prepare_for_draw(tuple(lights[name] for name in LIGHTS), (blender,))
+    state.write(np.zeros((0, 4, 4)), np.zeros((0, 4)), ())  # where nothing casts pygfx draws none
+    _chosen[0] = owner, state
+    return state
+
+
+def _draw_shadows(*parts: Any) -> None:
+    """Draws the maps of the state that was chosen: by now all pipelines are made, and what they fill once without a word is uploaded."""
+    if _chosen[0] is None:
+        render_shadow_maps(*parts)
+        return
+    owner, state = _chosen[0]
+    shared = get_shared().uniform_buffer
+    before = shared.data.copy()
+    owner.draw(state)
+    shared.data[()] = before
+    shared.update_full()
+    upload()
+
+
+LIGHTS = ("point_lights", "directional_lights", "spot_lights", "ambient_color")  # as pygfx hands them on
+
+
+class _Shaders(jinja2.BaseLoader):
+    """Loads pygfx's shaders; of SHADERS also ours, for render states that are ours."""
+
+    def __init__(self, loader: Any) -> None:
+        self.loader = loader
+
+    def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
+        source, name, is_current = self.loader.get_source(environment, template)
+        if template in SHADERS:
+            source = "\n".join(["$$ if airlight_casts is defined", load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
+        return source, name, is_current

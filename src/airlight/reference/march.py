@@ -15,6 +15,7 @@ from airlight.reference.medium import phase, phase_between, transmittance, trans
 Array = npt.NDArray[np.floating[Any]]
 QUADRATURE_WIDTHS = (0.25, 0.5, 0.25)  # of v, of a piece: before, in and behind a cone's fully lit part
 GAUSS_NODES, GAUSS_WEIGHTS = np.array([-np.sqrt(0.6), 0, np.sqrt(0.6)]) / 2, np.array([5, 8, 5]) / 18
+LAST_TEXELS = 4  # of a ray before a surface, whose visibility is that where they begin
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))  # radians
 
 
@@ -152,6 +153,13 @@ def project_ray(i: int, ray: Any, range: Any, margin: Any, light: Any) -> tuple[
     ):
         range = clip_range(range, at, grows)
     return a, b, range
+
+
+def last_stretch(i: int, ray: Any, w: Any, frame: Any, light: Any, is_directional: bool) -> Array:
+    """Finds t from which on rays take the visibility that they have there, in view i, w their W at their ends: four texels before a surface."""
+    texel = float(light["view"]["texel"][i]) * (1.0 if is_directional else np.maximum(w, 0))
+    reach = np.asarray(ray["reach"], float)
+    return np.where(reach < frame["max_distance"], np.maximum(reach - LAST_TEXELS * texel, 0), reach)
 
 
 def line_to_t(s: Any, range: Any, w: Any, is_directional: bool) -> Array:

@@ -119,3 +119,19 @@ def perspective_view(position: Matrix, near: float, hulls: Matrix, size: int, ah
     matrix[:, 3] = -matrix[:, :3] @ position
     matrix[2, 3] = near
     return ShadowView(matrix, texel=1 / scale, depth_scale=near)
+
+
+def held_half(local: Matrix, box: tuple[Matrix, float]) -> tuple[Matrix, float]:
+    """Chooses (centre, half side) of a square, in a directional light's axes, that holds hulls in these axes, (N, 8, 3), or, where that is
+    smaller, a square that a user has set for them: (centre, half side)."""
+    low, high = local.min(axis=(0, 1)), local.max(axis=(0, 1))
+    half = rung(float((high - low)[:2].max()) / 2)
+    return ((low + high) / 2, half) if half <= box[1] else box
+
+
+def with_border(matrix: Matrix, size: int, texels: float) -> Matrix:
+    """Shrinks what a view of a light with a position draws, (4, 4), about the middle of its map, so that so many texels around it hold
+    what lies beside: filters near its border read these."""
+    middle = np.array([[1, 0, 0, size / 2], [0, 1, 0, size / 2], [0, 0, 1, 0], [0, 0, 0, 1]])
+    share = (size - 2 * texels) / (size - 2 * MARGIN_TEXELS)
+    return np.asarray(middle @ np.diag([share, share, 1, 1]) @ np.linalg.inv(middle) @ matrix)

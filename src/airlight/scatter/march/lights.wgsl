@@ -11,6 +11,8 @@
 
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
 
+const LAST_TEXELS = 4.0;        // of a ray before a surface, whose visibility is that where they begin
+
 const QUADRATURE_WIDTHS = vec3f(0.25, 0.5, 0.25); // of v, of a piece: before, in and behind a cone's fully lit part
 const GAUSS_NODE = 0.38729833;  // sqrt(3 / 5) / 2: of the outer nodes from a piece's middle, of its width
 
@@ -51,6 +53,13 @@ fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
     within = clip_range(within, side * b.w - b.x, side * a.w - a.x);
     within = clip_range(within, side * b.w - b.y, side * a.w - a.y);
     return ProjectedRay(a, b, within);
+}
+
+/// Find t from which on a ray takes the visibility that it has there, in view i, w its W at the ray's end: before a surface, depths of the
+/// map's texels, and of the picture's pixels, cannot tell the one side of it from the other. Twin: reference/march.py:last_stretch.
+fn last_stretch(i: u32, ray: Ray, w: f32) -> f32 {
+    let texel = light.view[i].texel * select(max(w, 0.0), 1.0, DIRECTIONAL);
+    return select(ray.reach, max(ray.reach - LAST_TEXELS * texel, 0.0), ray.reach < frame.max_distance);
 }
 
 /// Clip a range of t to a cone around a spot's axis, of a half angle with this cosine. Twin: reference/march.py:clip_to_cone.

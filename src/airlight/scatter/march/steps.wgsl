@@ -111,11 +111,12 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         end = first_step(view.far, ahead, o, n);
     }
     let fade = exp(-frame.sigma_t * each);
+    let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
     loop {
         // Look up the sample's visibility
-        let at = line.b.xyz + (k + o) * each * line.a.xyz;
+        let at = line.b.xyz + min((k + o) * each, last) * line.a.xyz;
         var share = visibility(i, at.xy, at.z, o);
         // Weigh it where cascades blend
         if (CASCADES) {
@@ -145,11 +146,12 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         k = first_step(equiangular_angle(nearest, line.range.x) - start, each, o, n);
         end = select(0.0, first_step(equiangular_angle(nearest, line.range.y) - start, each, o, n), line.range.y > line.range.x);
     }
+    let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
     var total = vec3f(0.0);
     loop {
         // Look up the sample's visibility
         let angle = start + (k + o) * each;
-        let at = line.b + (nearest.x + nearest.y * tan(angle)) * line.a;
+        let at = line.b + min(nearest.x + nearest.y * tan(angle), last) * line.a;
         let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
         // Add what the step scatters, but for the steps' angle
         total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);

@@ -111,16 +111,31 @@ fn walk(i: u32, ray: Ray, nearest: vec2f, full: vec2f, line: ProjectedRay) -> ve
     return sum;
 }
 
+/// Test whether view i lights a line at t.
+fn is_lit(i: u32, line: ProjectedRay, t: f32) -> bool {
+    let at = line.b + t * line.a;
+    let texel = floor(at.xy / at.w);
+    let within = clamp(texel, vec2f(0.0), vec2f(light.side - 1.0));
+    let occluder = biased_occluder_depth(textureLoad(shadow, vec2i(within), i, 0), depth_bias(i));
+    let nearer = !DIRECTIONAL && at.w <= 0.5 * light.view[i].depth_scale; // than anything casts
+    return nearer || any(within != texel) || at.z / at.w >= occluder;
+}
+
 /// Integrate over what is lit of a range of t in view i. Outside the map of a directional light or a spot all is lit.
 fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -> vec3f {
     var line = project_ray(i, ray, range, select(0.0, 1.0, CUBE));
     var whole = range;
     if (CUBE) { whole = vec2f(line.range.x, max(line.range.x, line.range.y)); }
+    // Walk up to the last stretch
+    let last = clamp(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), whole.x, whole.y);
+    line.range.y = min(line.range.y, last);
     if (!DIRECTIONAL) { line.range = clip_range(line.range, line.b.w - 0.5 * light.view[i].depth_scale, line.a.w); } // nearer nothing casts
     var found = vec3f(0.0);
-    if (line.range.y > line.range.x) { found = walk(i, ray, nearest, full, line); } else { line.range = whole.yy; }
+    if (line.range.y > line.range.x) { found = walk(i, ray, nearest, full, line); } else { line.range = vec2f(last); }
     push_segment(whole.x, line.range.x);
-    push_segment(line.range.y, whole.y);
+    push_segment(line.range.y, last);
+    // Light the last stretch as it begins
+    if (is_lit(i, line, last)) { push_segment(last, whole.y); }
     return found;
 }
 

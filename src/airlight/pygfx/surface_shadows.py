@@ -1,0 +1,92 @@
+"""Draws the shadows that lights cast on surfaces, in place of pygfx's: maps of our own, with the casters, cut-outs, skins and morphs that
+those of a medium have. Suns' maps lie where casters are, within what the light's shadow camera sees.
+"""
+
+import weakref
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.medium.resolve import resolve
+from airlight.options import March, Medium
+from airlight.projection import Matrix
+from airlight.pygfx import private
+from airlight.pygfx.casters import Casters, Gathered
+from airlight.pygfx.punctual import GFX_KINDS
+from airlight.shadows import ShadowView, fit
+from airlight.shadows.fit import basis, orthographic_view
+
+if TYPE_CHECKING:
+    from airlight.pygfx.effect import LightShafts
+
+SIZES = {"flat": 2048, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
+BORDER = 6.37  # texels around a map of a light with a position, that filters read; no round number, lest edges at such lie on texels' centres
+
+
+class SurfaceShadows:
+    """Lets surfaces of a LightShafts' scene, where its renderer draws that, take their shadows from maps of ours.
+
+    Lights cast as their cast_shadow says, objects as theirs does if they are solid (`Casters`), and they fall where receive_shadow says.
+    Beyond what a sun's shadow camera sees there are none, as by pygfx; its depths, bias and cull mode have no effect.
+    """
+
+    sizes = SIZES
+
+    def __init__(self, shafts: "LightShafts") -> None:
+        self._shafts = weakref.ref(shafts)
+        self._casters = Casters(shafts.device, shafts.scene)
+        private.shade_surfaces(shafts.renderer, self)
+
+    def wants(self, lights: Any) -> bool:
+        """Tells whether some of pygfx's lights cast shadows, and are of the scene."""
+        shafts = self._shafts()
+        casting = [light for kind in private.KINDS for light in lights[f"{kind}_lights"] if light.cast_shadow]
+        return shafts is not None and bool(casting) and _root(casting[0]) is _root(shafts.scene)
+
+    def draw(self, state: private.SurfaceState) -> None:
+        """Draws and submits the maps of a state, and writes where they lie."""
+        shafts = self._shafts()
+        assert shafts is not None
+        casters = self._casters
+        casters.scene, casters.lights = shafts.scene, shafts.lights
+        gathered = _casting(casters.gather())
+        free = {name: iter(layers) for name, layers in state.maps.items()}
+        drawn, scales = [], []
+        for light, name in state.casters:
+            size = SIZES[name]
+            for view in surface_views(light, gathered[1], size):
+                drawn.append((view.matrix, size, next(free[name])))
+                sun = isinstance(light, gfx.DirectionalLight)
+                scales.append([view.texel, 0, view.depth_scale, 0] if sun else [0, view.texel, 0, 1 / view.depth_scale])
+        casters.draw_layers(drawn, gathered)
+        state.write(np.array([matrix for matrix, _, _ in drawn]), np.array(scales), (thing for thing, _ in gathered[0]))
+
+
+def surface_views(light: Any, hulls: Matrix, size: int) -> list[ShadowView]:
+    """Fits the views of a gfx light's map to hulls (N, 8, 3), world."""
+    kind = next(kind for kind in GFX_KINDS if isinstance(light, kind))
+    punctual = GFX_KINDS[kind](light, (1.0, 1.0, 1.0), 0.0, {})
+    if isinstance(light, gfx.DirectionalLight):
+        axes, camera = basis(punctual.axis()), light.shadow.camera
+        at = np.asarray(light.world.position, np.float64)
+        hulls = hulls if len(hulls) else at + np.zeros((1, 8, 3))
+        local = hulls @ axes.T
+        box = axes @ at, float(np.hypot(camera.width, camera.height)) / 2 / camera.zoom
+        return [orthographic_view(axes, *fit.held_half(local, box), size, local, (0.0, np.inf))]
+    views = punctual.shadow_views(np.eye(4), np.eye(4), hulls, resolve(Medium(), March(shadow_size=size), "normal", 1.0))
+    share = (size - 2 * fit.MARGIN_TEXELS) / (size - 2 * BORDER)
+    return [ShadowView(fit.with_border(view.matrix, size, BORDER), view.span, view.texel * share, view.depth_scale) for view in views]
+
+
+def _root(thing: Any) -> Any:
+    while thing.parent is not None:
+        thing = thing.parent
+    return thing
+
+
+def _casting(gathered: Gathered) -> Gathered:
+    """Leaves those that cast shadows on surfaces, by their cast_shadow."""
+    found, hulls = gathered
+    kept = [i for i, (thing, _) in enumerate(found) if thing.cast_shadow]
+    return [found[i] for i in kept], hulls[kept]
