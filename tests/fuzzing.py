@@ -267,7 +267,7 @@ def _faults(code: int, error: str, folder: Path, source: str, out: str) -> str:
         return f"exit code {code}: {error}"
     if len(said) != (code != 0) or not all(line.startswith("airlight: ") for line in said):
         return f"{len(said)} lines on stderr: {error}"
-    if "Traceback" in error or "unexpected" in error:
+    if "Traceback" in error or "airlight: unexpected" in error:
         return f"on stderr: {error}"
     left = sorted(os.listdir(folder))
     if left != sorted({source} | ({out} if code == 0 else set())):
