@@ -24,10 +24,10 @@ def hlg(scene):
 
 
 def png(path, codes, *chunks):
-    """Store uint8 or uint16 codes (H, W, 1 or 3) with chunks (name, data) before the pixels."""
+    """Store uint8 or uint16 codes (H, W, 1, 3 or 4) with chunks (name, data) before the pixels."""
     height, width, channels = codes.shape
     rows = b"".join(b"\0" + row.tobytes() for row in codes.astype(codes.dtype.newbyteorder(">")))
-    head = struct.pack(">2I5B", width, height, 8 * codes.dtype.itemsize, 2 if channels == 3 else 0, 0, 0, 0)
+    head = struct.pack(">2I5B", width, height, 8 * codes.dtype.itemsize, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
     parts = [(b"IHDR", head), *chunks, (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
     whole = b"".join(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts)
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + whole)

@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from airlight.colour import Profile as Transform
 from airlight.errors import AirlightError, warn
 from airlight.files import jpeg_segments, png_chunks, spaces
-from airlight.files.coded import PRIMARIES, REC709, Coding, Curve, by_cicp
+from airlight.files.coded import PRIMARIES, Coding, Curve, by_cicp
 from airlight.files.colour import Profile
 
 _XYZ = spaces.to_rec709(PRIMARIES[10]), PRIMARIES[10]
@@ -63,8 +63,8 @@ def _coding(spec: Any, format: str, path: str, codes: np.ndarray) -> tuple[Codin
         coding = by_cicp(*cicp)
         if coding is None and spec.getattribute("ICCProfile") is None:
             warn(f"{path}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 6)
-    if coding is not None and codes.shape[2] < 3:  # grey has no primaries
-        coding = replace(coding, chromaticities=REC709)
+    if coding is not None and codes.shape[2] < 3:
+        coding = coding.of_grey()
     return (None if coding is not None and coding.is_srgb else coding), gain_map
 
 
