@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+from colour_files import seeds as colour_seeds
 from picture_files import bmp_of_runs
 from PIL import Image
 
@@ -135,10 +136,9 @@ def seeds(folder: Path) -> dict[str, bytes]:
     deep_exr(folder / "deep.exr")
     parts_exr(folder / "parts.exr")
     store(folder / "rle.hdr", 3, "float")
-    store(folder / "rgb.bmp")
+    for name in ("rgb.bmp", "one.gif", "rgb.ppm", "one.jxl", "one.jp2"):
+        store(folder / name)
     store(folder / "grey.bmp", 1)
-    store(folder / "one.gif")
-    store(folder / "rgb.ppm")
     store(folder / "grey.pgm", 1)
     store(folder / "text.ppm", pnm__binary=0)
     store(folder / "float.pfm", 3, "float")
@@ -149,6 +149,7 @@ def seeds(folder: Path) -> dict[str, bytes]:
     (folder / "one.avif").write_bytes(avif())
     mattes_exr(folder / "mattes.exr")
     store(folder / "one.jp2")
+    colour_seeds(folder, picture)
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
 
 
@@ -280,6 +281,8 @@ def _status(field: str) -> int:
 # Lines of a run that did what it was asked: where the light is, and why nothing, or not what one might think, is to be seen.
 TOLD = "light at |beyond the picture, by a guess: |.*: (no light found|unsure), left as it is: |.*: hardly changed: "
 TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+ |.*: what lies round the light is black.*; brighten "
+TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
+TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
 OF_NUMPY = re.compile("airlight: warning: .*(encountered in|degrees of freedom|empty slice|poorly conditioned)", re.IGNORECASE)
 
