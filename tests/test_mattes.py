@@ -183,7 +183,7 @@ def test_masks_by_the_command(tmp_path, capsys):
     np.testing.assert_array_equal(pixels[2], pixels[0])
     assert (pixels[3] != pixels[0]).any()
     capsys.readouterr()
-    assert main(["image", source, "-o", str(tmp_path / "x.exr"), "--mask-layer", "Tre", *LIT]) == 2
+    assert main(["image", source, "-o", str(tmp_path / "x.exr"), "--mask-layer", "Tree", *LIT]) == 2
     said = capsys.readouterr().err
     assert "did you mean 'Tree_" in said and said.count("\n") == 1
 
