@@ -302,6 +302,19 @@ def test_exr_tells_by_name(tmp_path, attributes, chromaticities, told):
     assert written == ("" if "chromaticities" in attributes else attributes.get("colorInteropID", written))
 
 
+@pytest.mark.parametrize(("tail", "found"), [(b"http://ns.apple.com/HDRGainMap/1.0/", True), (b"a second view", False)])
+def test_a_gain_map_that_only_its_own_picture_names(tmp_path, tail, found):
+    path = store(tmp_path / "in.jpg", codes_of(LIGHT, "uint8"))
+    files.with_segment(path, b"MPF\0" + bytes(30), 0xE2)
+    path.write_bytes(path.read_bytes() + tail)
+    assert read_image(path).gain_map is found
+    write_image(tmp_path / "in.avif", LIGHT.astype(np.float32))
+    data = (tmp_path / "in.avif").read_bytes()
+    assert b"miaf" in data[:64]
+    (tmp_path / "map.avif").write_bytes(data.replace(b"miaf", b"tmap", 1) if found else data)
+    assert read_image(tmp_path / "map.avif").gain_map is found
+
+
 @pytest.mark.parametrize("extension", OUTPUTS)
 @pytest.mark.parametrize("source", [".png", ".jpg", ".tif", ".webp"])
 def test_profiles_stand_alone(tmp_path, source, extension):
