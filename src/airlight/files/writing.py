@@ -113,8 +113,8 @@ def write_image(
     if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in COLOUR_ONLY
-    if format == "dpx" and transparency is not None:
-        grey = False  # it has no grey with alpha
+    if format == "dpx" and like is not None and (transparency is not None or like.format != "dpx"):
+        grey = False  # with alpha it has none, and programs read grey of 10 bits in several ways
     colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
