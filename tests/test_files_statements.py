@@ -326,6 +326,19 @@ def test_profiles_stand_alone(tmp_path, source, extension):
     np.testing.assert_allclose(in_rec709(tmp_path / f"out{extension}"), picture.linear() * 0.9, atol=0.06)
 
 
+def test_lab_says_so(tmp_path):
+    from PIL import Image, ImageCms
+
+    image = Image.fromarray(codes_of(srgb_encode(LIGHT), "uint8"))
+    profiles = ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB")
+    ImageCms.applyTransform(image, ImageCms.buildTransform(*profiles, "RGB", "LAB")).save(tmp_path / "lab.tif")
+    with pytest.warns(AirlightWarning, match="is Lab and was converted to RGB plainly") as told_of:
+        picture = read_image(tmp_path / "lab.tif")
+    assert len(told_of) == 1 and picture.icc is None
+    write_image(tmp_path / "out.tif", picture.linear(), picture)
+    assert statement(tmp_path / "out.tif") == "srgb"
+
+
 def test_radiance_primaries(tmp_path):
     write_image(tmp_path / "in.hdr", (LIGHT + 0.1).astype(np.float32))
     data = (tmp_path / "in.hdr").read_bytes()

@@ -80,7 +80,7 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
     if value is None:
         return None, None
     icc = bytes(bytearray(value))
-    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
+    if icc[16:20] in (b"CMYK", b"Lab "):  # OpenImageIO has made RGB of the pixels already
         return None, None
     try:
         profile = Profile(icc)
