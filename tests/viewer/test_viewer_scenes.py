@@ -1,7 +1,10 @@
 """Scenes in the viewer: parameters of a medium, time, cameras, lights."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from gltf_rooms import room
 from hypothesis import given
 from hypothesis import strategies as some
 from viewer_driver import SCENE_SIZE, Driver, read_by_render, resident, stage
@@ -267,3 +270,17 @@ def test_dragging_in_space_keeps_the_distance(point: tuple[float, float, float],
     moved = controls.drag_in_view(point, to, clip, area)
     assert controls.project(moved, clip, area) == pytest.approx(to, abs=1e-3)
     assert (clip @ [*moved, 1])[3] == pytest.approx((clip @ [*point, 1])[3])
+
+
+def test_lamps_of_the_command_line(tmp_path: Path) -> None:
+    """They shine, and the command that is copied repeats them, where they are now."""
+    path = room(bulb=20).save(tmp_path)
+    shown = Driver(path, tmp_path, lamps=("Bulb;strength=9", "1,2,3;strength=4"), animation=None, up=None)
+    dark = Driver(room().save(tmp_path, "dark.glb"), tmp_path, lamps=("1,2,3;strength=0",))
+    assert shown.frame()[:, 360:].mean() > dark.frame()[:, 360:].mean() + 20
+    state = shown.state
+    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1,2,3;strength=4"]
+    st.move(state, 1, (1.5, 2.0, 2.5))
+    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1.5,2,2.5;strength=4"]
+    state.opening = ("--animation=walk",)
+    assert "--animation=walk" in st.command_line(state)

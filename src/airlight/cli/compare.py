@@ -45,7 +45,7 @@ def _shared() -> list[click.Parameter]:
     return list(found.values())
 
 
-class _Light(click.ParamType):
+class SourceLightType(click.ParamType):
     """A light of a picture, or of a scene, as that of `airlight image` or `airlight render`."""
 
     name = "X,Y|auto|x,y,z"
@@ -63,7 +63,7 @@ class _Light(click.ParamType):
     "--light",
     "written",
     panel=LIGHT,
-    type=_Light(),
+    type=SourceLightType(),
     multiple=True,
     help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
     "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",

@@ -245,7 +245,8 @@ def _named(stage: Stage, one: NamedLight, made: Lighting) -> None:
 
 def _in_mesh(stage: Stage, one: NamedLight, meshes: list[Any], made: Lighting) -> SceneLight:
     """Put a lamp into the brightest of the meshes of an object, in the middle of all that emit."""
-    powers = [candela(mesh) for mesh in meshes]
+    once = {id(mesh.geometry): mesh for mesh in meshes}  # what is blended may be drawn twice
+    powers = [candela(mesh) * (once[id(mesh.geometry)] is mesh) for mesh in meshes]
     emitting = [mesh for mesh, power in zip(meshes, powers, strict=True) if power.any()] or meshes
     if one.strength is not None:
         intensity = np.array(one.color, float) * one.strength

@@ -1,5 +1,6 @@
 """A 3-D scene with its shafts on the canvas: pygfx draws it, `airlight.pygfx.LightShafts` adds them, a controller steers the camera."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -36,14 +37,16 @@ class SceneView:
         self.moved = False  # whether a light was
         self.posed: Any = None
 
-    def open(self, stage: Any, state: ViewerState) -> None:
-        """Show another stage, and let the state say what it has."""
+    def open(self, stage: Any, state: ViewerState, lamps: Sequence[str] = ()) -> None:
+        """Show another stage, and let the state say what it has. lamps: the options that its lights were written as."""
         self.stage = stage
         self.saved = {name: camera.get_state() for name, camera in stage.cameras.items()}
         names = tuple(stage.cameras)
         state.eye = Eye(name=names[0], names=names)
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lights = [self._light_control(light, light is stage.movable) for light in stage.lights]
+        for control, text in zip(state.lights, lamps if len(lamps) == len(state.lights) else ()):
+            control.written = text
         state.lights_before = [replace(control) for control in state.lights]
         open_defaults(state, stage.settings)
         state.path_drawn, state.automatic = (False if stage.path is not None else None), {"mix": 1.0}

@@ -71,9 +71,8 @@ class Meshes:
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
-                own = skeleton
-                if shift.any():
-                    own = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
+                bones, inverses = skeleton.bones, skeleton.bone_inverses
+                own = gfx.Skeleton(bones, [shifted(inverse, shift) for inverse in inverses]) if shift.any() else skeleton
                 thing.bind(own, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
