@@ -254,6 +254,8 @@ def _status(field: str) -> int:
 # Lines of a run that did what it was asked: where the light is, and why nothing, or not what one might think, is to be seen.
 TOLD = "light at |beyond the picture, by a guess: |.*: (no light found|unsure), left as it is: |.*: hardly changed: "
 TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+ |.*: what lies round the light is black.*; brighten "
+TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
+TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
 OF_NUMPY = re.compile("airlight: warning: .*(encountered in|degrees of freedom|empty slice|poorly conditioned)", re.IGNORECASE)
 

@@ -151,6 +151,8 @@ class Meshes:
                 arrays["skin_weights"] = _normalised(gltf.floats(index))
             elif name.startswith("TEXCOORD_") and name[9:] in ("0", "1", "2", "3"):
                 arrays[f"texcoords{name[9:].lstrip('0')}"] = gltf.floats(index)
+        if "JOINTS_1" in primitive.attributes:
+            gltf.tell("influences", "vertices follow four joints at most; further ones are left out")
         geometry = gfx.Geometry(**arrays)
         for source, goal in (("POSITION", "morph_positions"), ("NORMAL", "morph_normals")):
             present = [target.get(source) for target in primitive.targets]
