@@ -199,6 +199,27 @@ def test_grey_has_a_curve_and_no_primaries(tmp_path):
         np.testing.assert_allclose(in_rec709(tmp_path / f"out{extension}"), np.repeat(light, 3, 2), atol=0.03)
 
 
+def test_grey_that_gets_colour(tmp_path):
+    """Its codes are then Rec. 709's, whatever primaries were written beside the grey."""
+    grey = np.full((8, 8, 1), 0.5)
+    tint = np.float32([1, 0.6, 0.3])
+    for chunks in ((gama(1 / 1.8), (b"cHRM", files.chrm(ADOBE))), ((b"cICP", bytes((9, 5, 0, 1))),)):
+        exponent = 1 / 2.8 if chunks[0][0] == b"cICP" else 1 / 1.8
+        picture = read_image(files.png(tmp_path / "in.png", codes_of(grey**exponent), *chunks))
+        write_image(tmp_path / "out.png", picture.linear() * tint, picture, overwrite=True)
+        np.testing.assert_allclose(in_rec709(tmp_path / "out.png"), np.broadcast_to(0.5 * tint, (8, 8, 3)), atol=2e-3)
+
+
+def test_transparency_of_hdr(tmp_path):
+    """Light beyond white behind a half transparent alpha: codes of PQ hold it, so alpha stays."""
+    codes = np.concatenate([codes_of(files.pq(LIGHT * 3 * 203)), np.full((24, 24, 1), 32768, np.uint16)], axis=2)
+    picture = read_image(files.png(tmp_path / "in.png", codes, (b"cICP", bytes((9, 16, 0, 1)))))
+    write_image(tmp_path / "out.png", picture.linear() * 1.1, picture)
+    again = read_image(tmp_path / "out.png")
+    np.testing.assert_array_equal(again.codes[..., 3], codes[..., 3])
+    np.testing.assert_allclose(again.linear(), picture.linear() * 1.1, atol=5e-3)
+
+
 @pytest.mark.parametrize(("space", "index", "adobe"), [(65535, b"R03\0", True), (1, b"R98\0", False), (65535, b"R98\0", False)])
 def test_adobe_rgb_of_cameras(tmp_path, space, index, adobe):
     light = LIGHT * 0.5 + 0.2

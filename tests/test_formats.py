@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from picture_files import NOTHING, P3, codes_like, store
+from picture_files import NOTHING, P3, bmp_of_runs, codes_like, store
 
 from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
@@ -87,7 +87,7 @@ def test_dpx_from_other_formats(tmp_path):
     with pytest.warns(AirlightWarning, match="no transparency: the picture is put on black"):
         write_image(tmp_path / "b.dpx", picture.linear(), picture)
     video = read_image(tmp_path / "b.dpx")
-    assert video.codes.shape == (40, 48, 1) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
+    assert video.codes.shape == (40, 48, 3) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
     np.testing.assert_allclose(video.linear(), picture.linear(), atol=3e-3)
     write_image(tmp_path / "back.png", film.linear(), film)
     found = read_image(tmp_path / "back.png")
@@ -253,16 +253,6 @@ def test_several_pictures_are_told(tmp_path, extension):
 def test_one_picture_is_not_told(tmp_path):
     for extension in (".tif", ".webp", ".png"):
         read_image(store(tmp_path / f"a{extension}", codes_like()))
-
-
-def bmp_of_runs(codes):
-    """A BMP of run lengths, whose last row ends before the bitmap does: OpenImageIO takes that for one row too many."""
-    rows = b"".join(b"".join(bytes([1, code]) for code in row) + b"\0\0" for row in codes[::-1]) + b"\0\1"
-    palette = b"".join(bytes([i, i, i, 0]) for i in range(256))
-    height, width = codes.shape
-    header = struct.pack("<IiiHHIIiiII", 40, width, height, 1, 8, 1, len(rows), 2835, 2835, 256, 0)
-    start = 14 + len(header) + len(palette)
-    return b"BM" + struct.pack("<IHHI", start + len(rows), 0, 0, start) + header + palette + rows
 
 
 def test_bmp_of_run_lengths(tmp_path, monkeypatch):

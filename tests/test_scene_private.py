@@ -80,6 +80,47 @@ def test_the_engine_has_what_shadow_maps_are_drawn_with() -> None:
     assert mesh._morph_target_influences.data["influence"].tolist() == [0.25, 0.75], "Mesh._morph_target_influences" + see
 
 
+def test_the_engine_has_what_surfaces_take_their_shadows_by() -> None:
+    """The functions that are replaced in pygfx's renderer, its render state, and the text of the shaders that ours stand in for."""
+    import pygfx as gfx
+    from pygfx.renderers.wgpu.engine import binding, renderer, renderstate, shadowutil
+    from pygfx.renderers.wgpu.shader import templating
+
+    see = ": see airlight/pygfx/private.py, shade_surfaces"
+    drawing = inspect.getsource(renderer.WgpuRenderer.render) + inspect.getsource(renderer.WgpuRenderer._render_recording)
+    calls = "get_renderstate(flat.lights, self._blender)", "render_shadow_maps(lights, flat.shadow_objects, command_encoder)"
+    for call in calls:
+        assert call in drawing, f"pygfx's renderer does no more say {call!r}" + see
+    synced, recorded = drawing.index("get_syncable_resources"), drawing.index("self._render_recording(")
+    assert synced < recorded, "shadow maps are drawn after all is uploaded" + see
+    assert list(inspect.signature(shadowutil.render_shadow_maps).parameters) == ["lights", "wobjects", "command_encoder"], see
+    assert list(inspect.signature(binding.Binding.__init__).parameters)[1:4] == ["name", "type", "resource"], "Binding" + see
+    lights, combined = renderstate.LightRenderState, renderstate.CombinedRenderState
+    assert "self._setup_light_resources()" in inspect.getsource(lights.__init__), "LightRenderState._setup_light_resources" + see
+    given = ["self", "point_lights", "directional_lights", "spot_lights", "ambient_color"]
+    assert list(inspect.signature(lights.prepare_for_draw).parameters) == given, "LightRenderState.prepare_for_draw" + see
+    state = inspect.getsource(combined)
+    for name in ("light_renderstate", "blend_renderstate", "wgpu_bind_group_layout, self.wgpu_bind_group = self._collect_bindings()"):
+        assert f"self.{name}" in state, f"CombinedRenderState.{name}" + see
+    assert {"cast_shadow", "shadow_bias"} < set(gfx.DirectionalLight.uniform_type), "uniforms of lights" + see
+    assert "renderer_id" in gfx.WorldObject.uniform_type and "color" in gfx.AmbientLight.uniform_type, "renderer_id" + see
+    assert hasattr(gfx.DirectionalLight(), "_gfx_update_uniform_buffer"), "Light._gfx_update_uniform_buffer" + see
+    assert "pygfx" in templating.root_loader.mapping and hasattr(templating.jinja_env.cache, "clear"), "templating" + see
+
+    source = Path(renderer.__file__).parents[1] / "wgsl"
+    said = {path.name: path.read_text("utf-8") for path in source.glob("*.wgsl")}
+    assert "light_shadow.wgsl" in said, "light_shadow.wgsl" + see
+    for kind in ("point", "spot", "dir"):
+        assert f"num_{kind}_lights > 0" in said["light_punctual.wgsl"], f"num_{kind}_lights" + see
+    for kind in ("Point", "Spot", "Directional"):
+        assert f"fn get{kind}LightInfo(" in said["light_common.wgsl"], f"get{kind}LightInfo" + see
+        assert f"get{kind}LightInfo(" in said["light_punctual.wgsl"], f"get{kind}LightInfo" + see
+    assert said["light_punctual.wgsl"].count("RE_Direct( punctual_light, geometry, material, &reflected_light );") == 3, "RE_Direct" + see
+    names = "pygfx.light_shadow.wgsl", "pygfx.light_punctual.wgsl", "varyings.world_pos", "var normal = surface_normal", "geometry.position"
+    for name in names:
+        assert name in said["mesh.wgsl"], f"mesh.wgsl: {name}" + see
+
+
 def test_controllers_tell_a_distance_by_width_and_height() -> None:
     from pygfx.cameras import _perspective
 

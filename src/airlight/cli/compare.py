@@ -18,6 +18,7 @@ from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
+from airlight.jobs.verdict import tell_compared
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
 from airlight.scenes.names import A_FILE, FILES, NAMES, VALIDATION, is_scene
 
@@ -110,6 +111,7 @@ def compare(
             other = "a picture" if scene else f"a scene (table, flying, {A_FILE})"
             raise AirlightError(f"{one.opts[0]} goes with {other}, which {source} is not: leave it out")
     result, title = (_in_scene if scene else _on_picture)(ctx, source, output, texts)
+    tell_compared(result.rows, getattr(result, "before", None))
 
     from airlight import files
     from airlight.compare import page

@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from airlight.colour import Profile as Transform
 from airlight.errors import AirlightError, warn
 from airlight.files import jpeg_segments, png_chunks, spaces
-from airlight.files.coded import PRIMARIES, REC709, Coding, Curve, by_cicp
+from airlight.files.coded import PRIMARIES, Coding, Curve, by_cicp
 from airlight.files.colour import Profile
 
 _XYZ = spaces.to_rec709(PRIMARIES[10]), PRIMARIES[10]
@@ -59,13 +59,19 @@ def _coding(spec: Any, format: str, path: str, codes: np.ndarray) -> tuple[Codin
     elif format == "jpeg":
         coding, gain_map = jpeg_segments.read(path)
         coding = coding if spec.getattribute("ICCProfile") is None else None
-    elif (cicp := spec.getattribute("CICP")) is not None:
-        coding = by_cicp(*cicp[:2])
+    elif (cicp := _cicp(spec)) is not None:
+        coding = by_cicp(*cicp)
         if coding is None and spec.getattribute("ICCProfile") is None:
             warn(f"{path}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 6)
-    if coding is not None and codes.shape[2] < 3:  # grey has no primaries
-        coding = replace(coding, chromaticities=REC709)
+    if coding is not None and codes.shape[2] < 3:
+        coding = coding.of_grey()
     return (None if coding is not None and coding.is_srgb else coding), gain_map
+
+
+def _cicp(spec: Any) -> tuple[int, int] | None:
+    """Read the code points of primaries and transfer."""
+    value = spec.getattribute("CICP")
+    return (int(value[0]), int(value[1])) if isinstance(value, tuple) and len(value) == 4 else None
 
 
 def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
@@ -129,8 +135,8 @@ def _of_floats(spec: Any, format: str, path: str, head: bytes, colorspace: str |
 
 def _of_coded_floats(spec: Any, path: str) -> Told:
     """Read the ICC profile or the code points of floats, which may have a curve: that of `profile`, or none where they are linear."""
-    value, cicp = spec.getattribute("ICCProfile"), spec.getattribute("CICP")
-    coding = by_cicp(*cicp[:2]) if cicp is not None else None
+    value, cicp = spec.getattribute("ICCProfile"), _cicp(spec)
+    coding = by_cicp(*cicp) if cicp is not None else None
     if coding is not None:
         chromaticities = coding.chromaticities if coding.to_709 is not None else None
         return Told(None, None if coding.curve == "linear" else Curve(coding), coding, coding.to_709, chromaticities, True)

@@ -1,5 +1,5 @@
 """Draws the shadows that lights cast on surfaces, in place of pygfx's: maps of our own, with the casters, cut-outs, skins and morphs that
-those of a medium have. Suns' maps lie where casters are, within what the light's shadow camera sees.
+those of a medium have.
 """
 
 import weakref
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
 SIZES = {"flat": 2048, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
-BORDER = 6.37  # texels around a map of a light with a position, that filters read; no round number, lest edges at such lie on texels' centres
+BORDER = 6.37  # texels around a lamp's map, that filters read; no round number, lest edges that lie at such are on texels' centres
 
 
 class SurfaceShadows:
     """Lets surfaces of a LightShafts' scene, where its renderer draws that, take their shadows from maps of ours.
 
-    Lights cast as their cast_shadow says, objects as theirs does if they are solid (`Casters`), and they fall where receive_shadow says.
-    Beyond what a sun's shadow camera sees there are none, as by pygfx; its depths, bias and cull mode have no effect.
+    Lights cast as their cast_shadow says, objects as theirs does if they are solid (`Casters`), and shadows fall where receive_shadow says.
+    A sun's map holds all that casts, or what its shadow camera sees where that is less; depths, bias and cull mode have no effect.
     """
 
     sizes = SIZES

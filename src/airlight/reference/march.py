@@ -156,7 +156,7 @@ def project_ray(i: int, ray: Any, range: Any, margin: Any, light: Any) -> tuple[
 
 
 def last_stretch(i: int, ray: Any, w: Any, frame: Any, light: Any, is_directional: bool) -> Array:
-    """Finds t from which on rays take the visibility that they have there, in view i, w their W at their ends: four texels before a surface."""
+    """Finds t from which on rays take the visibility that they have there: four texels of view i before a surface. w: W at their ends."""
     texel = float(light["view"]["texel"][i]) * (1.0 if is_directional else np.maximum(w, 0))
     reach = np.asarray(ray["reach"], float)
     return np.where(reach < frame["max_distance"], np.maximum(reach - LAST_TEXELS * texel, 0), reach)

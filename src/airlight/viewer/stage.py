@@ -13,6 +13,8 @@ from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
+from airlight.scenes.exposure import METERED_WIDTH, Exposure, is_physical
+from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
@@ -56,7 +58,18 @@ class SceneView:
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
+        self._expose(state)
         self.dt, self.moved = 0.0, False
+
+    def _expose(self, state: ViewerState) -> None:
+        """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
+        stage, exposure = self.stage, Exposure()
+        if is_physical(stage.scene):
+            parameters, composite, in_scene, medium, march = state.structs[:5]
+            more: Any = {"medium": medium, "march": march}
+            exposure = Studio(stage, Shot(METERED_WIDTH, METERED_WIDTH * 9 // 16, 1), parameters, composite, in_scene, **more).exposure
+        self.shafts.pre_exposure, self.shafts.automatic_ev = exposure.pre, exposure.ev
+        state.automatic["ev"] = exposure.ev
 
     @staticmethod
     def _light_control(light: SceneLight, movable: bool) -> LightControl:

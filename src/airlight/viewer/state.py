@@ -311,6 +311,8 @@ def written_values(state: ViewerState) -> dict[str, Any]:
     found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
     if state.is_smart:
         found.pop("look", None)
+    if not state.is_image and state.automatic.get("ev"):  # which another camera would change
+        found.setdefault("ev", state.automatic["ev"])
     return found
 
 
