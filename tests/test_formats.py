@@ -163,6 +163,16 @@ def test_avif_orientation_and_primaries(tmp_path):
         read_image(tmp_path / "log.avif")
 
 
+def test_avif_is_refused_before_the_work(tmp_path, monkeypatch):
+    from airlight.files import atomic, check_output
+
+    with pytest.raises(AirlightError, match="40000x8 pixels are more than AVIF holds"):
+        write_image(tmp_path / "a.avif", np.zeros((8, 40000, 3), np.float32))
+    monkeypatch.setattr(atomic, "find_spec", lambda name: None)
+    with pytest.raises(AirlightError, match="writing AVIF needs an extra"):
+        check_output(tmp_path / "a.avif")
+
+
 def test_avif_of_more_than_8_bits(tmp_path, monkeypatch):
     """Pillow writes none: what such a file says of itself is told."""
     from airlight.files import boxes

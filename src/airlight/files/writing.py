@@ -76,11 +76,11 @@ def write_image(
     storage.check([name])
     if format == "dpx" and bits is None:
         depth = 8 if dpx.output_bits(like) == 8 else 16
-    if format == "avif":
-        by_pillow.need_avif(name)
     shown = pixels if pixels is not None else encoded
     if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
+    if format == "avif":
+        by_pillow.need_avif(name, shown.shape[:2])
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
     own = not real and keeps_own(like, format)
     if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
