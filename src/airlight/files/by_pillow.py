@@ -14,8 +14,6 @@ from airlight.files import boxes
 from airlight.files.extras import copy_exif
 from airlight.files.storage import quality_of
 
-MOST_SIDE = 32768  # pixels: libavif reads no more
-
 
 def _library(path: str, what: str) -> Any:
     try:
@@ -24,10 +22,8 @@ def _library(path: str, what: str) -> Any:
         raise AirlightError(f"{path}: {what} needs an extra: pip install airlight[avif]") from None
 
 
-def need_avif(path: str, size: tuple[int, ...]) -> None:
-    """Raise AirlightError where AVIF of a size (H, W) cannot be written, or for want of Pillow or of its encoder."""
-    if max(size) > MOST_SIDE:
-        raise AirlightError(f"{path}: {size[1]}x{size[0]} pixels are more than AVIF holds ({MOST_SIDE} on a side); use .jxl or .png")
+def need_avif(path: str) -> None:
+    """Raise AirlightError where AVIF cannot be written for want of Pillow, or of its encoder."""
     _library(path, "writing AVIF")
     if not import_module("PIL.features").check("avif"):
         raise AirlightError(f"{path}: the Pillow that is installed was built without AVIF: pip install -U airlight[avif]")
