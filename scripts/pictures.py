@@ -88,7 +88,8 @@ def border(out: str) -> None:
         means = {}
         for region in (1.0, 1.2, 2.0):
             seen[region] = []
-            means[region] = test.flicker(stage, scene, place, SceneOptions(occluders="prepass", tone="none", region=region), seen[region])
+            options = SceneOptions(occluders="prepass", view_transform="none", region=region)
+            means[region] = test.flicker(stage, scene, place, options, seen[region])
         ratios = {region: float((means[region] / means[2.0]).max()) for region in (1.0, 1.2)}
         print(f"sun at {place}: of region 2's difference " + ", ".join(f"{ratio:.2f} with region {r}" for r, ratio in ratios.items()))
     changes = {region: np.diff(layers, axis=0) for region, layers in seen.items()}
@@ -161,7 +162,8 @@ def streaks(out: str) -> None:
     given = {"exposure": 1.5, "density": 0.97}
     layers = []
     for occluders in ("contrast", "prepass"):
-        scenery = SceneOptions(occluders=occluders, resolution=1, region=1, depth_aware=1e5, tone="none")  # so far that there is no fog
+        # so far that there is no fog
+        scenery = SceneOptions(occluders=occluders, resolution=1, region=1, depth_aware=1e5, view_transform="none")
         studio = Studio(stage, Shot(480, 270, samples=1), Parameters(**given), Composite(mix=0.0), scenery)
         frame = studio.frame(layer=True)
         layers.append(frame.layer[..., :3].astype(np.float32))

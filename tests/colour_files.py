@@ -4,6 +4,9 @@ import struct
 import zlib
 
 import numpy as np
+from picture_files import P3, store
+
+from airlight.files import spaces
 
 PQ_M, PQ_C = (2610 / 16384, 2523 / 32), (3424 / 4096, 2413 / 128, 2392 / 128)
 
@@ -21,10 +24,10 @@ def hlg(scene):
 
 
 def png(path, codes, *chunks):
-    """Store uint8 or uint16 codes (H, W, 1 or 3) with chunks (name, data) before the pixels."""
+    """Store uint8 or uint16 codes (H, W, 1, 3 or 4) with chunks (name, data) before the pixels."""
     height, width, channels = codes.shape
     rows = b"".join(b"\0" + row.tobytes() for row in codes.astype(codes.dtype.newbyteorder(">")))
-    head = struct.pack(">2I5B", width, height, 8 * codes.dtype.itemsize, 2 if channels == 3 else 0, 0, 0, 0)
+    head = struct.pack(">2I5B", width, height, 8 * codes.dtype.itemsize, {1: 0, 3: 2, 4: 6}[channels], 0, 0, 0)
     parts = [(b"IHDR", head), *chunks, (b"IDAT", zlib.compress(rows)), (b"IEND", b"")]
     whole = b"".join(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts)
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + whole)
@@ -84,3 +87,19 @@ def camera_exif(space, index):
     first = struct.pack("<HHHIII", 1, 0x8769, 4, 1, 26, 0)
     second = struct.pack("<HHHIIHHIII", 2, 0xA001, 3, 1, space, 0xA005, 4, 1, 56, 0)
     return b"Exif\0\0II*\0\x08\0\0\0" + first + second + struct.pack("<HHHI4sI", 1, 1, 2, 4, index, 0)
+
+
+def seeds(folder, picture):
+    """Small files whose colours are told by numbers, for mutation. picture: gives pixels by channels and type, as fuzzing.picture."""
+    codes = picture(3, "uint16")
+    png(folder / "gama.png", picture(3, "uint8"), (b"gAMA", struct.pack(">I", 55556)), (b"cHRM", chrm(spaces.CHROMATICITIES[2])))
+    png(folder / "pq.png", codes, (b"cICP", bytes((9, 16, 0, 1))), (b"mDCV", bytes(24)))
+    png(folder / "hlg.png", codes, (b"cICP", bytes((9, 18, 0, 0))))
+    y = picture(1, "half")[..., 0]
+    exr(folder / "chroma.exr", {"Y": (y, 1), "RY": (y - 0.5, 1), "BY": (0.5 - y, 1)}, *y.shape)
+    exr(folder / "subsampled.exr", {"Y": (y, 1), "RY": (y[::2, ::2], 2), "BY": (y[::2, ::2], 2)}, *y.shape)
+    exr(folder / "names.exr", {f"beauty.{name}": (y, 1) for name in ("red", "green", "blue")}, *y.shape)
+    store(folder / "adobe.jpg", picture(3, "uint8"))
+    with_segment(folder / "adobe.jpg", camera_exif(65535, b"R03\0"))
+    with_segment(folder / "adobe.jpg", b"http://ns.adobe.com/xap/1.0/\0<x xmlns:hdrgm='http://ns.adobe.com/hdr-gain-map/1.0/'/>")
+    store(folder / "profile.tif", picture(3, "float"), ICCProfile=P3)

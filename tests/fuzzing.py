@@ -1,5 +1,6 @@
 """Mutated files through the real command line: seeds, mutations, and the worker process that tries them. Used by test_fuzz.py."""
 
+import io
 import json
 import os
 import queue
@@ -19,11 +20,14 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
+from colour_files import seeds as colour_seeds
+from picture_files import bmp_of_runs
+from PIL import Image
 
 WIDTH, HEIGHT = 24, 18
 HANG = 20  # seconds
 MEMORY = 2 << 20  # KiB beyond what the process has once its device is open
-OUTPUTS = (".png", ".exr", ".tif", ".jpg", ".webp", ".hdr")
+OUTPUTS = (".png", ".exr", ".tif", ".jpg", ".webp", ".hdr", ".dpx", ".jxl", ".avif")
 Mutant = tuple[str, bytes, list[str]]  # name of the file, its bytes, further arguments ("FILE" is the file, where it is not the picture)
 
 
@@ -44,7 +48,8 @@ def store(path: Path, channels: int = 3, kind: str = "uint8", names: str = "", t
     if tile:
         spec.tile_width = spec.tile_height = tile
     for name, value in attributes.items():
-        spec.attribute(name.replace("__", ":"), value)
+        kind_of = (f"string[{len(value)}]",) if isinstance(value, tuple) else ()
+        spec.attribute(name.replace("__", ":"), *kind_of, value)
     out = oiio.ImageOutput.create(str(path))
     assert out is not None and out.open(str(path), spec), (path, oiio.geterror(), out and out.geterror())
     assert out.write_image(picture(channels, kind)) and out.close(), (path, out.geterror())
@@ -76,6 +81,20 @@ def parts_exr(path: Path) -> None:
     out = oiio.ImageOutput.create("openexr")
     assert out.open(str(path), tuple(specs)) and out.write_image(picture(3, "half")), out.geterror()
     assert out.open(str(path), specs[1], "AppendSubimage") and out.write_image(picture(3, "half")) and out.close(), out.geterror()
+
+
+def mattes_exr(path: Path) -> None:
+    """A stereo picture with a Cryptomatte."""
+    names = "R G B right.R right.G right.B crypto00.R crypto00.G crypto00.B crypto00.A"
+    held = {"name": "crypto", "hash": "MurmurHash3_32", "manifest": '{"tree": "3f800000", "rock": "12345678"}'}
+    attributes = {f"cryptomatte/1234567/{key}": value for key, value in held.items()}
+    store(path, 10, "float", names=names, compression="none", multiView=("left", "right"), **attributes)
+
+
+def avif() -> bytes:
+    held = io.BytesIO()
+    Image.fromarray(picture(4, "uint8")).save(held, "AVIF", quality=80)
+    return held.getvalue()
 
 
 def png_chunk(name: bytes, body: bytes) -> bytes:
@@ -117,15 +136,20 @@ def seeds(folder: Path) -> dict[str, bytes]:
     deep_exr(folder / "deep.exr")
     parts_exr(folder / "parts.exr")
     store(folder / "rle.hdr", 3, "float")
-    store(folder / "rgb.bmp")
+    for name in ("rgb.bmp", "one.gif", "rgb.ppm", "one.jxl", "one.jp2"):
+        store(folder / name)
     store(folder / "grey.bmp", 1)
-    store(folder / "one.gif")
-    store(folder / "rgb.ppm")
     store(folder / "grey.pgm", 1)
     store(folder / "text.ppm", pnm__binary=0)
     store(folder / "float.pfm", 3, "float")
     store(folder / "one.jxl")
+    store(folder / "film.dpx", 3, "uint16", dpx__Transfer="Printing density", oiio__BitsPerSample=10)
+    store(folder / "alpha.dpx", 4, "uint8", dpx__Transfer="ITU-R 709-4")
+    (folder / "runs.bmp").write_bytes(bmp_of_runs(picture(1, "uint8")[..., 0]))
+    (folder / "one.avif").write_bytes(avif())
+    mattes_exr(folder / "mattes.exr")
     store(folder / "one.jp2")
+    colour_seeds(folder, picture)
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file()}
 
 
@@ -238,6 +262,9 @@ def mutants(number: int, pictures: dict[str, bytes], presets: dict[str, bytes], 
         more += chance.choice(([], [], ["--rays", "24", "--shade", "0.5"], ["--look", "classic"], ["--quality", "draft", "--mist", "1"]))
         if i % 8 == 6:
             more += [chance.choice(("--mask", "--depth", *(() if "classic" in more else ("--subject",)))), "FILE"]
+        if name == "mattes.exr":
+            layers = ["--mask-layer", "tree"], ["--mask-layer", "crypto/*"], ["--depth-layer", "right.R"]
+            more += chance.choice(([], ["--view", "right"], *layers))
         yield "mutant" + Path(name).suffix, data, [*more, "--on-damage", chance.choice(("error", "error", "warn", "ignore"))]
 
 
@@ -254,6 +281,8 @@ def _status(field: str) -> int:
 # Lines of a run that did what it was asked: where the light is, and why nothing, or not what one might think, is to be seen.
 TOLD = "light at |beyond the picture, by a guess: |.*: (no light found|unsure), left as it is: |.*: hardly changed: "
 TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+ |.*: what lies round the light is black.*; brighten "
+TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
+TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
 OF_NUMPY = re.compile("airlight: warning: .*(encountered in|degrees of freedom|empty slice|poorly conditioned)", re.IGNORECASE)
 
@@ -268,12 +297,15 @@ def _faults(code: int, error: str, folder: Path, source: str, out: str) -> str:
         return f"exit code {code}: {error}"
     if len(said) != (code != 0) or not all(line.startswith("airlight: ") for line in said):
         return f"{len(said)} lines on stderr: {error}"
-    if "Traceback" in error or "unexpected" in error:
+    if "Traceback" in error or "airlight: unexpected" in error:
         return f"on stderr: {error}"
     left = sorted(os.listdir(folder))
     if left != sorted({source} | ({out} if code == 0 else set())):
         return f"the folder holds {left} after exit code {code}"
     if code == 0:
+        if out.endswith(".avif"):
+            with Image.open(folder / out) as made:
+                return "" if made.size[0] * made.size[1] == np.asarray(made)[..., 0].size else "the output cannot be read"
         inp = oiio.ImageInput.open(str(folder / out))
         pixels = None if inp is None else inp.read_image("float")
         if pixels is None or inp.geterror():

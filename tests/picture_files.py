@@ -68,3 +68,13 @@ def icc_profile(primaries, gamma=None):
 
 P3 = icc_profile(((0.51512, 0.24120, -0.00105), (0.29198, 0.69225, 0.04189), (0.15710, 0.06657, 0.78407)))
 SRGB = icc_profile(((0.43607, 0.22249, 0.01392), (0.38515, 0.71687, 0.09708), (0.14307, 0.06061, 0.71410)))
+
+
+def bmp_of_runs(codes):
+    """A BMP of run lengths, whose last row ends before the bitmap does: OpenImageIO takes that for one row too many."""
+    rows = b"".join(b"".join(bytes([1, code]) for code in row) + b"\0\0" for row in codes[::-1]) + b"\0\1"
+    palette = b"".join(bytes([i, i, i, 0]) for i in range(256))
+    height, width = codes.shape
+    header = struct.pack("<IiiHHIIiiII", 40, width, height, 1, 8, 1, len(rows), 2835, 2835, 256, 0)
+    start = 14 + len(header) + len(palette)
+    return b"BM" + struct.pack("<IHHI", start + len(rows), 0, 0, start) + header + palette + rows

@@ -124,7 +124,7 @@ def test_the_factor_is_the_one_that_fits_best():
     assert best > 0 and off(best) < min(off(0.98 * best), off(1.02 * best))
 
 
-@pytest.mark.parametrize("text", [EXACT, EXACT + ",extinction=false,tone=none", EXACT + ",adapt=0.7,mix=0.5"])
+@pytest.mark.parametrize("text", [EXACT, EXACT + ",extinction=false,view_transform=none", EXACT + ",adapt=0.7,mix=0.5"])
 def test_the_truth_is_composited_as_the_renderer_does(text):
     v = chosen(text)[0]
     replay = view().replay(v)

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from picture_files import NOTHING, P3, codes_like, store
+from picture_files import NOTHING, P3, bmp_of_runs, codes_like, store
 
 from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
@@ -87,7 +87,7 @@ def test_dpx_from_other_formats(tmp_path):
     with pytest.warns(AirlightWarning, match="no transparency: the picture is put on black"):
         write_image(tmp_path / "b.dpx", picture.linear(), picture)
     video = read_image(tmp_path / "b.dpx")
-    assert video.codes.shape == (40, 48, 1) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
+    assert video.codes.shape == (40, 48, 3) and video.spec.get_string_attribute("dpx:Transfer") == "ITU-R 709-4"
     np.testing.assert_allclose(video.linear(), picture.linear(), atol=3e-3)
     write_image(tmp_path / "back.png", film.linear(), film)
     found = read_image(tmp_path / "back.png")
@@ -150,6 +150,21 @@ def test_avif_orientation_and_primaries(tmp_path):
     (tmp_path / "log.avif").write_bytes(unknown)
     with pytest.warns(AirlightWarning, match="unusual transfer"):
         read_image(tmp_path / "log.avif")
+
+
+def test_avif_of_more_than_8_bits(tmp_path, monkeypatch):
+    """Pillow writes none: what such a file says of itself is told."""
+    from airlight.files import boxes
+
+    picture = read_image(store(tmp_path / "a.png", codes_like()))
+    write_image(tmp_path / "a.avif", picture.linear(), picture)
+    data = bytearray((tmp_path / "a.avif").read_bytes())
+    assert not boxes.is_deep(data)
+    data[data.index(b"av1C") + 6] |= 0x40
+    assert boxes.is_deep(data) and not boxes.is_deep(data[: data.index(b"av1C") + 6])
+    monkeypatch.setattr(boxes, "is_deep", lambda head: True)
+    with pytest.warns(AirlightWarning, match="more than 8 bits"):
+        read_image(tmp_path / "a.avif")
 
 
 @pytest.mark.parametrize(("out", "reads"), [("b.avif", False), ("b.png", True)])
@@ -253,16 +268,6 @@ def test_several_pictures_are_told(tmp_path, extension):
 def test_one_picture_is_not_told(tmp_path):
     for extension in (".tif", ".webp", ".png"):
         read_image(store(tmp_path / f"a{extension}", codes_like()))
-
-
-def bmp_of_runs(codes):
-    """A BMP of run lengths, whose last row ends before the bitmap does: OpenImageIO takes that for one row too many."""
-    rows = b"".join(b"".join(bytes([1, code]) for code in row) + b"\0\0" for row in codes[::-1]) + b"\0\1"
-    palette = b"".join(bytes([i, i, i, 0]) for i in range(256))
-    height, width = codes.shape
-    header = struct.pack("<IiiHHIIiiII", 40, width, height, 1, 8, 1, len(rows), 2835, 2835, 256, 0)
-    start = 14 + len(header) + len(palette)
-    return b"BM" + struct.pack("<IHHI", start + len(rows), 0, 0, start) + header + palette + rows
 
 
 def test_bmp_of_run_lengths(tmp_path, monkeypatch):

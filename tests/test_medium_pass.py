@@ -15,6 +15,7 @@ import wgpu
 from airlight.composite.scene import measured_step
 from airlight.options import Composite, Medium, Parameters, SceneOptions
 from airlight.reference import scene as twin
+from airlight.reference import tone as tone_twin
 from airlight.scatter.methods import METHODS, of_medium
 
 gfx = pytest.importorskip("pygfx")
@@ -27,7 +28,7 @@ from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 
 SIZE = (96, 54)
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
-MARCH, PLAIN = Parameters(method="march"), SceneOptions(tone="none", resolution=1.0)
+MARCH, PLAIN = Parameters(method="march"), SceneOptions(view_transform="none", resolution=1.0)
 
 
 class Stage(PassStage):
@@ -102,10 +103,10 @@ def known(stage: Stage, monkeypatch: Any) -> Stage:
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None, tone: str) -> None:
     medium = Medium(extinction=extinction)
-    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(tone=tone)))
+    seen = known.frame(known.shafts(medium=medium, composite=Composite(mix=mix), in_scene=SceneOptions(view_transform=tone)))
     transmittance = seen.transmittance if extinction else 1.0
     expected = twin.through_medium(seen.color[..., :3].astype(float), seen.light, transmittance, 1 if mix is None else mix)
-    expected = twin.filmic(expected) if tone == "filmic" else expected
+    expected = tone_twin.filmic(expected) if tone == "filmic" else expected
     np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
 
 

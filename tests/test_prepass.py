@@ -20,7 +20,7 @@ from airlight.pygfx import LightShafts, SceneLight, private, use_hdr  # noqa: E4
 from airlight.pygfx.prepass import Prepass, margin  # noqa: E402
 
 SIZE = (400, 200)
-WHOLE = SceneOptions(resolution=1, region=1, occluders="prepass", tone="none")
+WHOLE = SceneOptions(resolution=1, region=1, occluders="prepass", view_transform="none")
 HALF = 1e-3  # of a half float
 
 
@@ -376,7 +376,7 @@ def test_it_draws_within_a_frame_and_the_picture_is_unchanged(stage: Stage) -> N
         plain.append(stage.picture(e.scene, e.camera))
     at = [SceneLight(target=e.lamp)]
     two = [LightShafts(stage.renderer, e.scene, e.camera, at, composite=Composite(mix=0.0), in_scene=WHOLE) for _ in range(2)]
-    two[1].in_scene = SceneOptions(occluders="prepass", resolution=0.25, region=1.5, tone="none")
+    two[1].in_scene = SceneOptions(occluders="prepass", resolution=0.25, region=1.5, view_transform="none")
     stage.renderer.effect_passes = two
     for frame in range(3):
         e.camera.local.x, e.box.local.y = 0.2 * frame, 0.1 * frame
@@ -395,7 +395,7 @@ def test_its_shafts_are_those_of_the_stencil_where_nothing_is_seen_through(stage
     layers = []
     for occluders, border in (("stencil", "clamp"), ("prepass", "clamp"), ("prepass", "black")):
         shafts = LightShafts(stage.renderer, e.scene, e.camera, SceneLight(target=e.lamp), Parameters(border=border))
-        shafts.in_scene = SceneOptions(occluders=occluders, resolution=1, region=1, tone="none")
+        shafts.in_scene = SceneOptions(occluders=occluders, resolution=1, region=1, view_transform="none")
         stage.renderer.effect_passes = [shafts]
         stage.picture(e.scene, e.camera)
         layers.append(stage.read(shafts.layer)[..., :3])
@@ -442,7 +442,7 @@ def flicker(stage: Stage, scene: Any, ndc: float, in_scene: SceneOptions, seen: 
 def test_occluders_that_cross_the_border_do_not_flicker(stage: Stage, ndc: float) -> None:
     scene = pillars()
     cured, bare, unbounded = (
-        flicker(stage, scene, ndc, SceneOptions(occluders="prepass", tone="none", **({"region": region} if region else {})), [])
+        flicker(stage, scene, ndc, SceneOptions(occluders="prepass", view_transform="none", **({"region": region} if region else {})), [])
         for region in (None, 1.0, 2.0)
     )
     assert unbounded.min() > 1e-4

@@ -9,6 +9,7 @@ from calling import call
 from airlight.composite.adapt import Ramp
 from airlight.composite.scene import UNIFORMS
 from airlight.reference import scene as twin
+from airlight.reference import tone as tone_twin
 
 RNG = np.random.default_rng(7)
 COUNT = 300
@@ -46,7 +47,7 @@ def test_rays_and_depths(view: Any) -> None:
 
 def test_tones() -> None:
     color = 10.0 ** RNG.uniform(-4, 4, (COUNT, 3))
-    np.testing.assert_allclose(call("composite/tone.wgsl", "filmic", [color]), twin.filmic(color), rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(call("composite/tone.wgsl", "filmic", [color]), tone_twin.filmic(color), rtol=1e-3, atol=1e-5)
     y, scale, white, share = 10.0 ** RNG.uniform(-4, 4, COUNT), 0.7, 3.0, RNG.random(COUNT)
     found = call("composite/tone.wgsl", "ramp_gain", [y, scale, white, share])
     np.testing.assert_allclose(found, twin.ramp_gain(y, scale, white, share), rtol=1e-4)

@@ -14,6 +14,7 @@ from airlight.errors import AirlightError
 from airlight.lights import Light
 from airlight.options import Composite, Parameters, SceneOptions
 from airlight.reference import scene as twin
+from airlight.reference import tone as tone_twin
 from airlight.scatter.render import PictureRenderer, plan, render_layer
 
 gfx = pytest.importorskip("pygfx")
@@ -24,7 +25,7 @@ from airlight.pygfx import LightShafts, SceneLight, add_light_shafts  # noqa: E4
 from airlight.pygfx.private import is_hdr  # noqa: E402
 
 SIZE = (192, 108)
-PLAIN = SceneOptions(tone="none")
+PLAIN = SceneOptions(view_transform="none")
 HALF = 1.0 / 1024  # a half float's rounding, and what the driver cuts off
 
 
@@ -98,7 +99,7 @@ def close(found: np.ndarray, expected: np.ndarray, relative: float = 2 * HALF, a
 @pytest.mark.parametrize("resolution", [1.0, 0.5, 0.25])
 @pytest.mark.parametrize("clear", [None, "#101010"])
 def test_the_mask_is_its_twin(stage: Stage, resolution: float, clear: str | None) -> None:
-    options = SceneOptions(tone="none", resolution=resolution, clear=clear)
+    options = SceneOptions(view_transform="none", resolution=resolution, clear=clear)
     shafts = stage.shafts(SceneLight(target=stage.sun, emitter=False), in_scene=options)
     seen = stage.frame(shafts)
     linear = None if clear is None else np.full(3, ((0x10 / 255 + 0.055) / 1.055) ** 2.4)
@@ -108,7 +109,7 @@ def test_the_mask_is_its_twin(stage: Stage, resolution: float, clear: str | None
 
 def test_contrast_is_its_twin(stage: Stage) -> None:
     """Source, what was looked at, and the fog in the picture."""
-    shafts = stage.shafts(in_scene=SceneOptions(tone="none", occluders="contrast"))
+    shafts = stage.shafts(in_scene=SceneOptions(view_transform="none", occluders="contrast"))
     seen = stage.frame(shafts)
     rays, terms = pixel_rays(stage.camera.projection_matrix), depth_terms(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(SIZE[0]) + 0.5) / SIZE[0], (np.arange(SIZE[1]) + 0.5) / SIZE[1])
@@ -137,7 +138,7 @@ def bilinear(layer: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("reach", [0.0, 5.0])
 @pytest.mark.parametrize("tone", ["none", "filmic"])
 def test_the_merge_is_its_twin(stage: Stage, reach: float, tone: str) -> None:
-    seen = stage.frame(stage.shafts(in_scene=SceneOptions(tone=tone, depth_aware=reach), composite=Composite(mix=0.6)))
+    seen = stage.frame(stage.shafts(in_scene=SceneOptions(view_transform=tone, depth_aware=reach), composite=Composite(mix=0.6)))
     added = 0.6 * bilinear(seen["layer"])
     if reach:
         rays, terms = pixel_rays(stage.camera.projection_matrix), depth_terms(stage.camera.projection_matrix)
@@ -146,7 +147,7 @@ def test_the_merge_is_its_twin(stage: Stage, reach: float, tone: str) -> None:
         added = np.where((seen["depth"] < 1)[..., None], twin.gathered(added, distance, reach), added)
     expected = seen["color"] + added
     # the driver filters with weights of 8 bits
-    close(seen["out"], twin.filmic(expected) if tone == "filmic" else expected, relative=4e-3, absolute=3e-3)
+    close(seen["out"], tone_twin.filmic(expected) if tone == "filmic" else expected, relative=4e-3, absolute=3e-3)
     assert np.ptp(added) > 0.1
 
 
@@ -155,7 +156,7 @@ def test_a_background_shaft_does_not_cover_what_is_near(stage: Stage) -> None:
     near.local.position = (-0.3, 0.4, 6.5)
     stage.scene.add(near)
     plain = stage.frame(stage.shafts())
-    cured = stage.frame(stage.shafts(in_scene=SceneOptions(tone="none", depth_aware=10.0)))
+    cured = stage.frame(stage.shafts(in_scene=SceneOptions(view_transform="none", depth_aware=10.0)))
     terms = depth_terms(stage.camera.projection_matrix)
     at = twin.axial(plain["depth"], terms) < 2  # the box, 1.5 away
     over = [(seen["out"] - seen["color"])[at].mean() for seen in (plain, cured)]
@@ -382,7 +383,7 @@ def test_adaptation_keeps_the_level(stage: Stage) -> None:
         exact = measure_ramp(lit.astype(np.float32))
         np.testing.assert_allclose([ramp.scale, ramp.white], [exact.scale, exact.white], rtol=0.1)
         gain = ramp.gain(lit.astype(np.float32))[..., None]
-        clipped.append(np.abs(seen["out"] - twin.filmic((seen["color"] + bilinear(seen["layer"])) * gain)).mean())
+        clipped.append(np.abs(seen["out"] - tone_twin.filmic((seen["color"] + bilinear(seen["layer"])) * gain)).mean())
         shafts.composite = Composite()
         plain_means.append(stage.frame(shafts)["out"].mean())
     assert max(means) <= 1.1 * min(means) and 0.05 < min(means) < 0.6
@@ -435,7 +436,8 @@ def test_a_lamp_that_writes_depth_or_hangs_before_a_wall_emits(stage: Stage) -> 
 def test_a_disc_where_nothing_hides_it(stage: Stage) -> None:
     stage.scene.remove(stage.sun)
     size, direction = 4.0, (0.05, 0.12, -1)
-    shafts = stage.shafts(SceneLight(direction=direction, disc_half_angle=size), in_scene=SceneOptions(tone="none", clear="#000000"))
+    options = SceneOptions(view_transform="none", clear="#000000")
+    shafts = stage.shafts(SceneLight(direction=direction, disc_half_angle=size), in_scene=options)
     seen = stage.frame(shafts)["source"]
     rays = pixel_rays(stage.camera.projection_matrix)
     x, y = np.meshgrid((np.arange(96) + 0.5) / 96, (np.arange(54) + 0.5) / 54)

@@ -69,6 +69,25 @@ def test_what_is_far_looks_as_at_the_origin(light: str, skinned: bool, method: s
         assert np.abs(there - here).max() <= 1, away
 
 
+@pytest.mark.parametrize("in_instances", [False, True])
+def test_instances(in_instances: bool, tmp_path: Path) -> None:
+    """Far away by their node, or by their own translations, of a mesh that is far away too."""
+
+    def posts(away: np.ndarray) -> str:
+        w = scene("sun", tuple(away))
+        points, _, faces = box(0.125, 1, 0.125)
+        own = away if in_instances else np.zeros(3)
+        moves = np.array([[x, 1, 1] for x in (-2.0, 0.0, 2.0)]) + 2 * own
+        many = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": w.accessor(moves), "SCALE": w.accessor([[1, 1, -1]] * 3)}}}
+        sign = np.array([-1, -1, 1])
+        w.node(None if in_instances else 0, mesh=w.mesh(points + sign * own, faces), extensions=many)
+        w.json["extensionsUsed"] = ["EXT_mesh_gpu_instancing", "KHR_lights_punctual"]
+        return w.save(tmp_path)
+
+    here, away = codes(posts(np.zeros(3)), "march"), np.array(AWAY[0])
+    assert np.abs(codes(posts(away), "march") - here).max() <= 1
+
+
 def test_vertices_that_hold_large_coordinates(tmp_path: Path) -> None:
     here = codes(scene("spot", (0, 0, 0)).save(tmp_path), "march")
     there = codes(scene("spot", AWAY[0], in_vertices=True).save(tmp_path), "march")  # float32 has 1/128 m there, in the file

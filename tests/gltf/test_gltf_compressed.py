@@ -109,12 +109,17 @@ def test_draco_that_is_not_what_the_file_says(tmp_path: Path) -> None:
     w, data = packed()
     view = w.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["bufferView"]
     for change, words in (
-        (lambda: w.json["accessors"][0].update(count=7), "holds 81 x 3 values instead of 7 x 3"),
-        (lambda: w.json["accessors"][0].update(count=81, componentType=5123), "attribute .* is float32 instead of uint16"),
+        (lambda: w.json["accessors"][0].update(type="VEC2"), "of a wrong type|81 x 3 values instead of 81 x 2"),
+        (lambda: w.json["accessors"][0].update(type="VEC3", componentType=5123), "attribute .* is float32 instead of uint16"),
         (lambda: w.json["accessors"][0].update(componentType=5126), None),
         (lambda: w.json["accessors"][5].update(count=9), "its header says 128 triangles"),
         (lambda: w.json["accessors"][5].update(count=2**30), "more than the limits"),
-        (lambda: w.json["accessors"][5].update(count=384), None),
+        (lambda: w.json["accessors"][5].update(count=384, componentType=5126), "list of triangles is uint32 instead of float32"),
+        (lambda: w.json["accessors"][5].update(componentType=5123), None),
+        (lambda: w.json["meshes"][0]["primitives"][0].update(mode=5), "not made of indexed triangles"),
+        (lambda: w.json["meshes"][0]["primitives"][0].update(mode=4), None),
+        (lambda: w.json["accessors"][5].update(count=999), None),  # degenerate triangles are dropped by encoders
+        (lambda: [w.json["accessors"][i].update(count=99) for i in range(5)], None),
         (lambda: w.json["bufferViews"][view].update(byteLength=len(data) // 2), "is not what Draco writes"),
     ):
         change()

@@ -19,6 +19,8 @@ from airlight.errors import AirlightError, AirlightWarning
 from airlight.pygfx.casters import Casters
 from airlight.scenes import Stage, open_scene
 from airlight.scenes.gltf import images, meshes
+from airlight.scenes.gltf.extensions import CHANGES, SILENT
+from airlight.scenes.gltf.validate import EXTENSIONS
 from airlight.scenes.triangles import of_mesh
 
 HALF = math.sqrt(0.5)
@@ -198,6 +200,25 @@ def test_interleaved_attributes(tmp_path: Path, eye: Eye) -> None:
     assert eye.linear(opened(w, tmp_path).scene, frontal())[32, 48, :3].tolist() == [0, 1, 0]
 
 
+def test_strides_and_ranges_of_0_mean_none(tmp_path: Path) -> None:
+    w = square()
+    w.json["bufferViews"][0]["byteStride"] = 0
+    w.node(extensions=w.light(type="point", intensity=1, range=0))
+    assert opened(w, tmp_path).lights[0].target.distance == 0
+
+
+def test_joints_that_are_left_out_are_told(tmp_path: Path) -> None:
+    w = Writer()
+    joints, weights = w.accessor([[0] * 4] * 4, "uint8"), w.accessor([[0.5, 0, 0, 0]] * 4)
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, JOINTS_0=joints, WEIGHTS_0=weights, JOINTS_1=joints, WEIGHTS_1=weights), skin=0)
+    w.add("skins", joints=[w.node(translation=[0, 1, 0])])
+    stage = opened(w, tmp_path, "vertices follow four joints at most")
+    np.testing.assert_allclose(corners(stage), np.array(SQUARE) + (0, 1, 0))
+    w.json["scenes"][0]["nodes"] = [0]
+    stage = opened(w, tmp_path, "skin 0 has joints that are not in the scene", "vertices follow four joints")
+    np.testing.assert_allclose(corners(stage), SQUARE)
+
+
 # ---------------------------------------------------------------- extensions
 
 
@@ -236,6 +257,22 @@ def test_instances_are_the_nodes_that_they_stand_for(tmp_path: Path, eye: Eye) -
     hulls = [Casters(eye.renderer.device, stage.scene).gather()[1].reshape(-1, 3) for stage in both]
     np.testing.assert_allclose(*([one.min(axis=0), one.max(axis=0)] for one in hulls), atol=0.2)
     assert both[0].radius == pytest.approx(both[1].radius, rel=1e-3)
+
+
+@pytest.mark.parametrize("mode", [1, 4])
+@pytest.mark.parametrize("far", [0.0, 5e5])
+def test_instances_of_what_lies_far_from_its_origin(tmp_path: Path, far: float, mode: int) -> None:
+    """Vertices far away, which instances bring near: as exporters write what has its transforms applied."""
+    w = Writer()
+    mesh = w.mesh(np.add(SQUARE, [far, 0, far]), SQUARE_FACES, w.add("materials", alphaMode="BLEND"), mode=mode)
+    moves = np.array([[0, 0, 0], [3, 0, 0], [0, 5, 1]])
+    attributes = {"TRANSLATION": w.accessor(moves), "SCALE": w.accessor([[1, 1, 1], [1, 1, 1], [1, -1, 1]])}
+    w.node(mesh=mesh, translation=[-far, 0, -far], extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
+    found = corners(open_scene(w.save(tmp_path), "none"))
+    wanted = np.array(SQUARE) + moves[:, None]
+    for copy in wanted:
+        assert np.linalg.norm(found[:, None] - copy, axis=2).min(axis=0).max() < 1e-3
+    assert np.linalg.norm(found[:, None] - wanted.reshape(-1, 3), axis=2).min(axis=1).max() < 1e-3
 
 
 def test_instances_of_points_lines_skins_and_nothing(tmp_path: Path, eye: Eye) -> None:
@@ -389,6 +426,10 @@ def test_what_is_ignored_is_listed_once(tmp_path: Path) -> None:
     refused(tmp_path, w.glb(), "needs 'FB_own'")
 
 
+def test_no_extension_is_read_and_ignored() -> None:
+    assert not EXTENSIONS & {*CHANGES, *SILENT} and not CHANGES.keys() & set(SILENT)
+
+
 # ---------------------------------------------------------------- choices
 
 
@@ -443,4 +484,22 @@ def test_choices_on_the_command_line_are_kept(tmp_path: Path, capsys: pytest.Cap
     assert main(["view", made[0], "--animation", "1", "--screenshot", str(tmp_path / "v.png")]) == 2
     assert main(["view", path, "--scene", "Dawn", "--screenshot", str(tmp_path / "v.png")]) == 2
     run, picture, dawn = capsys.readouterr().err.splitlines()[-3:]
-    assert "has no animation 'run'" in run and "--animation and --scene are for" in picture and "has no scene 'Dawn'" in dawn
+    assert "has no animation 'run'" in run and "--animation, --scene and --up are for" in picture and "has no scene 'Dawn'" in dawn
+
+
+def test_an_empty_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    w = square()
+    w.animate(0, "scale", [0, 1], [[0, 0, 0], [1, 1, 1]])
+    for name in ("left", "right"):
+        w.node(camera=w.add("cameras", type="perspective", perspective={"yfov": 1, "znear": 0.1}), translation=[0, 0, 5], name=name)
+    path, size = w.save(tmp_path), ["--width", "32", "--quality", "draft", "--environment", "none", "-y", "-o", str(tmp_path / "it.png")]
+    empty = "nothing of the scene is seen: place the camera by --eye x,y,z and --target x,y,z, or name one by --camera"
+    for more, is_told in (
+        (["--time", "0.5"], False),
+        (["--time", "0.5", "--eye", "0,0,5", "--target", "0,9,5.1"], True),
+        (["--time", "0"], True),  # it is scaled to nothing
+    ):
+        assert main(["render", path, *size, *more]) == 0
+        assert (empty in capsys.readouterr().err) == is_told, more
+    frames = ["--frames", "1-4", "--fps", "8", "-o", str(tmp_path / "it.#.png")]  # it appears in the second
+    assert main(["render", path, *size[:-2], *frames]) == 0 and empty not in capsys.readouterr().err

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from gltf_stage import Eye, drawn, flat, frontal
 from gltfs import SQUARE, SQUARE_FACES, SQUARE_UV, Writer
+from hypothesis import given
+from hypothesis import strategies as st
 
 from airlight.gpu.device import shared_device
 from airlight.options import Parameters, SceneOptions
 from airlight.pygfx.casters import Casters
 from airlight.scenes import open_scene
-from airlight.scenes.gltf import glass, opacity, schema
-from airlight.scenes.gltf.glossiness import metallic_roughness
+from airlight.scenes.gltf import glass, glossiness, opacity, schema
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.offline import Shot, Studio
 
@@ -125,6 +126,18 @@ def test_edges_are_smooth_and_leaves_behind_leaves_do_not_shine_through(tmp_path
     assert ((row[:, 0] > 0.03) & (row[:, 0] < 0.97)).any()
 
 
+@pytest.mark.parametrize("nearest", [0, 1])
+def test_what_is_blended_is_sorted_by_where_its_vertices_are(tmp_path: Path, eye: Eye, nearest: int) -> None:
+    """Panes of one node: red before green, whichever the file has first."""
+    w = Writer()
+    panes = [(1, [1, 0, 0, 0.5]), (-1, [0, 1, 0, 0.5])]
+    for z, colour in panes if nearest == 0 else reversed(panes):
+        material = flat(w, alphaMode="BLEND", pbrMetallicRoughness={"baseColorFactor": colour})
+        w.node(mesh=w.mesh(np.add(SQUARE, [0, 0, z]), SQUARE_FACES, material))
+    picture = eye.linear(open_scene(w.save(tmp_path), "none").scene, frontal())
+    assert picture[32, 48, :2] == pytest.approx([0.5, 0.25], abs=0.02)
+
+
 def test_skins_and_morph_targets_move_both_parts(tmp_path: Path) -> None:
     w = Writer()
     bone = w.node()
@@ -173,10 +186,10 @@ def test_light_passes_glass_tinted(tmp_path: Path, eye: Eye) -> None:
         ((1.0, (0.01, 0.01, 0.01)), {}, [0, 0, 0]),
         ((1.0,), {"extensions": {"KHR_materials_unlit": {}}, "emissiveFactor": [0, 0, 0]}, [1, 1, 1]),
     ]
-    for given, more, expected in cases:
+    for values, more, expected in cases:
         w = Writer()
-        pane(w, *given, **more)
-        np.testing.assert_allclose(through(w, tmp_path, eye), expected, atol=0.1, err_msg=str((given[0], more)))
+        pane(w, *values, **more)
+        np.testing.assert_allclose(through(w, tmp_path, eye), expected, atol=0.1, err_msg=str((values[0], more)))
 
 
 def test_glass_neither_casts_nor_writes_depth_and_what_lets_little_through_does(tmp_path: Path) -> None:
@@ -201,12 +214,12 @@ def test_holes_in_glass_are_holes(tmp_path: Path, eye: Eye) -> None:
 
 
 def test_metal_lets_nothing_through_and_volumes_colour() -> None:
-    given = {"transmission": schema.Transmission(transmission_factor=1.0)}
-    extensions = schema.MaterialExtensions(**given)
+    base = {"transmission": schema.Transmission(transmission_factor=1.0)}
+    extensions = schema.MaterialExtensions(**base)
     metal = schema.Material(extensions=extensions)
     assert glass.transmission(metal) == 0 and glass.transmission(metal, 0.25) == 0.75
     volume = schema.Volume(thickness_factor=0.5, attenuation_distance=0.25, attenuation_color=(1, 0.5, 0.1))
-    thick = schema.Material(extensions=schema.MaterialExtensions(**given, volume=volume))
+    thick = schema.Material(extensions=schema.MaterialExtensions(**base, volume=volume))
     np.testing.assert_allclose(glass.tint(thick), [1, 0.25, 0.01])
 
 
@@ -226,25 +239,44 @@ def test_a_texture_tells_panes_from_their_frame(tmp_path: Path, eye: Eye) -> Non
 
 
 def test_glossiness_is_converted() -> None:
-    given = schema.SpecularGlossiness(diffuse_factor=(0.8, 0.2, 0.1, 1), specular_factor=(0.04,) * 3, glossiness_factor=0.3)
-    plain = metallic_roughness(given)
+    def of(diffuse: Any, specular: Any, gloss: float = 1.0) -> schema.MetallicRoughness:
+        old = schema.SpecularGlossiness(diffuse_factor=(*diffuse, 1), specular_factor=specular, glossiness_factor=gloss)
+        material = schema.Material(extensions=schema.MaterialExtensions(specular_glossiness=old))
+        return glossiness.with_factors(material).pbr_metallic_roughness
+
+    plain, gold = of((0.8, 0.2, 0.1), (0.04,) * 3, 0.3), of((0, 0, 0), (1.0, 0.77, 0.34), 0.5)
     assert plain.metallic_factor == 0 and plain.roughness_factor == pytest.approx(0.7)
     assert plain.base_color_factor == pytest.approx((0.8, 0.2, 0.1, 1), abs=1e-3)
-    gold = metallic_roughness(schema.SpecularGlossiness(diffuse_factor=(0, 0, 0, 1), specular_factor=(1.0, 0.77, 0.34)), gloss=0.5)
     assert gold.metallic_factor == pytest.approx(1, abs=0.01) and gold.roughness_factor == 0.5
     assert gold.base_color_factor == pytest.approx((1.0, 0.77, 0.34, 1), abs=0.01)
 
 
+@given(st.floats(0, 1), st.floats(0, 1), st.tuples(*[st.floats(0, 1)] * 6))
+def test_what_surfaces_scatter_and_reflect_stays(diffuse: float, specular: float, numbers: tuple[float, ...]) -> None:
+    """Of greys: 0.04 is reflected by what is no metal, and the base colour by what is. Of colours nothing is beyond its range."""
+    (colour, *_), metal = glossiness.converted([diffuse] * 3, [specular] * 3)
+    assert 0.04 * (1 - metal) + colour * metal == pytest.approx(max(specular, 0.04), abs=1e-3)
+    assert 0.96 * (1 - metal) * colour == pytest.approx(diffuse * (1 - specular), abs=0.041)
+    colours, metal = glossiness.converted(numbers[:3], numbers[3:])
+    assert colours.shape == (3,) and ((colours >= 0) & (colours <= 1)).all() and 0 <= metal <= 1
+
+
 def test_old_materials_have_their_colours(tmp_path: Path) -> None:
+    """Of gold on the left and paint on the right, as two textures of two sizes say."""
     w = Writer()
-    texture = {"index": w.texture(texels(np.ones((64, 64)), (10, 200, 10)))}
-    old = {"diffuseFactor": [1, 0.5, 1, 1], "diffuseTexture": texture, "glossinessFactor": 0.25}
-    material = w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": old})
+    paint, shine = texels(np.ones((64, 64)), (10, 200, 10)), np.full((32, 32, 4), 56, np.uint8)
+    paint[:, :32, :3], shine[:, :16] = 0, (255, 220, 120, 204)
+    old = {"diffuseTexture": {"index": w.texture(paint)}, "glossinessFactor": 0.5, "diffuseFactor": [1, 1, 1, 0.5]}
+    old["specularGlossinessTexture"] = {"index": w.texture(shine)}
+    material = w.add("materials", extensions={"KHR_materials_pbrSpecularGlossiness": old}, alphaMode="BLEND")
     w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, material, NORMAL=[[0, 0, 1]] * 4, TEXCOORD_0=SQUARE_UV))
     w.json["extensionsRequired"] = ["KHR_materials_pbrSpecularGlossiness"]
     (mesh,) = drawn(open_scene(w.save(tmp_path), "none"))
-    assert mesh.material.map is not None and mesh.material.metalness == 0 and mesh.material.roughness == 0.75
-    assert mesh.material.color.to_physical()[:3] == pytest.approx((1, 0.5, 1), abs=0.01)
+    found = mesh.material
+    assert (found.metalness, found.roughness, found.alpha_mode, found.color.a) == (1, 1, "blend", 0.5)
+    base, surface = found.map.texture.data, found.metalness_map.texture.data
+    np.testing.assert_allclose(base[[5, 60], [5, 60]], [[255, 220, 120, 255], [10, 200, 10, 255]], atol=5)
+    np.testing.assert_allclose(surface[[5, 60], [5, 60], 1:3], [[153, 255], [227, 0]], atol=3)
 
 
 # ---------------------------------------------------------------- whole pictures
@@ -279,6 +311,15 @@ def test_blended_leaves_look_like_masked_ones(tmp_path: Path, way: tuple[str, ..
     assert np.abs(blend - mask).mean() < (1.0 if "prepass" in way else 0.5)  # where soft edges hide in part
     leaves, shadow = (slice(18, 52), slice(64, 96)), (slice(80, 90), slice(35, 85))
     assert (bare - blend)[leaves].mean() > 40 and (bare - blend)[shadow].mean() > 8
+
+
+def test_unlit_things_and_tints_are_drawn_where_surfaces_have_our_shadows(tmp_path: Path) -> None:
+    """Neither needs lights, of which their shaders know nothing."""
+    w = Writer()
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, flat(w), NORMAL=[[0, 0, 1]] * 4))
+    pane(w, 1.0, (1, 0.5, 0.5))
+    w.node(extensions=w.light(type="directional"))
+    assert picture(w.glb(), tmp_path, "epipolar")[40:50, 75:85, 0].min() > 150
 
 
 @pytest.mark.parametrize("way", [("epipolar",), ("epipolar", "prepass"), ("march",)])

@@ -125,7 +125,7 @@ def test_the_values_of_the_command_reach_the_pass(tmp_path, monkeypatch):
     assert seen[0][0] == Parameters(
         method="radial", samples=64, density=0.8 * 149 / 150, decay=0.99, weight=0.8, exposure=0.05, normalization="listing"
     )
-    more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True}
+    more = {"medium": Medium(), "march": March(), "exclude": (), "linear": True, "turns": (0.0,)}
     assert seen[0][1:] == (Composite(mix=0.5), SceneOptions(clear="#102030"), more)
 
 

@@ -20,7 +20,7 @@ def test_the_same_command_gives_the_same_bytes(tmp_path):
 
 
 def test_an_exr_holds_light_layer_and_depth(tmp_path):
-    assert render("-o", tmp_path / "a.exr", "--no-antialias", "--tone", "filmic") == 0
+    assert render("-o", tmp_path / "a.exr", "--no-antialias", "--view-transform", "filmic") == 0
     assert render("-o", tmp_path / "plain.exr", "--no-antialias", "--mix", "0") == 0
     found, plain = channels(tmp_path / "a.exr"), channels(tmp_path / "plain.exr")
     assert list(found) == ["R", "G", "B", "A", "Z", "airlight.R", "airlight.G", "airlight.B"]
@@ -61,7 +61,7 @@ def test_the_layer_of_the_pre_pass_is_that_part_of_it_that_the_view_shows(tmp_pa
 
 
 def test_one_sample_lies_at_each_pixels_centre(tmp_path):
-    options = ("--mix", "0", "--tone", "none", "--eye", "0.3,0.2,5", "--target", "0.3,0.2,0", "--fov", "50")
+    options = ("--mix", "0", "--view-transform", "none", "--eye", "0.3,0.2,5", "--target", "0.3,0.2,0", "--fov", "50")
     assert render("-o", tmp_path / "sharp.exr", "--no-antialias", *options) == 0
     assert render("-o", tmp_path / "smooth.exr", *options) == 0
     sharp, smooth = channels(tmp_path / "sharp.exr"), channels(tmp_path / "smooth.exr")
@@ -104,7 +104,8 @@ def test_layer_and_occlusion_buffer_in_files_of_their_own(tmp_path):
     assert source["R"][24, 32] == 0 and source["R"][2, 2] == pytest.approx(0.2159, rel=2e-3)
 
 
-MEDIUM = ("--method", "march", "--resolution", "1", "--sigma-t", "0.05,0.1,0.2", "--light", "0.5,1,2;strength=40", "--tone", "none")
+MEDIUM = ("--method", "march", "--resolution", "1", "--sigma-t", "0.05,0.1,0.2", "--light", "0.5,1,2;strength=40")
+MEDIUM += ("--view-transform", "none")
 
 
 def test_a_medium_in_files(tmp_path):

@@ -1,7 +1,10 @@
 """Scenes in the viewer: parameters of a medium, time, cameras, lights."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from gltf_rooms import room
 from hypothesis import given
 from hypothesis import strategies as some
 from viewer_driver import SCENE_SIZE, Driver, read_by_render, resident, stage
@@ -267,3 +270,52 @@ def test_dragging_in_space_keeps_the_distance(point: tuple[float, float, float],
     moved = controls.drag_in_view(point, to, clip, area)
     assert controls.project(moved, clip, area) == pytest.approx(to, abs=1e-3)
     assert (clip @ [*moved, 1])[3] == pytest.approx((clip @ [*point, 1])[3])
+
+
+def test_a_scene_with_a_sun_in_lux_is_exposed_and_the_slider_begins_there(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pygfx as gfx
+
+    def sunny(*_: object, **__: object) -> object:
+        made = stage()
+        sun = gfx.DirectionalLight("#ffffff", 68300)
+        sun.local.position = (2, 3, 4)
+        made.scene.add(sun)
+        return made
+
+    monkeypatch.setattr(scenes, "open_scene", sunny)
+    hands.viewer.open("table")
+    state = hands.state
+    state.playing = False
+    hands.canvas.set_logical_size(*SCENE_SIZE)
+    seen = hands.frame(3)[:, 360:]
+    ev = state.automatic["ev"]
+    assert -15 < ev < -12 and state.in_scene.ev is None
+    assert 20 < seen.mean() < 200
+    values, _ = read_by_render(state)
+    assert values == {"ev": ev}
+    st.change(state, "ev", ev)
+    assert np.array_equal(hands.frame(2)[:, 360:], seen)
+    st.change(state, "ev", ev - 2)
+    assert hands.frame(2)[:, 360:].mean() < seen.mean() - 10
+    st.change(state, "view_transform", "agx")
+    assert not np.array_equal(hands.frame(2)[:, 360:], seen)
+    monkeypatch.setattr(scenes, "open_scene", stage)  # of order 1, after that
+    hands.viewer.open("table")
+    hands.frame(2)
+    assert state.automatic["ev"] == 0 and st.value(hands.state, "ev") == ev - 2  # what a user has set stays
+    assert hands.viewer.scene.shafts.pre_exposure == 1
+    st.set_values(hands.state, {})
+
+
+def test_lamps_of_the_command_line(tmp_path: Path) -> None:
+    """They shine, and the command that is copied repeats them, where they are now."""
+    path = room(bulb=20).save(tmp_path)
+    shown = Driver(path, tmp_path, lamps=("Bulb;strength=9", "1,2,3;strength=4"), animation=None, up=None)
+    dark = Driver(room().save(tmp_path, "dark.glb"), tmp_path, lamps=("1,2,3;strength=0",))
+    assert shown.frame()[:, 360:].mean() > dark.frame()[:, 360:].mean() + 20
+    state = shown.state
+    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1,2,3;strength=4"]
+    st.move(state, 1, (1.5, 2.0, 2.5))
+    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1.5,2,2.5;strength=4"]
+    state.opening = ("--animation=walk",)
+    assert "--animation=walk" in st.command_line(state)

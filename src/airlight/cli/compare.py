@@ -18,6 +18,7 @@ from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
+from airlight.jobs.verdict import tell_compared
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
 from airlight.scenes.names import A_FILE, FILES, NAMES, VALIDATION, is_scene
 
@@ -45,7 +46,7 @@ def _shared() -> list[click.Parameter]:
     return list(found.values())
 
 
-class _Light(click.ParamType):
+class SourceLightType(click.ParamType):
     """A light of a picture, or of a scene, as that of `airlight image` or `airlight render`."""
 
     name = "X,Y|auto|x,y,z"
@@ -63,7 +64,7 @@ class _Light(click.ParamType):
     "--light",
     "written",
     panel=LIGHT,
-    type=_Light(),
+    type=SourceLightType(),
     multiple=True,
     help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
     "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",
@@ -110,6 +111,7 @@ def compare(
             other = "a picture" if scene else f"a scene (table, flying, {A_FILE})"
             raise AirlightError(f"{one.opts[0]} goes with {other}, which {source} is not: leave it out")
     result, title = (_in_scene if scene else _on_picture)(ctx, source, output, texts)
+    tell_compared(result.rows, getattr(result, "before", None))
 
     from airlight import files
     from airlight.compare import page

@@ -85,7 +85,7 @@ def _option(p: Option) -> Callable[[F], F]:
         p.name,
         cls=rich_click.RichOption,
         type=kind,
-        metavar="|".join(("N", *p.words)) if p.words else None,
+        metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words else None,
         default=as_text(p.default) if p.is_triple and p.default is not None else p.default,
         show_default=p.default is not None,
         panel=p.group.capitalize(),

@@ -106,7 +106,6 @@ class _Fps(click.ParamType):
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light.",
 )
 @option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
-@option("--up", panel=CAMERA, type=click.Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl.")
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options

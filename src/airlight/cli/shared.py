@@ -85,7 +85,10 @@ def file_scene_options(command: F) -> F:
     scene = option(
         "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
     )
-    return clip(scene(command))
+    up = option(
+        "--up", panel="Scene", type=click.Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
+    )
+    return clip(scene(up(command)))
 
 
 def medium_options(command: F) -> F:

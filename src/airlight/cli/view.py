@@ -7,14 +7,15 @@ from typing import Any
 import click
 import rich_click
 
-from airlight.cli.light import LightText, LightType
+from airlight.cli.compare import SourceLightType
+from airlight.cli.light import LightText
 from airlight.cli.options import gather, parameter_options
 from airlight.cli.shared import file_scene_options, medium_options, option
 from airlight.errors import AirlightError
 
 
 @click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
-@click.argument("source", metavar="SCENE|IMAGE", default="table")
+@click.argument("source", metavar="SCENE|IMAGE", default="table", is_eager=True)  # before --light, which depends on it
 @option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
 @option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
 @option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
@@ -24,10 +25,10 @@ from airlight.errors import AirlightError
     "--light",
     "written",
     panel="Light",
-    type=LightType(),
+    type=SourceLightType(),
     multiple=True,
     help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
-    "Unset: it is found.",
+    "Unset: it is found. Of a scene as in `airlight render`: x,y,z or a mesh by name.",
 )
 @file_scene_options
 @option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
@@ -43,12 +44,13 @@ def view(
     port: int,
     screenshot: str | None,
     overwrite: bool,
-    written: Sequence[LightText],
+    written: Sequence[Any],
     preset: str | None,
     medium: str | None,
     device: str | None,
     animation: str | None,
     scene_of_file: str | None,
+    up: str | None,
     **_: Any,
 ) -> None:
     """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or .stl file) live, with a panel."""
@@ -64,13 +66,15 @@ def view(
         from airlight.viewer import app
     except ImportError as error:
         raise AirlightError(f"the viewer needs more packages ({error}): pip install airlight[viewer]") from None
-    lights = _light_controls(written, source)
-    if not is_scene(source) and (animation, scene_of_file) != (None, None):
-        raise AirlightError("--animation and --scene are for a .glb or .gltf file: leave them out for a picture")
+    of_scene = is_scene(source)
+    if not of_scene and (animation, scene_of_file, up) != (None, None, None):
+        raise AirlightError("--animation, --scene and --up are for the file of a scene: leave them out for a picture")
+    more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
+    more |= {"animation": animation, "scene": scene_of_file, "up": up}
 
     def make(canvas: Any) -> Any:
         try:
-            return app.Viewer(canvas, source, values=values, lights=lights, device=device, animation=animation, scene=scene_of_file)
+            return app.Viewer(canvas, source, values=values, device=device, **more)
         except ImportError as error:
             raise AirlightError(f"the viewer needs more packages ({error}): {app.MISSING}") from None
 
@@ -87,14 +91,11 @@ def view(
 def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
     """Place the lights of --light in the picture's own pixels."""
     from airlight.jobs.light_text import place
-    from airlight.scenes import is_scene
     from airlight.viewer.state import LightControl
 
     given = [light for light in written if light.searched is None or light.searched[0]]
     if not given:
         return []
-    if is_scene(source):
-        raise AirlightError("--light is for pictures: a scene has lights of its own, which the panel moves")
     from airlight.files import read_image
     from airlight.jobs.finding import resolve_lights
 

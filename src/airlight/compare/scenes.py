@@ -23,8 +23,10 @@ from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
+from airlight.reference.tone import displayed
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
 from airlight.scenes import Stage
+from airlight.scenes.exposure import Exposure
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
 from airlight.scenes.triangles import world_triangles
@@ -41,19 +43,22 @@ class ComparedView:
     def __init__(self, stage: Stage, shot: Shot, time: float = 0.0, turn: float = 0.0, exclude: Sequence[str] = ()) -> None:
         self.stage, self.shot, self.moment, self.exclude = stage, shot, (time, turn), exclude
         self._replays: dict[Any, Replay] = {}
+        self._exposure: Exposure | None = None
         first = Replay(self._studio(Parameters()))
+        self._exposure = first.studio.exposure  # one for all, so that they can be compared
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
         self.set_up = first.studio.set_up
         with self.set_up():
-            self.punctual = punctual_lights(self.lights)
+            self.punctual = punctual_lights(self.lights, self._exposure.pre)
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
 
     def _studio(self, parameters: Parameters, **more: Any) -> Studio:
-        return Studio(self.stage, self.shot, parameters, exclude=self.exclude, **more)
+        turns = (self.moment[1],)
+        return Studio(self.stage, self.shot, parameters, exclude=self.exclude, exposure=self._exposure, turns=turns, **more)
 
     def lacks(self, v: Variant) -> str | None:
         """Say why a variant does not go with the view; else None."""
@@ -65,7 +70,9 @@ class ComparedView:
         return None
 
     def resolved(self, v: Variant) -> ResolvedMedium:
-        return resolve(v.medium, v.march, v.parameters.quality, self.stage.radius)
+        """Settle its medium, in the scale of what is drawn."""
+        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius)
+        return medium if self._exposure is None else medium.exposed(self._exposure.pre)
 
     def replay(self, v: Variant) -> Replay:
         """Take the replay for the variant's settings, one for all whose textures are alike, so that none is made anew between two."""
@@ -88,7 +95,7 @@ class ComparedView:
     def light(self, v: Variant) -> tuple[Array, Array]:
         """Give (H, W, 3) the light alone, before a composite of its own, and (H, W, 3) the picture with it, as a display shows it."""
         frame = self.replay(v).frame(*self.moment, layer=True)
-        layer = frame.shafts()
+        layer = frame.shafts() / np.float32(frame.layer_scale)  # as it is drawn
         factor, offset = METHODS[v.parameters.method].light_of_layer
         return factor * layer + offset, frame.pixels()
 
@@ -96,10 +103,11 @@ class ComparedView:
         """Composite (H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
         transmittance = layer.transmittance if v.medium.extinction else 1.0
         color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
-        color = color.astype(np.float32)
+        exposure = Exposure() if self._exposure is None else self._exposure
+        color = (color * (2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre)).astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
-        return np.asarray(reference.filmic(color) if v.in_scene.tone == "filmic" else color.clip(0, 1), np.float32)
+        return np.asarray(displayed(color, v.in_scene.view_transform).clip(0, 1), np.float32)
 
     # ------------------------------------------------------------ truths
 

@@ -70,7 +70,7 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
     atomicStore(&histogram[lane], 0u); // software Vulkan leaves the first bytes of workgroup memory unzeroed
     workgroupBarrier();
     for (var i = lane; i < count.x * count.y; i += LANES) {
-        let y = luminance(composited(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb);
+        let y = view.exposure * luminance(composited(vec2i(vec2u(i % count.x, i / count.x) * STEP)).rgb);
         if (y > 0.0 && y < 3e38) {
             let bin = clamp((log2(y) - LOWEST) * BINS, 0.0, f32(LANES - 1u));
             atomicAdd(&histogram[u32(bin)], 1u);

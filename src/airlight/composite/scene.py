@@ -1,9 +1,13 @@
-"""Composites a layer with the picture of a rendered scene, on the GPU: light adaptation, extinction, tone curve, debug views."""
+"""Composites a layer with the picture of a rendered scene, on the GPU: exposure, light adaptation, extinction, view
+transform, debug views."""
 
 import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from airlight.composite import view
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, compute, timing
@@ -34,7 +38,7 @@ class SceneCompositeSettings:
     """Says how a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
 
     is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; adapt: whether light
-    adaptation is on; filmic: the tone curve; debug: one of DEBUG_VIEWS.
+    adaptation is on; expose: whether the exposure is other than 1; view_transform: its name; debug: one of DEBUG_VIEWS.
     """
 
     is_lit: bool = False
@@ -42,7 +46,8 @@ class SceneCompositeSettings:
     gather: bool = False
     extinction: bool = False
     adapt: bool = False
-    filmic: bool = False
+    expose: bool = False
+    view_transform: str = "none"
     debug: str | None = None
 
 
@@ -62,6 +67,7 @@ class SceneComposite:
         self.device, self.uniforms = device, uniforms
         self.looked, self.balance = device.buffer(size=32), device.buffer(size=32)
         self.has_balance = False
+        self._tables: dict[str, Any] = {}  # of view transforms, by name; "": one that none needs
         self._layer: SceneLayer | None = None  # that is bound
         self._binds: dict[Any, Any] = {}
 
@@ -77,7 +83,8 @@ class SceneComposite:
     ) -> None:
         """Records the passes, from the picture's color and depth, textures, to target, a view."""
         device, format = self.device, target.texture.format
-        last = {"ADAPT": settings.adapt, "FILMIC": settings.filmic, "SHOW": DEBUG_VIEWS[settings.debug]}
+        transform = view.number(settings.view_transform)
+        last = {"ADAPT": settings.adapt, "EXPOSE": settings.expose, "VIEW": transform, "SHOW": DEBUG_VIEWS[settings.debug]}
         merging: dict[str, Any] = {"LIT": settings.is_lit, "CONTRAST": settings.contrast, "GATHER": settings.gather}
         if layer.radiance is not None:
             merging = {"MEDIUM": True, "EXTINCTION": settings.extinction and layer.transmittance is not None}
@@ -85,7 +92,7 @@ class SceneComposite:
             device.raster(MERGE, "cover", "merge", format, **(merging | {"LIT": not settings.is_lit}), **last)
         measure = device.pipeline(BALANCE, "measure", STEP=measured_step(color.size[:2]), **merging)
         merge = device.raster(MERGE, "cover", "merge", format, **merging, **last)
-        measure_bind, merge_bind = self._bound(color, depth, layer)
+        measure_bind, merge_bind = self._bound(color, depth, layer, settings.view_transform if transform == view.TABLE else "")
         if settings.adapt:
             compute(encoder, measure, measure_bind, (1, 1), "adapt", timer)
             self.has_balance = True
@@ -96,10 +103,23 @@ class SceneComposite:
         run.draw(3)
         run.end()
 
-    def _bound(self, color: Any, depth: Any, layer: SceneLayer) -> tuple[Any, Any]:
+    def _table(self, name: str) -> Any:
+        """Uploads the table of a view transform; of "" a texel."""
+        if name not in self._tables:
+            codes = view.table(name) if name else np.zeros((1, 1, 1, 4), np.float16)
+            side, usage = codes.shape[0], self.device.wgpu.TextureUsage
+            texture = self.device.device.create_texture(
+                size=(side, side, side), dimension="3d", format="rgba16float", usage=usage.TEXTURE_BINDING | usage.COPY_DST
+            )
+            layout = {"bytes_per_row": side * 8, "rows_per_image": side}
+            self.device.queue.write_texture({"texture": texture}, codes, layout, (side, side, side))
+            self._tables[name] = texture
+        return self._tables[name]
+
+    def _bound(self, color: Any, depth: Any, layer: SceneLayer, view_transform: str) -> tuple[Any, Any]:
         """Makes the bind groups for the renderer's textures once for each of the two that it draws on in turn; where a layer has no such
         texture, none is read, and the picture stands there."""
-        key = id(color), id(depth)
+        key = id(color), id(depth), view_transform
         if layer != self._layer or (key not in self._binds and len(self._binds) > 3):
             self._layer = layer
             self._binds.clear()
@@ -109,6 +129,6 @@ class SceneComposite:
             device = self.device
             shared = self.uniforms, color, depth, shafts, device.sampler(), self.looked, radiance, self.balance, transmittance
             # all are held, so that no id is used again
-            self._binds[key] = shared, device.bind(BALANCE, *shared), device.bind(MERGE, *shared, source)
+            self._binds[key] = shared, device.bind(BALANCE, *shared), device.bind(MERGE, *shared, source, self._table(view_transform))
         _, measure, merge = self._binds[key]
         return measure, merge

@@ -1,11 +1,18 @@
-// The last pass over a rendered scene: the picture with its layer, light adaptation (13.8), then a tone curve; or a view of what is behind.
+// The last pass over a rendered scene: the picture with its layer, exposed, light adaptation (13.8), then a view transform; or a debug view
+// of what is behind.
 //! include "wgsl/fullscreen.wgsl"
 //! include "wgsl/luminance.wgsl"
 //! include "composite/scene.wgsl"
 //! include "composite/tone.wgsl"
+//! include "wgsl/srgb.wgsl"
 override ADAPT: bool = false;
-override FILMIC: bool = false;
+override EXPOSE: bool = false;
+override VIEW: u32 = 0u;        // one of these, as VIEWS of scene.py
 override SHOW: u32 = 0u;        // one of these, as DEBUG_VIEWS of scene.py
+
+const FILMIC = 1u;              // else the picture is linear
+const AGX = 2u;
+const TABLE = 3u;
 
 const PICTURE = 0u;
 const OCCLUSION = 1u;           // of a medium: its transmittance
@@ -14,6 +21,7 @@ const LINES = 3u;               // else the source; of a medium: its in-scattere
 @group(0) @binding(0) var<uniform> view: SceneUniforms;
 @group(0) @binding(7) var<storage, read> balance: array<f32>; // balance.wgsl: scale, white
 @group(0) @binding(9) var source: texture_2d<f32>;
+@group(0) @binding(10) var view_table: texture_3d<f32>; // of codes, over view_coordinate: view.py
 
 /// Draw every five degrees a line through each light, over the picture dimmed. Twin: reference/scene.py:lines.
 fn lines(uv: vec2f, color: vec3f) -> vec3f {
@@ -39,15 +47,29 @@ fn debug_view(p: vec2i, pixel: vec4f) -> vec4f {
     return vec4f(select(emitted, vec3f(f32(any(emitted > vec3f(0.0)))), SHOW == OCCLUSION), 1.0);
 }
 
-/// Merge a pixel: composite, adapt, map its tones.
+/// Look a linear colour up in the table of a view: linear as its display shows it.
+fn looked_up(color: vec3f) -> vec3f {
+    let side = vec3f(textureDimensions(view_table));
+    return srgb_decode(textureSampleLevel(view_table, linear, (view_coordinate(color) * (side - 1.0) + 0.5) / side, 0.0).rgb);
+}
+
+/// Map linear radiance by the view transform.
+fn displayed(color: vec3f) -> vec3f {
+    if (VIEW == FILMIC) { return filmic(color); }
+    if (VIEW == AGX) { return agx(color); }
+    if (VIEW == TABLE) { return looked_up(color); }
+    return color;
+}
+
+/// Merge a pixel: composite, expose, adapt, map its tones.
 @fragment
 fn merge(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let p = vec2i(position.xy);
     let result = composited(p);
     if (SHOW != PICTURE) { return debug_view(p, result); }
-    if (!ADAPT && !FILMIC && result.a == 0.0) { return textureLoad(scene, p, 0); }
+    if (!ADAPT && !EXPOSE && VIEW == 0u && result.a == 0.0) { return textureLoad(scene, p, 0); }
     var color = result.rgb;
+    if (EXPOSE) { color *= view.exposure; }
     if (ADAPT) { color *= ramp_gain(luminance(color), balance[0], balance[1], view.adapt); }
-    if (FILMIC) { color = filmic(color); }
-    return vec4f(color, 1.0);
+    return vec4f(displayed(color), 1.0);
 }

@@ -1,6 +1,7 @@
 """AVIF in and out, and run-length BMP in, by Pillow where it is installed: OpenImageIO's wheel does neither."""
 
 import io
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -29,11 +30,13 @@ def need_avif(path: str) -> None:
 
 
 @contextmanager
-def _decoding(path: str) -> Iterator[None]:
+def _decoding(path: str, pillow: Any) -> Iterator[None]:
     """Tell of damage in a line."""
     try:
-        yield
-    except (ValueError, EOFError, SyntaxError, RuntimeError, OSError, MemoryError, TypeError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of sizes that are within our own limits
+            yield
+    except (ValueError, EOFError, SyntaxError, RuntimeError, OSError, MemoryError, TypeError, pillow.DecompressionBombError) as error:
         text = " ".join(str(error).split())[:150]
         raise AirlightError(f"{path}: cannot be decoded ({text or 'no reason given'}); copy or export it again") from None
 
@@ -43,7 +46,10 @@ def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     pillow = _library(path, "reading AVIF")
     pixels, spec, image = _decode(pillow, file, path, check, "AVIF")
     file.seek(0)
-    codes = boxes.colour_codes(file.read(4096))
+    head = file.read(4096)
+    codes = boxes.colour_codes(head)
+    if boxes.is_deep(head):
+        warn(f"{path}: has more than 8 bits, of which 8 are read; export it as PNG or TIFF of 16 bits to use them all", 6)
     icc = image.info.get("icc_profile")
     if icc:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))
@@ -57,7 +63,8 @@ def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
 
 def avif_exif(path: str) -> bytes:
     """Find the Exif block of an AVIF; empty where there is none."""
-    with _decoding(path), _library(path, "reading AVIF").open(path, formats=("AVIF",)) as image:
+    pillow = _library(path, "reading AVIF")
+    with _decoding(path, pillow), pillow.open(path, formats=("AVIF",)) as image:
         return bytes(image.info.get("exif") or b"")
 
 
@@ -70,7 +77,7 @@ def decode_bmp(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
 def _decode(pillow: Any, file: Any, path: str, check: Any, kind: str) -> tuple[np.ndarray, Any, Any]:
     import OpenImageIO as oiio
 
-    with _decoding(path):
+    with _decoding(path, pillow):
         image = pillow.open(file, formats=(kind,))
         mode = "RGBA" if image.mode in ("RGBA", "LA", "PA") else "RGB"
         spec = oiio.ImageSpec(image.size[0], image.size[1], len(mode), "uint8")

@@ -95,8 +95,9 @@ def without_chroma(pixels: np.ndarray, names: Sequence[str], chromaticities: Seq
             continue
         luminance, red, blue = (pixels[..., names.index(name)].astype(np.float32) for name in three)
         weights = _luminance(chromaticities)
-        red, blue = (red + 1) * luminance, (blue + 1) * luminance
-        green = (luminance - weights[0] * red - weights[2] * blue) / weights[1]
+        with np.errstate(all="ignore"):  # what is not finite is mended later
+            red, blue = (red + 1) * luminance, (blue + 1) * luminance
+            green = (luminance - weights[0] * red - weights[2] * blue) / weights[1]
         pixels = pixels.astype(np.float32)
         for name, letter, values in zip(three, "RGB", (red, green, blue), strict=True):
             pixels[..., names.index(name)] = values

@@ -1,7 +1,7 @@
 """RGB encodings that numbers tell and no ICC profile: primaries and a transfer curve, converted by OpenColorIO."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -64,6 +64,19 @@ class Coding:
     def is_srgb(self) -> bool:
         """Tell whether it is simply sRGB."""
         return (self.curve, self.narrow) == ("srgb", 0) and self.to_709 is None
+
+    @cached_property
+    def peak(self) -> float:
+        """Give the linear light of the largest codes: 1 but for HDR."""
+        code = np.ones((1, 1, 3), np.float32)
+        self.profile.decode(code)
+        return float(code.max()) if self.is_hdr else 1.0
+
+    def of_grey(self) -> "Coding":
+        """Make the coding of a picture without colour, whose primaries say nothing: those of Rec. 709, should it get some."""
+        cicp = None if self.cicp is None else (1, self.cicp[1])
+        kept = tuple((kind, b"\1" + data[1:] if kind == b"cICP" else data) for kind, data in self.chunks if kind not in (b"cHRM", b"mDCV"))
+        return replace(self, chromaticities=REC709, cicp=cicp, chunks=kept)
 
     @cached_property
     def to_709(self) -> np.ndarray | None:

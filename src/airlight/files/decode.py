@@ -118,6 +118,12 @@ def _sniff(head: bytes, path: str) -> str:
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
 
 
+def _is_animated(png: str) -> bool:
+    """Tell whether a PNG says, before its pixels, that more pictures follow."""
+    with open(png, "rb") as file:
+        return b"acTL" in file.read(1 << 20).partition(b"IDAT")[0]
+
+
 def read_settings(path: str) -> str:
     """Read the settings of the run that wrote an image. Raises AirlightError where there are none."""
     import OpenImageIO as oiio
@@ -292,7 +298,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 problem(inp)
                 text = text or "rows are missing"
             parts = spec.get_int_attribute("oiio:subimages", 1)
-            several = format in _OF_SEVERAL and pixels is not None and (b"acTL" in head or inp.seek_subimage(1, 0))
+            several = format in _OF_SEVERAL and pixels is not None and (_is_animated(name) if format == "png" else inp.seek_subimage(1, 0))
             problem(inp)
             if format == "jpegxl" and pixels is not None:
                 extras.copy_exif(spec, boxes.jxl_exif(name), path)

@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from airlight.colour import Profile as Transform
 from airlight.errors import AirlightError, warn
 from airlight.files import jpeg_segments, png_chunks, spaces
-from airlight.files.coded import PRIMARIES, REC709, Coding, Curve, by_cicp
+from airlight.files.coded import PRIMARIES, Coding, Curve, by_cicp
 from airlight.files.colour import Profile
 
 _XYZ = spaces.to_rec709(PRIMARIES[10]), PRIMARIES[10]
@@ -40,7 +40,7 @@ def read(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes, colo
         return _of_floats(spec, format, path, head, colorspace)
     if colorspace is not None:
         raise AirlightError(f"{path}: holds integers, whose colours the file itself tells; --colorspace is for EXR, HDR, float TIFF")
-    coding, gain_map = _coding(spec, format, path, codes)
+    coding, gain_map = _coding(spec, format, path, codes, head)
     if coding is None:
         icc, profile = _profile(spec, path)
         linear = format != "png" and icc is None and spec.get_string_attribute("oiio:ColorSpace").startswith("lin")
@@ -51,21 +51,27 @@ def read(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes, colo
     return told
 
 
-def _coding(spec: Any, format: str, path: str, codes: np.ndarray) -> tuple[Coding | None, bool]:
+def _coding(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes) -> tuple[Coding | None, bool]:
     """Find the coding of a picture of integers whose file tells it by numbers, else None; and whether the file has a gain map."""
-    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map"))
+    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map")) or b"tmap" in head[8:64]  # a brand of AVIF and HEIC
     if format == "png":
         coding = png_chunks.coding(path, codes.dtype.itemsize * 8)
     elif format == "jpeg":
         coding, gain_map = jpeg_segments.read(path)
         coding = coding if spec.getattribute("ICCProfile") is None else None
-    elif (cicp := spec.getattribute("CICP")) is not None:
-        coding = by_cicp(*cicp[:2])
+    elif (cicp := _cicp(spec)) is not None:
+        coding = by_cicp(*cicp)
         if coding is None and spec.getattribute("ICCProfile") is None:
             warn(f"{path}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 6)
-    if coding is not None and codes.shape[2] < 3:  # grey has no primaries
-        coding = replace(coding, chromaticities=REC709)
+    if coding is not None and codes.shape[2] < 3:
+        coding = coding.of_grey()
     return (None if coding is not None and coding.is_srgb else coding), gain_map
+
+
+def _cicp(spec: Any) -> tuple[int, int] | None:
+    """Read the code points of primaries and transfer."""
+    value = spec.getattribute("CICP")
+    return (int(value[0]), int(value[1])) if isinstance(value, tuple) and len(value) == 4 else None
 
 
 def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
@@ -74,7 +80,7 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
     if value is None:
         return None, None
     icc = bytes(bytearray(value))
-    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
+    if icc[16:20] in (b"CMYK", b"Lab "):  # OpenImageIO has made RGB of the pixels already
         return None, None
     try:
         profile = Profile(icc)
@@ -129,8 +135,8 @@ def _of_floats(spec: Any, format: str, path: str, head: bytes, colorspace: str |
 
 def _of_coded_floats(spec: Any, path: str) -> Told:
     """Read the ICC profile or the code points of floats, which may have a curve: that of `profile`, or none where they are linear."""
-    value, cicp = spec.getattribute("ICCProfile"), spec.getattribute("CICP")
-    coding = by_cicp(*cicp[:2]) if cicp is not None else None
+    value, cicp = spec.getattribute("ICCProfile"), _cicp(spec)
+    coding = by_cicp(*cicp) if cicp is not None else None
     if coding is not None:
         chromaticities = coding.chromaticities if coding.to_709 is not None else None
         return Told(None, None if coding.curve == "linear" else Curve(coding), coding, coding.to_709, chromaticities, True)

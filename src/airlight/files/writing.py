@@ -103,7 +103,9 @@ def write_image(
     if pixels is not None and transparency is not None and not (premultiplied or straight) and is_transparent(transparency):
         holds = like is not None and (like.codes.dtype == kind or like.codes.dtype.kind == "u")  # its own light, where nothing changes
         kept = ~changed if holds and changed is not None else None
-        pixels, transparency = straighten(pixels, transparency, kept)
+        peak = np.float32(like.coding.peak if own and like is not None and like.coding is not None else 1)  # what codes hold of light
+        pixels, transparency = straighten(pixels / peak, transparency, kept)
+        pixels *= peak
     if real and like is not None and like.codes.dtype.kind == "f" and like.profile is not None and format == like.format == "tiff":
         pixels, changed = np.array(pixels, np.float32, order="C"), None
         like.profile.encode(pixels)
@@ -111,8 +113,8 @@ def write_image(
     if not real:
         colour, keeps_icc = _integer_colour(pixels, like, depth, changed, encoded, format, own)
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in COLOUR_ONLY
-    if format == "dpx" and transparency is not None:
-        grey = False  # it has no grey with alpha
+    if format == "dpx" and like is not None and (transparency is not None or like.format != "dpx"):
+        grey = False  # with alpha it has none, and programs read grey of 10 bits in several ways
     colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")

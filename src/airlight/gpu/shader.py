@@ -47,6 +47,8 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["storage_texture"] = {"access": "write-only", "format": argument}
         elif kind == "texture_depth_2d":
             entry["texture"] = {"sample_type": "depth"}
+        elif kind == "texture_3d":
+            entry["texture"] = {"sample_type": "float", "view_dimension": "3d"}
         elif kind == "texture_depth_2d_array":
             entry["texture"] = {"sample_type": "depth", "view_dimension": "2d-array"}
         else:

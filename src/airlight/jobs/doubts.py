@@ -3,14 +3,14 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from airlight.jobs import verdict
 from airlight.jobs.light_text import LightText
-from airlight.lights import parse_position
+from airlight.lights import ImageLight, parse_position
 
 if TYPE_CHECKING:
     from airlight.files import Picture
 
 FAR_AWAY = 20  # pictures: a light beyond was hardly meant to be there
-CODES = 2  # of 8 bits: what changes by no more is not seen
 
 
 def tell_far_away(written: Sequence[LightText], found: Sequence[LightText], say: Callable[[str], object]) -> None:
@@ -25,16 +25,31 @@ def tell_far_away(written: Sequence[LightText], found: Sequence[LightText], say:
 
 
 def tell_unchanged(
-    picture: "Picture", done: Any, look: Any, p: Any, lights: Sequence[LightText], float_output: bool, say: Callable[[str], object]
+    picture: "Picture",
+    done: Any,
+    look: Any,
+    p: Any,
+    lights: Sequence[LightText | ImageLight],
+    float_output: bool,
+    say: Callable[[str], object],
 ) -> None:
     """Say why nothing, or hardly anything, is to be seen. done: pictures.Rendered; look: None: classic; p: the sum's parameters."""
     if done.message:
         say(f"{picture.path}: {done.message}")
-    elif changes_little(picture, done, float_output):
+        return
+    share, made = measured(picture, done, float_output)
+    if share == 0:
         say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}")
+    elif share < 1 - verdict.NEARLY_ALL:
+        cure = "--strength 2 or --length 2 shows more" if look is not None else "raise --exposure or --density, or lower --threshold"
+        say(f"{picture.path}: hardly changed, {verdict.percent(1 - share)} of it not at all: {cure}")
+    elif (flat := verdict.flat_share(made, float_output)) is not None:
+        name, share = flat
+        cures = ("--strength 0.3", "--shade 0") if look is not None else ("a lower --exposure", "--adapt 0")
+        say(f"{picture.path}: {verdict.percent(share)} of the result is {name}: {cures[name == 'black']} changes less")
 
 
-def is_off(look: Any, lights: Sequence[LightText]) -> bool:
+def is_off(look: Any, lights: Sequence[LightText | ImageLight]) -> bool:
     """Tell whether the user asked for no light."""
     return not any(light.strength for light in lights) or (look is not None and look.strength == 0)
 
@@ -49,7 +64,7 @@ def shines(picture: "Picture", done: Any) -> bool:
     return bool(done.layer.any() if done.encoded is None else not np.array_equal(done.encoded, picture.codes[..., :3]))
 
 
-def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
+def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText | ImageLight]) -> str:
     if is_off(look, lights):
         return "the strength is 0"
     if look is not None:
@@ -65,17 +80,15 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText]) -> str:
     return "raise --exposure, lower --threshold, or leave the options of the sum out for the smart look"
 
 
-def changes_little(picture: "Picture", done: Any, float_output: bool) -> bool:
-    """Tell whether no pixel of a coarse copy changes by more than CODES; in floats above white too, where codes go on."""
-    import numpy as np
-
-    from airlight.colour import srgb_encode
+def measured(picture: "Picture", done: Any, float_output: bool) -> tuple[float, Any]:
+    """Measure the share of a coarse copy's pixels that change to be seen, in floats above white too, where codes go on; and give the
+    result's: (h, w, 3) uint8 codes, or linear."""
     from airlight.files.images import COARSE, every
 
     step = max(1, max(picture.width, picture.height) // COARSE)
     some = every(picture.height, step), every(picture.width, step)
     if done.encoded is not None:
-        return int(np.abs(done.encoded[some].astype(np.int16) - picture.codes[..., :3][some]).max()) <= CODES
-    most = 65504 if float_output else 1  # what half holds
-    before, after = (srgb_encode(np.clip(v, 0, most)) for v in (picture.linear(coarse=True), done.pixels[some]))
-    return float(np.abs(after - before).max()) <= (CODES + 0.5) / 255
+        made = done.encoded[some]
+        return verdict.changed_share(picture.codes[..., :3][some], made), made
+    made = done.pixels[some]
+    return verdict.changed_share(picture.linear(coarse=True), made, 65504 if float_output else 1), made  # what half holds

@@ -15,6 +15,7 @@ from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
+from airlight.jobs.verdict import OfScene
 from airlight.messages import say
 from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
 from airlight.options.storage import Storage
@@ -194,7 +195,11 @@ def run_frames(request: FramesRequest) -> bool:
     r = request
     r.check()
     values = r.scene_values()
-    quality = build(values)[Parameters].quality
+    from airlight.composite.view import check as check_view
+
+    asked = build(values)
+    quality = asked[Parameters].quality
+    check_view(asked[SceneOptions].view_transform)
     r.check_camera()
     samples = _samples(r, quality)
     if r.is_film:
@@ -241,21 +246,29 @@ def run_frames(request: FramesRequest) -> bool:
         medium=built[Medium],
         march=built[March],
         exclude=r.exclude,
-        linear=r.output.lower().endswith((".exr", ".hdr")),
+        linear=r.output.lower().endswith(offline.LINEAR_FILES),
+        turns=_metered_turns(r),
     )
+    exposure = studio.exposure
+    if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
+        say(exposure.line())
+        values["ev"] = exposure.ev
     if method.has_units:
         _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
-    work = _Work(studio, settings, r.overwrite or r.resume, r.storage)
+    work = _Work(studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
             run(todo, work.read, _strict(work.render), _strict(work.write), writers=1)
+        work.verdict.tell()
         return True
     if not r.is_sequence:
         work.write(todo[0], None, work.render(todo[0], None))
+        work.verdict.tell()
         return True
     failed = run(todo, work.read, work.render, work.write)
+    work.verdict.tell()
     say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     return not failed
 
@@ -328,6 +341,11 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
     return found
 
 
+def _metered_turns(r: FramesRequest) -> tuple[float, ...]:
+    """Choose where the camera stands, in parts of a turn, while the automatic exposure is measured: the same for any of the frames."""
+    return (0.0, 0.25, 0.5, 0.75) if r.turntable is not None else (r.turn / 360,)
+
+
 def _left(r: FramesRequest, frames: Sequence[FrameTask]) -> list[FrameTask]:
     """List the pictures that are not done yet. Raises AirlightError for outputs that cannot be written."""
     todo, _ = tasks.left_to_do(frames, r.skip_existing, r.resume)
@@ -344,6 +362,7 @@ class _Work:
     settings: Settings
     overwrite: bool
     storage: Storage
+    verdict: OfScene
     add: Callable[[Any], None] | None = None  # to a film
 
     def read(self, task: FrameTask) -> None:
@@ -355,6 +374,7 @@ class _Work:
         found: Frame = self.studio.frame(
             task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
         )
+        self.verdict.look(self.studio, found)
         return found
 
     def write(self, task: FrameTask, _: None, frame: "Frame") -> None:
@@ -375,13 +395,18 @@ class _Work:
         beside: dict[str, Any] = {}
         if exr:
             beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
+            if frame.scale != 1:  # of physical lights: halves end at 65504
+                beside["bits"] = 32
         kept: dict[str, Any] = {"overwrite": self.overwrite, "settings": settings}
         files.write_image(task.output, pixels, storage=self.storage.of(task.output), **kept, **beside)
-        if task.layer is not None:
-            more = {"bits": 32, **medium} if frame.layer_transmittance is not None and layer_exr else {}
-            files.write_image(task.layer, layer, storage=self.storage.of(task.layer), **kept, **more)
+        if task.layer is not None and layer is not None:
+            fine = frame.layer_transmittance is not None or frame.layer_scale != 1
+            more = {"bits": 32, **medium} if fine and layer_exr else {}
+            files.write_image(task.layer, frame.shown(layer, task.layer), storage=self.storage.of(task.layer), **kept, **more)
         if task.buffer is not None and frame.source is not None:
-            files.write_image(task.buffer, frame.source[..., :3].astype(np.float32), storage=self.storage.of(task.buffer), **kept)
+            source = frame.source[..., :3].astype(np.float32) * np.float32(frame.layer_scale)
+            more = {"bits": 32} if frame.layer_scale != 1 and task.buffer.lower().endswith(".exr") else {}
+            files.write_image(task.buffer, frame.shown(source, task.buffer), storage=self.storage.of(task.buffer), **kept, **more)
 
 
 def _strict(work: Callable[..., Any]) -> Callable[..., Any]:

@@ -2,7 +2,7 @@
 
 Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
 places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
-colour and strength.
+colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too.
 """
 
 import math
@@ -68,8 +68,16 @@ def read_light(text: str, parallel: bool = False) -> LightText:
     return written
 
 
+# Units of a strength: what one is in candela of a lamp, or in lux of a sun. Watts are radiant flux, evenly all around, at 683 lm/W, as
+# Blender exports it.
+LAMP_UNITS = {"cd": 1.0, "lm": 1 / (4 * math.pi), "w": 683 / (4 * math.pi)}
+SUN_UNITS = {"lx": 1.0, "lux": 1.0, "w/m2": 683.0, "w/m²": 683.0}
+_QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?+) *([a-z][a-z/²2]*)", re.IGNORECASE)
+
+
 def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
-    """Divide a light into its position as it is written, and {color, strength} where they are given. form: of the position, to tell."""
+    """Divide a light into its position as it is written, and {color, strength} where they are given, intensity for a strength with a unit.
+    form: of the position, to tell."""
     position, *rest = (part.strip() for part in text.split(";"))
     known: dict[str, Any] = {}
     for part in rest:
@@ -77,6 +85,8 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
         try:
             if name == "color":
                 known[name] = tuple(float(v) for v in value.split(","))
+            elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
+                known["intensity"] = float(found[1]) * _unit(found[2], text, form)
             elif name == "strength":
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
@@ -86,6 +96,18 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
         except ValueError:
             raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
     return position, known
+
+
+def _unit(unit: str, text: str, form: str) -> float:
+    """Give what one of a unit is in candela of a lamp, or in lux of a sun. Raises AirlightError for another unit."""
+    if form not in (PLACE.upper(), SUN.upper()):
+        raise AirlightError(f"cannot read the unit {unit} in the light {text!r}: a picture's lights have none; write strength=2")
+    units, others, what = (SUN_UNITS, LAMP_UNITS, "a sun") if form == SUN.upper() else (LAMP_UNITS, SUN_UNITS, "a lamp")
+    if unit.lower() in units:
+        return units[unit.lower()]
+    known = "lx or W/m2, as in strength=68300lx" if what == "a sun" else "cd, lm or W, as in strength=800cd"
+    wrong = f"{what} has no {unit}" if unit.lower() in others else f"cannot read the unit {unit}"
+    raise AirlightError(f"{wrong} in the light {text!r}: write {known}")
 
 
 def _kind(value: str, text: str) -> str:
@@ -151,7 +173,9 @@ def triple(text: str) -> tuple[float, float, float]:
 def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, Any]]:
     """Read the numbers of a light's position or direction, none where it is the name of an object, and {color, strength} as given."""
     place, known = split_light(text, form.upper())
-    ImageLight((0, 0), **known)  # raises for these
+    if not 0 <= known.get("intensity", 0) <= 1e9:
+        raise AirlightError(f"the strength of the light {text!r} is beyond 0 to 1e9 candela or lux: give another")
+    ImageLight((0, 0), **{name: value for name, value in known.items() if name != "intensity"})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known
     at = numbers(place, form)

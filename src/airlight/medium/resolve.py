@@ -1,6 +1,6 @@
 """Resolves `options.Medium` and `options.March` for a scene: coefficients, and a value for all that is unset."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,10 @@ class ResolvedMedium:
     @property
     def exact(self) -> bool:
         return self.steps == 0
+
+    def exposed(self, factor: float) -> "ResolvedMedium":
+        """Scales its own light, for a scene whose radiances are scaled."""
+        return self if factor == 1 else replace(self, ambient=self.ambient * factor)
 
     def lobes(self, anisotropy: float | None = None) -> tuple[int, float, float, float]:
         """Returns (index in PHASES, g, g of the second lobe, its share), for a light with an anisotropy of its own, or none."""

@@ -26,7 +26,8 @@ class Option:
     """Describes one parameter.
 
     kind: int, float, bool or str. is_triple: three numbers, of red, green and blue, where one stands for three that are equal. choices: of
-    a text. words: that may stand for a number. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
+    a text. words: that may stand for a number, or of a text those that are
+    always known. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
     usually moved by hand, its bounds if nothing else is said; or its only values, three or more. is_log: moved in ratios.
     """
 
@@ -84,7 +85,7 @@ class Option:
         found = Annotated[found, Meta(**kept)] if kept else found
         if self.is_triple:
             found = tuple[found, found, found]
-        if self.words:
+        if self.words and self.kind is not str:
             found = found | Literal[self.words]
         return found | None if self.default is None else found
 
@@ -117,7 +118,7 @@ def choice(default: Any, of: tuple[str, ...] | Callable[[], tuple[str, ...]], de
 
 
 def text(default: Any, pattern: str, description: str, source: str, **more: Any) -> Any:
-    """Declare a text of a pattern; more: group."""
+    """Declare a text of a pattern; more: group, and words that are always known."""
     return _option(default, description, source, "", str, pattern=pattern, **more)
 
 

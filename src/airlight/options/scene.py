@@ -43,7 +43,18 @@ class SceneOptions(Options, group="scene"):
         "time in which light adaptation follows the picture",
         GEMS + ", sec. 13.8", "s", ge=0, le=60, slider=(0, 5),
     )
-    tone: str = choice("filmic", ("filmic", "none"), "how linear light becomes a picture: a filmic curve, or cut off at 1", "Airlight")
+    ev: float | None = real(
+        None,
+        "exposure: stops that pictures for a display are brighter; unset: automatic where a light has 100 lux, 1,000 candela or more, "
+        "else 0. Light in .exr and .hdr files does not know it",
+        "Airlight", "stops", ge=-40, le=40, slider=(-20, 10),
+    )
+    view_transform: str = text(
+        "filmic", r"^[^\r\n]{1,200}$",
+        "how linear light becomes a picture: a filmic curve, AgX, cut off at 1, or a view by its name or a part of it, as aces, of $OCIO's "
+        "config, else of OpenColorIO's built-in one",
+        "Hill's fit; Sobotka; OpenColorIO", words=("filmic", "agx", "none"),
+    )
 
     def share(self, p: Parameters) -> float:
         """Give the resolution, by method and quality where it is unset."""

@@ -54,10 +54,12 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
-    which light adaptation follows (0: it settles at once); `debug`: None, or occlusion (of a medium: what is seen through it), source (the
-    light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`: textures of the last frame,
-    linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-scattered radiance, and the
-    length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere. Raises AirlightError.
+    which light adaptation follows (0: it settles at once); `pre_exposure`: factor that the scene's own radiances hold already, of which the
+    exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or occlusion (of a medium: what is seen
+    through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`:
+    textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-
+    scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere.
+    Raises AirlightError.
     """
 
     USES_DEPTH = True
@@ -87,6 +89,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.radius: float | None = None
         self.debug: str | None = None
         self.dt, self.timing = 0.0, False
+        self.pre_exposure, self.automatic_ev = 1.0, 0.0
         self.device = _device(renderer.device)
         self._uniforms = Uniforms(self.device)
         self._merge = SceneComposite(self.device, self._uniforms.buffer)
@@ -148,6 +151,12 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         """Returns the buffer of what contrast measures: occluders' mean RGB, the fog's level, and its distance, float32."""
         return self._merge.looked
 
+    @property
+    def exposure(self) -> float:
+        """Computes the factor of what is drawn, for a display: exactly 1 where no exposure is left to do."""
+        ev = self.automatic_ev if self.in_scene.ev is None else self.in_scene.ev
+        return float(2.0**ev / self.pre_exposure)
+
     def profile(self) -> list[tuple[str, float]]:
         """Reads (label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
         `enable_timing`. Waits for the frame."""
@@ -166,7 +175,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._medium_state(size).record(self, command_encoder, depth, timer)
         else:
             self._screen_state().record(self, command_encoder, color, depth, seen, timer)
-        self._uniforms.write(self.region, self.composite, self.in_scene, self._follow())
+        self._uniforms.write(self.region, self.composite, self.in_scene, self._follow(), self.exposure)
         self._merge.record(command_encoder, color, depth, self._layer, self._composite_settings(bool(seen)), target_tex, timer)
         if timer:
             timer.resolve(command_encoder)
@@ -198,7 +207,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             gather=scene.depth_aware > 0,
             extinction=self.medium.extinction,
             adapt=self.composite.adapt > 0,
-            filmic=scene.tone == "filmic",
+            expose=self.exposure != 1.0,
+            view_transform=scene.view_transform,
             debug=self.debug,
         )
 

@@ -26,7 +26,8 @@ class SceneLight:
     Methods of the screen take its light from the picture. screen_tint: linear RGB factors >= 0 of what they make of it, for lights of
     unlike intensity; disc_half_angle: degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for
     a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
-    position or direction alone, color and strength are that: candela, or lux. anisotropy: -0.99 to 0.99, instead of the medium's.
+    position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead, times
+    strength. anisotropy: -0.99 to 0.99, instead of the medium's.
     """
 
     target: Any = None
@@ -38,6 +39,7 @@ class SceneLight:
     emitter: bool = True
     screen_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
     anisotropy: float | None = None
+    intensity: float | None = None
     _body: Any = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -60,6 +62,8 @@ class SceneLight:
             raise AirlightError(f"a SceneLight's disc_half_angle must be 0 to 90 degrees, not {self.disc_half_angle!r}")
         for color in (self.color, self.screen_tint):
             ImageLight((0.5, 0.5), color, self.strength)  # raises for these
+        if self.intensity is not None and not (math.isfinite(self.intensity) and self.intensity >= 0):
+            raise AirlightError(f"a SceneLight's intensity must be 0 or more, candela or lux, not {self.intensity!r}")
         if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 

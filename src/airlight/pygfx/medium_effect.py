@@ -39,9 +39,10 @@ class MediumState:
         casters.scene, casters.lights, casters.exclude = shafts.scene, shafts.lights, shafts.exclude
         gathered = casters.gather()
         radius = fit.ball(gathered[1])[1] if shafts.radius is None else shafts.radius
-        medium = self.resolved = self.march.resolve(resolve(shafts.medium, shafts.march, p.quality, radius or 1.0))
+        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0).exposed(shafts.pre_exposure)
+        medium = self.resolved = self.march.resolve(settled)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
-        lights = punctual_lights(shafts.lights)
+        lights = punctual_lights(shafts.lights, shafts.pre_exposure)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered)
         share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)

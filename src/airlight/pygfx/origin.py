@@ -24,7 +24,8 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
     targets = [thing.target for thing in scene.iter() if isinstance(thing, gfx.DirectionalLight | gfx.SpotLight)]  # these hang nowhere
     targets += [light.target for light in lights if light.target is not None]
     roots = {id(root): root for root in map(_root, (scene, camera, *targets))}
-    # What is skinned and `attached` is placed by its bones alone; its own matrix and the inverse cancel, in float32, unless both are 1.
+    # What is skinned and `attached` is placed by its bones alone: its own matrix has to cancel, which it does in float32 only where it
+    # moves nothing.
     skins = [thing for thing in scene.iter() if isinstance(thing, gfx.SkinnedMesh) and thing.bind_mode == "attached" and not thing.children]
     saved = [(thing, _state(thing.local)) for thing in (*roots.values(), *skins)]
     placed = [(light, light.position) for light in lights if light.position is not None]
@@ -35,7 +36,9 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
             else:
                 root.local.matrix = _moved(root.local.matrix, -offset)
         for skin in skins:
-            skin.world.matrix = np.eye(4)
+            matrix = np.array(skin.world.matrix)
+            matrix[:3, 3] = 0
+            skin.world.matrix = matrix
         for light, position in placed:
             light.position = triple(np.asarray(position, np.float64) - offset)
         yield

@@ -358,5 +358,6 @@ class _Shaders(jinja2.BaseLoader):
     def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
         source, name, is_current = self.loader.get_source(environment, template)
         if template in SHADERS:
-            source = "\n".join(["$$ if airlight_casts is defined", load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
+            ours = "$$ if airlight_casts is defined and lighting is defined and lighting"  # what is unlit is told of no lights
+            source = "\n".join([ours, load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
         return source, name, is_current

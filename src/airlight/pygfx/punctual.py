@@ -14,10 +14,11 @@ from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
 
 
-def punctual_lights(lights: Sequence[SceneLight]) -> list[PunctualLight]:
+def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
     """Makes what shines on the medium: each visible gfx light that is the target of one of `lights`, or below it, once; what is given by a
     position or direction alone, or by a target without gfx lights, as color times strength, in candela or lux. Dark ones are left out.
 
+    pre_exposure: factor that gfx lights' own intensities hold already, and SceneLights' do not.
     A gfx light's intensity is what its surfaces take it for, lux of a sun, else candela: its decay has to be 2, pygfx's default is 0.
     Raises AirlightError for what a light cannot be.
     """
@@ -29,11 +30,11 @@ def punctual_lights(lights: Sequence[SceneLight]) -> list[PunctualLight]:
         body = light.body()
         near = 0.0 if body is None else BODY * body[1]
         if not own:
-            found.append(_placed(light, near))
+            found.append(_placed(light, near, pre_exposure))
         for one in own:
             if id(one) not in taken and _shines(one):
                 taken.add(id(one))
-                found.append(_of(one, light, near))
+                found.append(_of(one, light, near, pre_exposure))
     placed = [one for one in found if np.isfinite([*one.in_view(np.eye(4)), *one.axis()]).all()]
     return [one for one in placed if one.strength * max(one.intensity) > 0]
 
@@ -54,9 +55,10 @@ def _upwards(thing: Any) -> Iterator[Any]:
         thing = thing.parent
 
 
-def _placed(light: SceneLight, near: float) -> PunctualLight:
+def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
     """Makes a light that pygfx does not know."""
-    position, color = light.homogeneous(), triple(light.color)
+    intensity = pre_exposure * (1.0 if light.intensity is None else light.intensity)
+    position, color = light.homogeneous(), triple(np.multiply(light.color, intensity))
     own: Any = {"strength": light.strength, "anisotropy": light.anisotropy}
     if position[3] == 0:
         return DirectionalLight(color, _unit(position[:3]), **own)
@@ -86,9 +88,10 @@ GFX_KINDS: dict[type, Callable[[Any, Triple, float, Any], PunctualLight]] = {
 }
 
 
-def _of(gfx_light: Any, light: SceneLight, near: float) -> PunctualLight:
+def _of(gfx_light: Any, light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
     """Makes the light of a gfx light, tinted by its SceneLight."""
-    power = np.array(gfx_light.color.to_physical()[:3]) * gfx_light.intensity
+    own = gfx_light.intensity if light.intensity is None else light.intensity * pre_exposure
+    power = np.array(gfx_light.color.to_physical()[:3]) * own
     intensity = triple(np.maximum(power, 0) * light.color)
     make = next(make for kind, make in GFX_KINDS.items() if isinstance(gfx_light, kind))
     return make(gfx_light, intensity, near, {"strength": light.strength, "anisotropy": light.anisotropy})

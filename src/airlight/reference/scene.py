@@ -13,15 +13,6 @@ from airlight.reference.radial import KEPT
 Array = npt.NDArray[np.floating[Any]]
 FACING = 8.0  # power of the cosine to the light with which fog thickens
 LOWEST, BINS, COUNT = -17.0, 8, 256  # of the histogram of luminances: stops where it begins, bins a stop, bins
-INTO = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
-BACK = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
-
-
-def filmic(color: Array) -> Array:
-    """Map (..., 3) linear to display-linear 0..1: Stephen Hill's fit of the ACES curve (BakingLab, ACES.hlsl), at exposure 1 / 0.6."""
-    v = np.clip(color, 0, 65504) / 0.6 @ INTO.T
-    fitted = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
-    return np.asarray(np.clip(fitted @ BACK.T, 0, 1))
 
 
 def axial(depth: Array, terms: Array) -> Array:

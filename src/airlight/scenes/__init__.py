@@ -31,7 +31,7 @@ def open_scene(
     name = os.fspath(name_or_path)
     if seed is not None and name != "flying":
         raise AirlightError(f"{name}: has no seed; only flying has")
-    if up is not None and not name.lower().endswith(MESHES):
+    if up is not None and is_scene(name) and not name.lower().endswith(MESHES):
         raise AirlightError(f"{name}: says itself which way is up; --up goes with .obj, .ply and .stl files")
     if name in (*NAMES, *VALIDATION) or name.lower().endswith(MESHES):
         for option, value in (("animation", animation), ("scene", scene)):

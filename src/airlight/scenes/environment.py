@@ -26,6 +26,7 @@ LIGHT_FACE = 64  # pixels of a face of the cube that lights
 LIGHT_LIMIT = 8.0  # radiance, relative to the mean, beyond which a pixel counts as a sun and lights as a lamp of its own
 SUN_RADIUS = math.radians(4)  # around the brightest place
 MAX_MENDED = 50_000  # values
+SKY_SHARE = 0.3  # a clear sky's illuminance of the ground, by its sun's of a plane that faces that, at most: above it the sun is clipped
 AUREOLE = math.radians(20)  # around a light: what shines into its shafts
 
 
@@ -108,6 +109,15 @@ class Environment:
         irradiance = (self.picture[near] * np.broadcast_to(solid_angles(height, width), weight.shape)[near][:, None]).sum(axis=0)
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return np.array([cos * centre[0] - sin * centre[2], centre[1], sin * centre[0] + cos * centre[2]]), irradiance
+
+    def sun_illuminance(self) -> float:
+        """Estimate the illuminance that goes with these surroundings of a plane that faces their sun: what their sun gives, but where it is
+        clipped, or hidden, what their sky gives the ground over SKY_SHARE."""
+        height, width = self.picture.shape[:2]
+        luminance, weight = self.picture @ REC709, solid_angles(height, width)
+        sky = np.minimum(luminance, LIGHT_LIMIT * float((luminance * weight).sum() / (4 * np.pi)))
+        up = np.cos((np.arange(height) + 0.5) / height * np.pi).clip(0)[:, None]
+        return max(float(self.sun_and_light()[1] @ REC709), float((sky * up * weight).sum()) / SKY_SHARE)
 
     def aureole(self, towards: np.ndarray | None, limit: float) -> float:
         """Average luminance, none beyond `limit`, within AUREOLE of a direction (3,), or over all."""

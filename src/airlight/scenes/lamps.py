@@ -15,6 +15,7 @@ import pygfx as gfx
 from airlight.errors import AirlightError, warn
 from airlight.lights.punctual import Triple
 from airlight.pygfx import SceneLight
+from airlight.scenes.exposure import PHYSICAL_CANDELA, PHYSICAL_LUX
 from airlight.scenes.gltf.materials import broken_driver, spare_maps
 from airlight.scenes.stage import Stage
 from airlight.scenes.triangles import of_mesh
@@ -28,12 +29,13 @@ BODY_RADIANCE = 4.0  # of a body in the picture, up to which its shafts grow wit
 class NamedLight:
     """Asks for an object of the scene as a light: a lamp that it has, or a mesh, with a lamp in it.
 
-    color, strength: as SceneLight's of a lamp. Of a mesh they are candela, with strength None: what it emits, tinted.
+    color, strength, intensity: as SceneLight's of a lamp. Of a mesh they are candela, with strength None: what it emits, tinted.
     """
 
     name: str
     color: Triple = (1.0, 1.0, 1.0)
     strength: float | None = None
+    intensity: float | None = None
 
 
 @dataclass
@@ -94,6 +96,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight]) -> Ligh
             made.lights.append(_added(stage, one, made))
             continue
         free.remove(taken)
+        _set(taken.target, one.intensity)
         made.moved.append((taken.target, _turned(taken.target, one.direction) if one.direction is not None else one.position))
         made.lights.append(dataclasses.replace(taken, color=one.color, strength=one.strength))
     if made.added:
@@ -208,9 +211,15 @@ def _lamp(kind: type, intensity: np.ndarray, **more: Any) -> gfx.Light:
     return kind(color, min(top, MAX_INTENSITY), **more)
 
 
+def _set(target: Any, intensity: float | None) -> None:
+    """Give the lamps of an object an intensity, unless it is None."""
+    for lamp in (thing for thing in target.iter() if isinstance(thing, gfx.Light) and intensity is not None):
+        lamp.intensity = intensity
+
+
 def _added(stage: Stage, one: SceneLight, made: Lighting) -> SceneLight:
     """Make the lamp of a light that is given by a position or a direction."""
-    intensity = np.array(one.color, float) * one.strength
+    intensity = np.array(one.color, float) * one.strength * (1.0 if one.intensity is None else one.intensity)
     if one.direction is not None:
         towards = np.asarray(one.direction, float)
         lamp = _lamp(gfx.DirectionalLight, intensity)
@@ -221,7 +230,8 @@ def _added(stage: Stage, one: SceneLight, made: Lighting) -> SceneLight:
         lamp.local.position = one.position
     cast_shadow(lamp, stage.center, stage.radius)
     made.added.append((lamp, stage.scene))
-    tint: Any = tuple(float(v) for v in intensity)
+    physical = intensity.max() >= (PHYSICAL_CANDELA if one.direction is None else PHYSICAL_LUX)  # which is exposed
+    tint: Any = tuple(float(v) for v in (intensity / intensity.max() if physical or one.intensity else intensity))
     return SceneLight(lamp, screen_tint=tint, disc_half_angle=one.disc_half_angle, anisotropy=one.anisotropy)
 
 
@@ -231,6 +241,8 @@ def _named(stage: Stage, one: NamedLight, made: Lighting) -> None:
     strength = 1.0 if one.strength is None else one.strength
     lamps = [light for light in stage.lights if any(thing is light.target for thing in things)]
     if lamps:
+        for light in lamps:
+            _set(light.target, one.intensity)
         made.lights += [dataclasses.replace(light, color=one.color, strength=strength) for light in lamps]
         return
     known: set[int] = set()
@@ -245,10 +257,12 @@ def _named(stage: Stage, one: NamedLight, made: Lighting) -> None:
 
 def _in_mesh(stage: Stage, one: NamedLight, meshes: list[Any], made: Lighting) -> SceneLight:
     """Put a lamp into the brightest of the meshes of an object, in the middle of all that emit."""
-    powers = [candela(mesh) for mesh in meshes]
+    once = {id(mesh.geometry): mesh for mesh in meshes}  # what is blended may be drawn twice
+    powers = [candela(mesh) * (once[id(mesh.geometry)] is mesh) for mesh in meshes]
     emitting = [mesh for mesh, power in zip(meshes, powers, strict=True) if power.any()] or meshes
-    if one.strength is not None:
-        intensity = np.array(one.color, float) * one.strength
+    asked = one.strength if one.intensity is None else one.intensity
+    if asked is not None:
+        intensity = np.array(one.color, float) * asked
     else:
         intensity = np.array(one.color, float) * sum(powers)
         if not np.any(powers):
@@ -263,7 +277,7 @@ def _in_mesh(stage: Stage, one: NamedLight, meshes: list[Any], made: Lighting) -
     made.added.append((lamp, body))
     made.bodies += meshes
     # Methods of the screen sum the body's own light, which is in the picture whatever the lamp's strength.
-    share = 0.0 if one.strength == 0 else min(1.0, BODY_RADIANCE / max(float(radiance(body.material).max()), BODY_RADIANCE))
+    share = 0.0 if asked == 0 else min(1.0, BODY_RADIANCE / max(float(radiance(body.material).max()), BODY_RADIANCE))
     tint: Any = tuple(share * v for v in one.color)
     return SceneLight(body, screen_tint=tint)
 

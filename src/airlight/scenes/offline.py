@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import logging
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,17 +16,20 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError, MachineError
 from airlight.lights.punctual import Triple
+from airlight.luminance import REC709_F32
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.origin import near_origin
 from airlight.scatter.methods import METHODS
+from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
 from airlight.scenes.lamps import NamedLight, lighting, named
 from airlight.scenes.origin import origin
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
 NEAREST_METRES = 1e-6
+LINEAR_FILES = (".exr", ".hdr")  # that hold light, whatever a display can show
 
 
 @dataclass(frozen=True)
@@ -52,9 +56,11 @@ class Frame:
     """Holds one frame as it was read back, with samples x samples of its pixels for one of the result.
 
     picture: (H, W, 4) half floats, linear: light, or what a display shows. terms, rays: `depth_terms` and `pixel_rays` of the camera.
-    mix, reach: of the shafts. depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
+    mix, reach: of the shafts. scale: factor of its radiances for the scene's, a power of 2; 1 where the picture is what a display shows.
+    depth: (H, W) float32, 0..1. layer, source: (h, w, 4) half floats, at their own resolution; in the layer
     the view fills `region` (left, top, width, height, of 1). Of a medium that is lit the layer is (H, W, 4) float32: in-scattered radiance,
-    and metres of the ray in it; layer_transmittance: (H, W, 3) float32 of the same.
+    and metres of the ray in it; layer_scale: as scale, of layer and source; exposure: factor of the scene's
+    light for a display; layer_transmittance: (H, W, 3) float32 of the same.
     """
 
     picture: np.ndarray
@@ -68,10 +74,14 @@ class Frame:
     region: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)
     source: np.ndarray | None = None
     layer_transmittance: np.ndarray | None = None
+    scale: float = 1.0
+    layer_scale: float = 1.0
+    exposure: float = 1.0
 
     def pixels(self) -> np.ndarray:
-        """Returns (height, width, 3) float32."""
-        return box(self.picture[..., :3].astype(np.float32), self.samples)
+        """Returns (height, width, 3) float32; where these are light, what halves do not hold is held at their greatest."""
+        found = self.picture[..., :3].astype(np.float32)
+        return box(found if self.scale == 1 else np.minimum(found, 65504) * np.float32(self.scale), self.samples)
 
     def distance(self) -> np.ndarray:
         """Computes (height, width) float32 metres along the view's axis, of a pixel's nearest sample; FAR_METRES where nothing is drawn."""
@@ -92,10 +102,10 @@ class Frame:
         radiance, whatever the mix."""
         assert self.layer is not None
         if self.layer_transmittance is not None:
-            return box(self.layer[..., :3], self.samples)
+            return box(self.layer[..., :3], self.samples) * np.float32(self.layer_scale)
         height, width = self.picture.shape[:2]
         left, top, across, down = self.region
-        layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix)
+        layer = self.layer[..., :3].astype(np.float32) * np.float32(self.mix * self.layer_scale)
         full = _along(_along(layer, top, down, height, 0), left, across, width, 1)
         if self.reach > 0 and self.depth is not None:
             x = self.rays[0] * (np.arange(width) + 0.5) / width + self.rays[2]
@@ -103,6 +113,11 @@ class Frame:
             distance = self._axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
             full *= np.where(self.depth < 1, 1 - np.exp(-distance / self.reach), 1)[..., None].astype(np.float32)
         return box(full, self.samples)
+
+    def shown(self, light: np.ndarray, path: str) -> np.ndarray:
+        """Exposes (H, W, 3) light of the scene for a display, unless a file of this name holds light itself."""
+        is_light = self.exposure == 1 or path.lower().endswith(LINEAR_FILES)
+        return light if is_light else light * np.float32(self.exposure)
 
     def transmittance(self) -> np.ndarray | None:
         """Computes (height, width, 3) float32, 0..1: what a medium lets through of what is seen; None where none is lit."""
@@ -155,22 +170,35 @@ class Studio:
         march: March | None = None,
         exclude: Sequence[str] = (),
         linear: bool = False,
+        exposure: Exposure | None = None,
+        turns: Sequence[float] = (0.0,),
     ) -> None:
-        """exclude: names of objects that hide nothing. linear: the picture as light, before the tone curve. Raises AirlightError."""
+        """exclude: names of objects that hide nothing. linear: the picture as light, before exposure and view transform. exposure: instead
+        of the automatic one, which is measured; turns: of the camera there, as `frame` has them. Raises AirlightError."""
         self.stage, self.shot = stage, shot
         self._followed = _chosen(stage, shot)
         self.camera = gfx.PerspectiveCamera(shot.fov)
         if self._followed is None:
             _place(self.camera, stage, shot)
+        expose(stage, 1.0)
         self._lighting = lighting(stage, shot.lights)
         scene = in_scene or SceneOptions()
-        scene = msgspec.structs.replace(scene, tone="none") if linear else scene
+        scene = msgspec.structs.replace(scene, view_transform="none", ev=None) if linear else scene
+        self.linear = linear
+        asked = (in_scene or SceneOptions()).ev
         hidden = [thing for name in exclude for thing in named(stage.scene, name, "--exclude")]
         hidden += [body for body in self._lighting.bodies if all(body is not light.target for light in self._lighting.lights)]
-        self.renderer = make_renderer(shot)
         more: dict[str, Any] = {"medium": medium, "march": march, "exclude": hidden}
+        self._described = (parameters or Parameters(), composite, scene), more
+        with self._lighting.shining():
+            self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
+            expose(stage, self.exposure.pre)
+        self._ev = self.exposure.ev if asked is None else asked
+        self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
+        self.shafts.pre_exposure = self.exposure.pre
+        self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
             self.renderer.ppaa = "ddaa"  # after the shafts, on tones
@@ -178,14 +206,14 @@ class Studio:
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
-        self.stage.pose(time, self._followed)
-        self._lighting.move()
-        self._carry(turn)
-        with _raised(), self.set_up():
-            self.renderer.render(self.stage.scene, self.camera)
+        if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another; the shot's own lamps keep theirs
+            expose(self.stage, self.exposure.pre)
+        with self._lighting.shining():
+            self._draw(self.renderer, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
+        scale = 1 / self.exposure.pre
         found = Frame(
             picture=self.renderer.snapshot(),
             samples=self.shot.samples,
@@ -193,6 +221,9 @@ class Studio:
             rays=pixel_rays(projection),
             mix=1.0 if shafts.composite.mix is None else shafts.composite.mix,
             reach=reach,
+            scale=scale if self.linear else 1.0,
+            layer_scale=scale,
+            exposure=float(2.0**self._ev),
         )
         if depth or (layer and reach > 0):
             found.depth = self.read(shafts.depths, np.float32)[..., 0]
@@ -210,10 +241,48 @@ class Studio:
     @contextlib.contextmanager
     def set_up(self) -> Iterator[None]:
         """Let the shot's lamps shine, and bring all near the origin, as for the last frame, while a block lasts."""
-        stage = self.stage
-        place = origin(stage.center, stage.radius, self.camera)
-        with self._lighting.shining(), near_origin(stage.scene, self.camera, place, self.shafts.lights):
+        with self._lighting.shining(), self._near():
             yield
+
+    def _near(self) -> contextlib.AbstractContextManager[None]:
+        stage = self.stage
+        return near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), self._lighting.lights)
+
+    def _draw(self, renderer: Any, time: float, turn: float) -> None:
+        """Poses the stage and its camera, and renders a frame."""
+        self.stage.pose(time, self._followed)
+        self._lighting.move()
+        self._carry(turn)
+        with _raised(), self._near():
+            renderer.render(self.stage.scene, self.camera)
+
+    def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
+        """Prepares small pictures of the stage, for `meter`, from the turns of the camera that the shot may have."""
+        options, more = self._described
+        made: list[tuple[Any, LightShafts]] = []
+
+        def luminances(time: float, pre: float) -> np.ndarray:
+            if not made:
+                shot = self.shot
+                height = max(2, round(METERED_WIDTH * shot.height / shot.width))
+                small = make_renderer(dataclasses.replace(shot, width=METERED_WIDTH, height=height, samples=1, smooth=False))
+                parameters, composite, scene = options
+                parameters = msgspec.structs.replace(parameters, quality="draft")
+                composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
+                scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
+                shafts = LightShafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
+                shafts.radius = self.stage.radius
+                small.effect_passes = [shafts]
+                made.append((small, shafts))
+            small, shafts = made[0]
+            shafts.pre_exposure, shafts.automatic_ev = pre, math.log2(pre)
+            found = []
+            for turn in turns:
+                self._draw(small, time, turn)
+                found.append(small.snapshot()[..., :3].astype(np.float32) @ REC709_F32)
+            return np.concatenate(found)
+
+        return luminances
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size

@@ -30,13 +30,25 @@ def _round(place: np.ndarray, step: float) -> np.ndarray:
 
 def recentred(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shift (N, 3) points that lie far from the origin of their mesh: (N, 3) float32 and (3,) the shift; else they stay, and it is 0."""
-    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
+    low, high = np.nanmin(points, axis=0).astype(np.float64), np.nanmax(points, axis=0).astype(np.float64)
     radius = float(np.linalg.norm(high - low)) / 2
     shift = (low + high) / 2
     if radius == 0 or np.abs(shift).max() < FAR_RADII * radius:
         return points, np.zeros(3)
     shift = _round(shift, ROUND_RADII * radius)
     return (points.astype(np.float64) - shift).astype(np.float32), shift
+
+
+def gathered(matrices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shift (N, 4, 4) matrices of instances that lie far from their mesh's origin, float64, and (3,) the shift; else it is 0."""
+    low, high = matrices[:, :3, 3].min(axis=0), matrices[:, :3, 3].max(axis=0)
+    radius, shift = float(np.linalg.norm(high - low)) / 2, (low + high) / 2
+    if np.abs(shift).max() < FAR_RADII * radius:
+        return matrices, np.zeros(3)
+    shift = _round(shift, ROUND_RADII * radius) if radius else shift
+    found = np.array(matrices, np.float64)
+    found[:, :3, 3] -= shift
+    return found, shift
 
 
 def shifted(matrices: np.ndarray, shift: np.ndarray) -> np.ndarray:

@@ -23,6 +23,8 @@ class Stage:
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
     path: a line where something flies along, hidden until its `visible` is set, or None.
     glowing: names of the meshes that emit light, of a scene without lights of its own.
+    pre_exposure: factor that its radiances are scaled by, see `scenes.exposure`. sky_sun: lux of a sun that its sky is in proportion to, or
+    None where it has none.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
@@ -38,3 +40,5 @@ class Stage:
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
     settings: dict[str, Any] = field(default_factory=dict)
+    pre_exposure: float = 1.0
+    sky_sun: float | None = None

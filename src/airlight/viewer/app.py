@@ -37,8 +37,9 @@ MISSING = "pip install airlight[viewer]"
 class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
-    source: a picture's path, a Picture, a scene's name or path; animation, scene: those of `open_scene`. Raises AirlightError where it
-    cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if the canvas does.
+    source: a picture's path, a Picture, a scene's name or path; animation, scene, up: those of `open_scene`; lamps: of a scene, as
+    `--light` has them. Raises AirlightError where it cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if
+    the canvas does.
     """
 
     def __init__(
@@ -52,11 +53,14 @@ class Viewer:
         folder: str = ".",
         animation: str | None = None,
         scene: str | None = None,
+        up: str | None = None,
+        lamps: Sequence[str] = (),
     ) -> None:
         from airlight.viewer.panel import Panel
 
         self.canvas, self.folder = canvas, folder
-        self._of_file = {"animation": animation, "scene": scene}  # of the source with which it begins
+        self._of_file = {"animation": animation, "scene": scene, "up": up}  # of the source with which it begins
+        self._lamps = lamps  # of that too
         self.device = shared_device(device)
         self.scene: Any = None
         self.picture: Any = None
@@ -112,13 +116,15 @@ class Viewer:
             unfit = ("method",) if METHODS[before].lights_medium else ()
             st.open_defaults(state, {}, unfit)
         else:
-            stage = _open_scene(path, **(self._of_file if path == state.source else {}))
+            chosen, lamps = (self._of_file, self._lamps) if path == state.source else ({}, ())
+            stage = _open_scene(path, lamps, chosen)
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
                 self.scene = SceneView(self.canvas)
             state.automatic = {}
-            self.scene.open(stage, state)
+            self.scene.open(stage, state, lamps)
+            state.opening = tuple(f"--{name}={value}" for name, value in chosen.items() if value is not None)
             self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
@@ -376,11 +382,19 @@ def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | Non
     draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
-def _open_scene(name: str, animation: str | None = None, scene: str | None = None) -> Any:
+def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any]) -> Any:
+    """Open a scene with the lamps of `--light`. chosen: options of its file."""
     try:
         from airlight.scenes import open_scene
 
-        return open_scene(name, animation=animation, scene=scene)
+        if not lamps:
+            return open_scene(name, **chosen)
+        from airlight.jobs.light_text import PLACE, read_scene_light
+        from airlight.scenes.lamps import relight
+
+        stage = open_scene(name, lamps=True, **chosen)
+        relight(stage, [read_scene_light(text, PLACE) for text in lamps])
+        return stage
     except ImportError as error:
         raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None
 

@@ -226,7 +226,7 @@ class Panel:
         self._label(d.name.replace("_", " ").capitalize(), about)
         now = st.value(self.state, d.name)
         new: Any = None
-        if d.choices or (d.slider and len(d.slider) > 2):
+        if d.choices or (d.kind is str and d.words) or (d.slider and len(d.slider) > 2):
             new = self._listed(d, now)
         elif d.kind is bool:
             on = self._toggle(d.name, f"##{d.name}", now)
@@ -240,7 +240,8 @@ class Panel:
 
     def _listed(self, d: Option, now: Any) -> Any:
         """Draw one of a few values; () for unset."""
-        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in self.state.allowed.get(d.name, d.choices)}
+        known = self.state.allowed.get(d.name, d.choices or d.words)
+        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in known}
         names = tuple(read)
         if d.default is None:
             automatic = self.state.automatic.get(d.name)

@@ -53,6 +53,8 @@ def free_name(path: str, folder: str) -> str:
 
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
     """Make what writes an array with the lights and parameters of the state as it is now."""
+    from airlight.jobs.doubts import tell_unchanged
+    from airlight.messages import say
     from airlight.occlusion.automatic import auto_threshold
     from airlight.pictures import render_look, render_picture
 
@@ -63,11 +65,13 @@ def _array_writer(state: ViewerState, picture: Picture, path: str, device: str |
 
     def write() -> None:
         if look is not None:
+            fit = p
             done = render_look(picture, lights, look, quality=p.quality, float_output=not bounded, **options)
         else:
             coarse = picture.rec709(picture.linear(coarse=True))
             fit = auto_threshold(p, coarse, lights, bounded=bounded) if bounded or composite.adapt > 0 else p
             done = render_picture(picture, lights, fit, composite, **options)
+        tell_unchanged(picture, done, look, fit, lights, False, functools.partial(say, prefix=""))
         write_image(path, done.pixels, alpha=picture.alpha, encoded=done.encoded, bits=8 if picture.bits == 8 else 16)
 
     return write

@@ -1,5 +1,6 @@
 """A 3-D scene with its shafts on the canvas: pygfx draws it, `airlight.pygfx.LightShafts` adds them, a controller steers the camera."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +13,8 @@ from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
+from airlight.scenes.exposure import METERED_WIDTH, Exposure, is_physical
+from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
@@ -36,14 +39,16 @@ class SceneView:
         self.moved = False  # whether a light was
         self.posed: Any = None
 
-    def open(self, stage: Any, state: ViewerState) -> None:
-        """Show another stage, and let the state say what it has."""
+    def open(self, stage: Any, state: ViewerState, lamps: Sequence[str] = ()) -> None:
+        """Show another stage, and let the state say what it has. lamps: the options that its lights were written as."""
         self.stage = stage
         self.saved = {name: camera.get_state() for name, camera in stage.cameras.items()}
         names = tuple(stage.cameras)
         state.eye = Eye(name=names[0], names=names)
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
         state.lights = [self._light_control(light, light is stage.movable) for light in stage.lights]
+        for control, text in zip(state.lights, lamps if len(lamps) == len(state.lights) else ()):
+            control.written = text
         state.lights_before = [replace(control) for control in state.lights]
         open_defaults(state, stage.settings)
         state.path_drawn, state.automatic = (False if stage.path is not None else None), {"mix": 1.0}
@@ -53,7 +58,18 @@ class SceneView:
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
+        self._expose(state)
         self.dt, self.moved = 0.0, False
+
+    def _expose(self, state: ViewerState) -> None:
+        """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
+        stage, exposure = self.stage, Exposure()
+        if is_physical(stage.scene):
+            parameters, composite, in_scene, medium, march = state.structs[:5]
+            more: Any = {"medium": medium, "march": march}
+            exposure = Studio(stage, Shot(METERED_WIDTH, METERED_WIDTH * 9 // 16, 1), parameters, composite, in_scene, **more).exposure
+        self.shafts.pre_exposure, self.shafts.automatic_ev = exposure.pre, exposure.ev
+        state.automatic["ev"] = exposure.ev
 
     @staticmethod
     def _light_control(light: SceneLight, movable: bool) -> LightControl:

@@ -51,6 +51,7 @@ class LightControl:
     movable: bool = True
     direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.ImageLight`
+    written: str | None = None  # the option of a scene's light, where a user added it
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
@@ -90,6 +91,7 @@ class ViewerState:
     frame: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)  # x, y, width, height of the picture in its display window
     held: bool = False  # a key is held that shows the picture without shafts
     lights: list[LightControl] = field(default_factory=list)
+    opening: tuple[str, ...] = ()  # options with which a scene's file was opened
     lights_before: list[LightControl] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
     sources: tuple[str, ...] = scenes.NAMES  # to choose from
@@ -276,11 +278,18 @@ def save(state: ViewerState, path: str) -> None:
 
 def light_words(state: ViewerState) -> list[str]:
     """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
-    if (not state.is_image and state.lights == state.lights_before) or (state.is_smart and state.unplaced):
+    own = not state.is_image and state.lights == state.lights_before
+    if (own and not any(control.written for control in state.lights)) or (state.is_smart and state.unplaced):
         return []
     words = []
-    for control in state.lights:
+    for i, control in enumerate(state.lights):
         name, numbers = "--light", control.position
+        if control.written is not None:
+            before, rest = state.lights_before[i], control.written.partition(";")[1:]
+            if control == before or (control.color, control.strength) == (before.color, before.strength):
+                place = control.written if control == before else ",".join(_number(v) for v in numbers) + "".join(rest)
+                words.append(f"{name}={place}")
+                continue
         if control.direction:
             x, y, z = control.position
             name, numbers = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
@@ -302,6 +311,8 @@ def written_values(state: ViewerState) -> dict[str, Any]:
     found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
     if state.is_smart:
         found.pop("look", None)
+    if not state.is_image and state.automatic.get("ev"):  # which another camera would change
+        found.setdefault("ev", state.automatic["ev"])
     return found
 
 
@@ -316,7 +327,7 @@ def command_line(state: ViewerState) -> list[str]:
     words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
     words += light_words(state)
     if not state.is_image:
-        words += _view(state)
+        words += [*state.opening, *_view(state)]
     for name, v in written_values(state).items():
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]

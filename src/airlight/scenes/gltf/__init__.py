@@ -1,5 +1,6 @@
 """glTF 2.0 files, which nobody vouches for: `container` gets the bytes, `schema` says what JSON may hold, `validate` checks how it
-hangs together and decodes, `load` makes a stage of it. Nothing outside the file's folder is read, and the limits below hold."""
+hangs together, `accessors` decodes and decompresses, `load` makes a stage of it. Nothing outside the file's folder is read, and the limits
+below hold."""
 
 MAX_BYTES = 2**29  # of all files together, and of all decoded accessors together
 MAX_ACCESSOR = 2**27  # bytes of one decoded accessor: what a shader may bind

@@ -3,6 +3,7 @@
 from functools import cached_property
 from typing import Any, NoReturn
 
+import msgspec
 import numpy as np
 
 from airlight.scenes.gltf import MAX_ACCESSOR, MAX_BYTES, MAX_EXTENT, draco, meshopt, schema
@@ -86,27 +87,27 @@ class Accessors:
     def _unpack(self, primitive: schema.Primitive, what: str) -> None:
         """Decompress the vertices and triangles of a primitive of Draco's, up to the limits of accessors."""
         packed = primitive.extensions.draco
-        if packed is None or primitive.mode not in (4, 5):
+        if packed is None:
             return
+        if primitive.mode != 4 or primitive.indices is None:
+            self.refuse(f"{what} is compressed by Draco, but not made of indexed triangles", "export it as triangles")
         accessors = self.document.accessors
         wanted = {number: name for name, number in packed.attributes.items() if name in primitive.attributes}
-        indices = [primitive.attributes[name] for name in wanted.values()] + [primitive.indices]
-        if all(index in self._unpacked for index in indices if index is not None):
+        indices = [*(primitive.attributes[name] for name in wanted.values()), primitive.indices]
+        if all(index in self._unpacked for index in indices):
             return
         for index in indices:
-            if index is not None:
-                accessor = self.within(index, accessors, what)
-                self._spend(accessor.count * COMPONENTS[accessor.type] * 4, f"accessor {index}")
-        corners = 2**31 if primitive.indices is None else accessors[primitive.indices].count
+            accessor = self.within(index, accessors, what)
+            self._spend(accessor.count * COMPONENTS[accessor.type] * 4, f"accessor {index}")
+        data = bytes(self.view(packed.buffer_view, what)[0])
         try:
-            faces, attributes = draco.decode(bytes(self.view(packed.buffer_view, what)[0]), corners, MAX_ACCESSOR)
-            for number, name in wanted.items():
-                index = primitive.attributes[name]
-                self._unpacked[index] = draco.typed(attributes, number, np.dtype(KINDS[accessors[index].component_type]))
-            if primitive.indices is not None:
-                kind = np.dtype(KINDS[accessors[primitive.indices].component_type])
-                if primitive.mode == 4 and faces.size and int(faces.max()) <= np.iinfo(kind).max:
-                    self._unpacked[primitive.indices] = faces.reshape(-1, 1).astype(kind)
+            faces, attributes = draco.decode(data, accessors[primitive.indices].count, MAX_ACCESSOR)
+            attributes[-1] = faces.reshape(-1, 1)
+            for number, index in zip([*wanted, -1], indices):
+                found = draco.typed(attributes, number, np.dtype(KINDS[accessors[index].component_type]))
+                self._unpacked[index] = found
+                if 0 < len(found) != accessors[index].count:  # encoders drop and merge; many a program goes by what is there
+                    accessors[index] = msgspec.structs.replace(accessors[index], count=len(found))
         except ValueError as error:
             self.refuse(f"{what} is not what Draco writes ({error})")
 

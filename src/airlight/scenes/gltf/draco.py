@@ -94,10 +94,12 @@ def decode(data: bytes, corners: int, limit: int) -> tuple[np.ndarray, dict[int,
 
 
 def typed(attributes: dict[int, np.ndarray], number: int, kind: np.dtype[Any]) -> np.ndarray:
-    """Choose an attribute by its number, (N, components), of the accessor's type. Raises ValueError."""
+    """Choose an attribute by its number, or the triangles by -1: (N, components), of the accessor's type. Raises ValueError."""
     if number not in attributes:
         raise ValueError(f"it has no attribute {number}")
-    found = attributes[number]
+    found, name = attributes[number], "list of triangles" if number < 0 else f"attribute {number}"
     if (found.dtype.kind == "f") != (kind.kind == "f"):
-        raise ValueError(f"its attribute {number} is {found.dtype} instead of {kind}")
+        raise ValueError(f"its {name} is {found.dtype} instead of {kind}")
+    if kind.kind != "f" and found.size and int(found.max()) > np.iinfo(kind).max:
+        raise ValueError(f"its {name} does not fit into {kind}")
     return found.reshape(len(found), -1).astype(kind)

@@ -6,6 +6,7 @@ import pygfx as gfx
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.animate import LEAST, compose, thick, unit
 from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.origin import gathered, recentred, shifted
 
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 DEFAULTS = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
@@ -28,10 +29,11 @@ def reach(gltf: Gltf, instancing: schema.Instancing, size: float) -> float:
 
 def instanced(gltf: Gltf, instancing: schema.Instancing, things: list[gfx.WorldObject]) -> list[gfx.WorldObject]:
     """Make of each object one that shows all instances; a mirrored one is turned inside out by an object of its own."""
-    placed = matrices(gltf, instancing)
-    turned = np.linalg.det(placed[:, :3, :3]) < 0
+    every = matrices(gltf, instancing)
+    turned = np.linalg.det(every[:, :3, :3]) < 0
     found: list[gfx.WorldObject] = []
     for thing in things:
+        placed = shifted(every, thing.local.position)
         if isinstance(thing, gfx.SkinnedMesh):
             gltf.tell("skinned", "a mesh with a skin is shown once, not as instances of it")
             found.append(thing)
@@ -46,8 +48,11 @@ def instanced(gltf: Gltf, instancing: schema.Instancing, things: list[gfx.WorldO
 
 def _many(mesh: gfx.Mesh, base: np.ndarray, own: np.ndarray) -> gfx.InstancedMesh:
     many = gfx.InstancedMesh(mesh.geometry, mesh.material, len(own))
+    own, shift = gathered(own)
+    matrix = base.copy()
+    matrix[:3, 3] = base[:3, :3] @ shift
     many.local.state_basis = "matrix"
-    many.local.matrix = base
+    many.local.matrix = matrix
     many.instance_buffer.data["matrix"][:] = own.transpose(0, 2, 1)
     many.instance_buffer.update_full()
     if getattr(mesh.geometry, "morph_positions", None):
@@ -67,5 +72,7 @@ def _repeated(thing: gfx.WorldObject, placed: np.ndarray) -> gfx.WorldObject:
         if all_colors is not None:
             all_colors = np.concatenate([all_colors, all_colors[:, -1:]], axis=1)
     more = {} if all_colors is None else {"colors": np.ascontiguousarray(all_colors.reshape(-1, all_colors.shape[-1]), np.float32)}
-    geometry = gfx.Geometry(positions=np.ascontiguousarray(all_points.reshape(-1, 3), np.float32), **more)
-    return type(thing)(geometry, thing.material)
+    near, shift = recentred(all_points.reshape(-1, 3))
+    found = type(thing)(gfx.Geometry(positions=np.ascontiguousarray(near, np.float32), **more), thing.material)
+    found.local.position = shift
+    return found

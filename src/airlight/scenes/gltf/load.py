@@ -81,7 +81,9 @@ class _Loader:
         movable = next((light for light in lights if light.target in fixed), None)
         path, duration = self._gltf.container.path, self._model.duration
         emissive = () if self._lights else tuple(glowing(self._model.drawn))
-        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, glowing=emissive)
+        sky_sun = None if self._surroundings is None else self._surroundings.sun_illuminance()
+        more: dict[str, Any] = {"glowing": emissive, "sky_sun": sky_sun}
+        return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, **more)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
         lens, flat = described.perspective, described.orthographic

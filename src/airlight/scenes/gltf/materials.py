@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.scenes.gltf import glass, images, opacity, schema
-from airlight.scenes.gltf.glossiness import converted
+from airlight.scenes.gltf import glass, glossiness, images, opacity, schema
 from airlight.scenes.gltf.validate import Gltf
 
 _WRAP = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
@@ -79,15 +78,38 @@ class Materials:
         if key not in self._parts:
             m = self._described(index)
             found = self._glass(m, flat) if m.extensions.transmission is not None else []
-            self._parts[key] = found or [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
+            if not found:
+                found = [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
+                self._glossy(m, found)
+            self._parts[key] = found
         return self._parts[key]
 
+    def blends(self, index: int | None) -> bool:
+        """Tell whether a material may be drawn over what is behind."""
+        m = self._described(index)
+        return m.alpha_mode == "BLEND" or m.extensions.transmission is not None
+
     def _described(self, index: int | None) -> schema.Material:
-        if index is None:
-            return schema.Material()
-        m = self._gltf.document.materials[index]
+        return schema.Material() if index is None else glossiness.with_factors(self._gltf.document.materials[index])
+
+    def _glossy(self, m: schema.Material, made: list[gfx.Material]) -> None:
+        """Give materials made of `glossiness.with_factors` the textures that it leaves out."""
         old = m.extensions.specular_glossiness
-        return m if old is None else converted(m, self._mean(old.specular_glossiness_texture, 3))
+        if old is None or m.extensions.unlit is not None or not made:
+            return
+        diffuse, shine = old.diffuse_texture, old.specular_glossiness_texture
+        place = diffuse or shine
+        if place is None or (shine is not None and not place.same_place(shine)):
+            return
+        base, surface = (self._map(place) for _ in range(2))
+        if base is None or surface is None:
+            return
+        pixels = glossiness.textures(old, self._codes(diffuse, m.alpha_mode != "OPAQUE"), self._codes(shine))
+        for found, codes in zip((base, surface), pixels, strict=True):
+            found.texture = gfx.Texture(codes, dim=2, generate_mipmaps=True)
+        for material in made:
+            material.map, material.metalness_map, material.roughness_map = base, surface, surface
+            material.color, material.metalness, material.roughness = (1, 1, 1, material.color.a), 1, 1
 
     def _codes(self, info: schema.TextureInfo | None, bled: bool = False) -> np.ndarray | None:
         """Read the codes of a texture, (H, W, 4) uint8; None where there is none. bled: as in `_map`."""

@@ -71,9 +71,9 @@ class Meshes:
             complete(geometry, material)
             if skeleton is not None and hasattr(geometry, "skin_indices") and hasattr(geometry, "skin_weights"):
                 thing = gfx.SkinnedMesh(geometry, material)
-                if shift.any():
-                    skeleton = gfx.Skeleton(skeleton.bones, [shifted(inverse, shift) for inverse in skeleton.bone_inverses])
-                thing.bind(skeleton, np.eye(4))
+                bones, inverses = skeleton.bones, skeleton.bone_inverses
+                own = gfx.Skeleton(bones, [shifted(inverse, shift) for inverse in inverses]) if shift.any() else skeleton
+                thing.bind(own, np.eye(4))
             else:
                 thing = gfx.Mesh(geometry, material)
                 thing.local.position = shift
@@ -117,6 +117,9 @@ class Meshes:
         """Make a geometry, and find the shift of its vertices, as `recentred` gives it."""
         gltf = self._gltf
         positions, shift = recentred(gltf.floats(primitive.attributes["POSITION"]))
+        if self._materials.blends(primitive.material) and "JOINTS_0" not in primitive.attributes:
+            middle = (positions.min(axis=0) + positions.max(axis=0)) / np.float32(2)  # pygfx sorts by where objects are, not their vertices
+            positions, shift = positions - middle, shift + middle
         indices = np.arange(len(positions), dtype=np.uint32)
         if primitive.indices is not None:
             indices = gltf.integers(primitive.indices)[:, 0]
@@ -148,6 +151,8 @@ class Meshes:
                 arrays["skin_weights"] = _normalised(gltf.floats(index))
             elif name.startswith("TEXCOORD_") and name[9:] in ("0", "1", "2", "3"):
                 arrays[f"texcoords{name[9:].lstrip('0')}"] = gltf.floats(index)
+        if "JOINTS_1" in primitive.attributes:
+            gltf.tell("influences", "vertices follow four joints at most; further ones are left out")
         geometry = gfx.Geometry(**arrays)
         for source, goal in (("POSITION", "morph_positions"), ("NORMAL", "morph_normals")):
             present = [target.get(source) for target in primitive.targets]

@@ -181,6 +181,8 @@ class Model:
                     matrices = self._gltf.floats(skin.inverse_bind_matrices)[: len(skin.joints)]
                     inverses = list(matrices.reshape(-1, 4, 4).transpose(0, 2, 1).astype(np.float64))
                 skeleton = gfx.Skeleton([self.nodes[joint] for joint in skin.joints], inverses)
+            else:
+                self._gltf.tell("joints", f"skin {node.skin} has joints that are not in the scene; its mesh is shown as it is")
         shown = meshes.objects(node.mesh, node.weights, skeleton)
         if node.extensions.instancing is not None:
             shown = instances.instanced(self._gltf, node.extensions.instancing, shown)

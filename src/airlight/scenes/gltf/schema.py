@@ -62,7 +62,7 @@ class BufferView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     buffer: Index
     byte_length: Size
     byte_offset: Size = 0
-    byte_stride: Annotated[int, Meta(ge=1, le=4096)] | None = None
+    byte_stride: Annotated[int, Meta(ge=0, le=4096)] | None = None  # 0: none either, as some programs write
     extensions: ViewExtensions = ViewExtensions()
 
 
@@ -325,7 +325,7 @@ class Light(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     name: str = ""
     color: Three = (1.0, 1.0, 1.0)
     intensity: Amount = 1.0
-    range: Annotated[float, Meta(gt=0, le=1e30)] | None = None
+    range: Amount | None = None  # 0: none either
     spot: Spot = Spot()
 
 

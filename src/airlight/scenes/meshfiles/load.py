@@ -12,6 +12,7 @@ from airlight.errors import AirlightError, warn
 from airlight.scenes.gltf import MAX_EXTENT, MAX_VERTICES, schema
 from airlight.scenes.gltf.load import stage_of
 from airlight.scenes.gltf.meshes import complete, turned_out
+from airlight.scenes.gltf.opacity import layers
 from airlight.scenes.meshfiles.materials import Library
 from airlight.scenes.meshfiles.read import finite_faces, read
 from airlight.scenes.origin import recentred
@@ -36,7 +37,7 @@ class MeshModel:
         self.path = path
         self.root, self.nodes, self.moving, self.duration = gfx.Group(), {}, set(), 0.0
         self.drawn: list[gfx.WorldObject] = []
-        self._turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]) if up == "z" else np.eye(3, dtype=int)
+        self._z_up = up == "z"
         scene, self._library = read(path)
         self._vertices = 0
         used, others = [], 0
@@ -59,12 +60,16 @@ class MeshModel:
     def pose(self, t: float) -> None:
         """Do nothing: nothing moves."""
 
+    def _turned(self, vectors: np.ndarray) -> np.ndarray:
+        """Turn (N, 3) vectors of the file to have +Y up."""
+        return np.column_stack([vectors[:, 0], vectors[:, 2], -vectors[:, 1]]) if self._z_up else vectors
+
     def _placed(self, points: Any) -> np.ndarray:
         """Check (N, 3) points, and turn what is up to +Y, float64."""
         found = np.asarray(points, np.float64)
         if found.ndim != 2 or found.shape[1] != 3:
             raise AirlightError(f"{self.path}: is damaged: its vertices have {found.shape[-1]} coordinates; export it again")
-        found = found @ self._turn.T
+        found = self._turned(found)
         self._vertices += len(found)
         if self._vertices > MAX_VERTICES:
             raise AirlightError(f"{self.path}: has more than {MAX_VERTICES} vertices; make it smaller first")
@@ -94,29 +99,33 @@ class MeshModel:
             arrays["colors"] = _linear(np.asarray(visual.vertex_colors))
         good = np.isfinite(points).all(axis=1)
         near, shift = recentred(np.where(good[:, None], points, points[good].mean(axis=0)))
-        if uv is not None and len(uv) == len(points):
+        if uv is not None and len(uv) == len(points) and np.shape(uv)[1:] >= (2,):
             uv = np.nan_to_num(np.asarray(uv, np.float64)[:, :2], posinf=0.0, neginf=0.0)
             arrays["texcoords"] = np.ascontiguousarray(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), np.float32)  # v is down in pygfx
         if normals is not None:
             faces = turned_out(points, normals, faces)
             arrays["normals"] = np.ascontiguousarray(normals, np.float32)
-        material = self._library.material(described, "texcoords" in arrays, flat=normals is None)
+        materials = [self._library.material(described, "texcoords" in arrays, flat=normals is None)]
         if "colors" in arrays:
-            material.color_mode = "vertex"
-            if arrays["colors"][:, 3].min() < 1:
-                material.alpha_mode, material.depth_write = "blend", False
+            alphas = arrays["colors"][:, 3]
+            modes = layers((float(alphas.min()), float(alphas.max())), False)
+            materials += [self._library.material(described, "texcoords" in arrays, flat=normals is None) for _ in modes[1:]]
+            for material, settings in zip(materials, modes, strict=True):
+                for setting, value in {"color_mode": "vertex", **settings}.items():
+                    setattr(material, setting, value)
         geometry = gfx.Geometry(positions=np.ascontiguousarray(near, np.float32), indices=np.ascontiguousarray(faces, np.uint32), **arrays)
-        complete(geometry, material)
-        thing = gfx.Mesh(geometry, material)
-        thing.cast_shadow, thing.receive_shadow = material.alpha_mode != "blend", True
-        self._add(thing, _short(name, described, self._library), shift)
+        for material in materials:
+            complete(geometry, material)
+            thing = gfx.Mesh(geometry, material)
+            thing.cast_shadow, thing.receive_shadow = material.alpha_mode != "blend", True
+            self._add(thing, _short(name, described, self._library), shift)
         return described
 
     def _normals(self, mesh: Any, points: np.ndarray) -> np.ndarray | None:
         """Take the normals that the file has; None where it has none, or some that are no directions: then faces are flat."""
         if "vertex_normals" not in mesh._cache.cache:
             return None
-        normals = np.asarray(mesh.vertex_normals, np.float64) @ self._turn.T
+        normals = self._turned(np.asarray(mesh.vertex_normals, np.float64))
         if normals.shape != points.shape or not np.isfinite(normals).all() or (np.linalg.norm(normals, axis=1) < 1e-6).any():
             return None
         return normals

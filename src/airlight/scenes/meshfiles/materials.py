@@ -124,8 +124,8 @@ class Library(Mapping[str, bytes]):
     def _pixels(self, name: str) -> np.ndarray:
         data = self.file.resource(name, "a texture")
         size = images.size(data)
-        if size is None:
-            self.file.refuse(f"{shown(name)} is neither PNG nor JPEG")
+        if size is None or not images.readable(data):
+            self.file.refuse(f"{shown(name)} is none of PNG, JPEG, WebP and AVIF")
         self._spent += size[1] * size[2]
         if self._spent > MAX_PIXELS:
             self.file.refuse(f"its textures have more than {MAX_PIXELS >> 20} million pixels", "make them smaller")

@@ -13,7 +13,7 @@ import trimesh
 from airlight.errors import AirlightError, warn
 from airlight.scenes.gltf import MAX_DRAWS
 from airlight.scenes.gltf.container import Container
-from airlight.scenes.meshfiles import MAX_MASKED, MAX_TEXT
+from airlight.scenes.meshfiles import MAX_MASKED, MAX_POLYGONS, MAX_TEXT
 from airlight.scenes.meshfiles.materials import Library
 
 MAX_HEADER = 2**16  # bytes of a PLY's header
@@ -147,13 +147,13 @@ def _ply(file: Container, data: bytes) -> bytes:
         word in _TYPES or word == "list" for _, _, kept in elements for words in kept for word in words[:-1]
     ):
         try:
-            return _triangles(data, head, start, elements, order)
+            return _triangles(file.path, data, head, start, elements, order)
         except (struct.error, ValueError, LookupError, OverflowError):
             file.refuse("is cut off, or damaged in its faces", "copy or export it again")
     return data
 
 
-def _triangles(data: bytes, head: bytes, start: int, elements: list[tuple[str, int, list[list[str]]]], order: str) -> bytes:
+def _triangles(path: str, data: bytes, head: bytes, start: int, elements: list[tuple[str, int, list[list[str]]]], order: str) -> bytes:
     """Make fans of a binary PLY's faces, where they have unlike numbers of corners, with the values that each face has."""
     at, face = start, next(i for i, (name, _, _) in enumerate(elements) if name == "face")
     for _, count, kept in elements[:face]:
@@ -167,6 +167,10 @@ def _triangles(data: bytes, head: bytes, start: int, elements: list[tuple[str, i
     ahead, behind = struct.calcsize(order + lead), struct.calcsize(order + tail)
     number, corner = struct.Struct(order + _TYPES[kept[place][1]]), _TYPES[kept[place][2]]
     size = struct.calcsize(corner)
+    if count == 0 or _alike(data[before:], count, ahead, number, size, behind):
+        return data
+    if count > MAX_POLYGONS:
+        raise AirlightError(f"{path}: has more than {MAX_POLYGONS} faces with unlike numbers of corners; export it with triangles alone")
     rows, lengths = [], set()
     for _ in range(count):
         (length,) = number.unpack_from(data, at + ahead)
@@ -191,6 +195,16 @@ def _triangles(data: bytes, head: bytes, start: int, elements: list[tuple[str, i
         faces += length - 2
     text = re.sub(rb"element(\s+)face(\s+)\d+", lambda found: b"element" + found[1] + b"face" + found[2] + str(faces).encode(), head)
     return text + data[len(head) : before] + b"".join(out) + data[at:]
+
+
+def _alike(data: bytes, count: int, ahead: int, number: struct.Struct, size: int, behind: int) -> bool:
+    """Tell whether all of a binary PLY's faces have as many corners as the first."""
+    (first,) = number.unpack_from(data, ahead)
+    row = ahead + number.size + int(first) * size + behind
+    if first < 0 or len(data) < count * row:
+        return False
+    table = np.frombuffer(data, np.uint8, count * row).reshape(count, row)[:, ahead : ahead + number.size]
+    return bool((table == table[0]).all())
 
 
 def finite_faces(file: str, points: np.ndarray, faces: np.ndarray) -> np.ndarray:

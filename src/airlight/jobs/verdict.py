@@ -1,0 +1,114 @@
+"""Judges results by what is written: nearly all of it white, black, or as it was; a scene of which nothing is seen."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from airlight.messages import say
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from airlight.scenes.offline import Frame, Studio
+
+NEARLY_ALL = 0.95  # of the pixels
+CODES = 2  # of 8 bits: what changes by no more is not seen, nor what lies no farther from black
+WHITE_LINEAR, BLACK_LINEAR = 0.987, 6e-4  # codes 253.5 and 2 of 255
+LOOKED_AT = 50_000  # pixels, about
+
+
+def percent(share: float) -> str:
+    """Write a share, never as all where it is not."""
+    return f"{min(int(100 * share), 99) if share < 1 else 100} %"
+
+
+def flat_share(pixels: "np.ndarray", is_float: bool = False) -> tuple[str, float] | None:
+    """Tell what nearly all of a picture is, "white" or "black", and its share; None where it is neither.
+
+    pixels: (h, w, 3 or more), uint8 codes, or linear. is_float: written as floats, which have no white, and black at 0 alone.
+    """
+    import numpy as np
+
+    step = max(1, int((pixels.shape[0] * pixels.shape[1] / LOOKED_AT) ** 0.5))
+    some = pixels[step // 2 :: step, step // 2 :: step, :3]
+    white, black = (253.5, CODES) if some.dtype == np.uint8 else (WHITE_LINEAR, 0.0 if is_float else BLACK_LINEAR)
+    if not some.size:
+        return None
+    for name, marks in (("black", some <= black), ("white", (some >= white) & (not is_float))):
+        share = float(marks.all(axis=2).mean())
+        if share > NEARLY_ALL:
+            return name, share
+    return None
+
+
+def changed_share(before: "np.ndarray", after: "np.ndarray", most: float = 1.0) -> float:
+    """Measure the share of pixels that change by more than CODES; both (h, w, 3), uint8 codes or linear up to most, which is written."""
+    import numpy as np
+
+    from airlight.colour import srgb_encode
+
+    if before.dtype == np.uint8:
+        off, limit = np.abs(after.astype(np.int16) - before), float(CODES)
+    else:
+        old, new = (srgb_encode(np.clip(v, 0, most)) for v in (before, after))
+        off, limit = np.abs(new - old), (CODES + 0.5) / 255
+    return float((off.max(axis=2) > limit).mean())
+
+
+def tell_compared(rows: Sequence[Any], before: "np.ndarray | None") -> None:
+    """Say which of the compared pictures, compare.result.Row, show nothing. before: (h, w, 3) linear, the picture; None for a scene."""
+    lights = "lights" if before is None else "exposure"
+    for row in rows:
+        found = flat_share(row.shown)
+        if found is not None:
+            cure = f"lower its {lights}" if found[0] == "white" else f"raise its {lights}"
+            say(f"{row.variant.name}: {percent(found[1])} of it is {found[0]}: {cure}", prefix="")
+        elif before is not None and (share := changed_share(before, row.shown)) < 1 - NEARLY_ALL:
+            say(f"{row.variant.name}: {percent(1 - share)} of it is as it was: raise its exposure, or lower --threshold", prefix="")
+
+
+@dataclass
+class OfScene:
+    """Judges the frames of a scene: `look` at each, `tell` at the end, once, what holds for all of them.
+
+    output: as the user named it.
+    """
+
+    output: str
+    frames: int = 0
+    flat: Counter[str] = field(default_factory=Counter)
+    least: float = 1.0
+    seen: bool = False  # something of the scene, in any frame
+
+    def look(self, studio: "Studio", frame: "Frame") -> None:
+        self.frames += 1
+        found = flat_share(frame.picture, self.output.lower().endswith((".exr", ".hdr")))
+        if found is not None:
+            self.flat[found[0]] += 1
+            self.least = min(self.least, found[1])
+        self.seen = self.seen or sees(studio)
+
+    def tell(self) -> None:
+        """Say what all frames have in common that nobody wants, with its cure."""
+        of = f"{self.output}: " if self.frames == 1 else f"{self.output}, all {self.frames} frames: "
+        if self.frames and not self.seen:
+            say(f"{of}nothing of the scene is seen: place the camera by --eye x,y,z and --target x,y,z, or name one by --camera", prefix="")
+            return
+        for name, cure in (("white", "--ev -4 darkens it"), ("black", "--ev 4 brightens it, --light or --sun adds a light")):
+            if self.frames and self.flat[name] == self.frames:
+                say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
+
+
+def sees(studio: "Studio") -> bool:
+    """Tell whether anything of the stage was drawn in the last frame; what is seen through leaves no depth, and is taken to be seen."""
+    import numpy as np
+
+    def shows_through(thing: Any) -> bool:
+        material = getattr(thing, "material", None)
+        return material is not None and thing.visible and not material.depth_write
+
+    if (studio.read(studio.shafts.depths, np.float32)[..., 0] < 1).any():
+        return True
+    background = {id(thing) for thing in studio.stage.scene.iter() if type(thing).__name__ == "Background"}
+    return any(shows_through(thing) for thing in studio.stage.scene.iter() if id(thing) not in background)

@@ -1,0 +1,152 @@
+"""Exposes scenes with physical lights: how bright their pictures are, and their own radiances scaled so that half floats hold them.
+
+Lights of 100 lux, of 1,000 candela and more are physical, and so is all that shines with 100 and more. What is of order 1 beside them, as
+unlit colours, and the background and fill light that a file without surroundings is given, stands for what a display shows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.colour import srgb_decode, srgb_encode
+from airlight.scenes.stage import Stage
+
+PHYSICAL_LUX, PHYSICAL_CANDELA, PHYSICAL_RADIANCE = 100.0, 1000.0, 100.0  # from which lights, and what shines, are physical
+METERED_WIDTH, METERED_TIMES = 160, 4  # pixels; times of an animation
+PASSES, NEAR_STOPS = 4, 6.0  # at most; each begins with what the last has found, until that is so near
+BRIGHT_HALF = (0.5, 0.98)  # between these shares of all pixels by luminance their logarithms are averaged
+KEY, HIGHLIGHT = 0.27, 2.0  # what that average becomes; what the upper share's luminance becomes at most
+DARK = 2.0**-10  # of the brightest: what is darker is not metered
+HALF_MOST = 65504.0
+STOPS = (-40.0, 8.0)
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Says how a stage is exposed.
+
+    automatic: stops; None: its lights are not physical. pre: factor that its radiances are given, a power of 2.
+    """
+
+    automatic: float | None = None
+    pre: float = 1.0
+
+    @property
+    def ev(self) -> float:
+        """Give the stops where none are asked for."""
+        return self.automatic or 0.0
+
+    def line(self) -> str:
+        """Say what was chosen."""
+        return f"exposure {self.ev:+.2f} EV, automatic for lights in lux and candela; --ev N sets it"
+
+
+def strengths(scene: gfx.Scene) -> tuple[float, float]:
+    """Find the greatest lux of a scene's suns and candela of its lamps, as they are scaled."""
+    suns, lamps = [0.0], [0.0]
+    for thing in scene.iter(skip_invisible=True):
+        if isinstance(thing, gfx.DirectionalLight | gfx.PointLight | gfx.SpotLight):
+            (suns if isinstance(thing, gfx.DirectionalLight) else lamps).append(thing.intensity * max(thing.color.to_physical()[:3]))
+    return max(suns), max(lamps)
+
+
+def is_physical(scene: gfx.Scene) -> bool:
+    """Tell whether a scene, not scaled yet, has a physical light."""
+    sun, lamp = strengths(scene)
+    return sun >= PHYSICAL_LUX or lamp >= PHYSICAL_CANDELA
+
+
+def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exposure:
+    """Find the automatic exposure of a stage, whose radiances are left scaled by its `pre`.
+
+    luminances: of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it. They are taken at fixed
+    times of the whole animation, so that any frames of it have one exposure; and by two pre-exposures, so that what does not scale, being
+    for a display, is known, and left out.
+    """
+    expose(stage, 1.0)
+    if not is_physical(stage.scene):
+        return Exposure()
+    sun, lamp = strengths(stage.scene)
+    times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
+    stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
+    ev = float(stops)
+    for _ in range(PASSES):
+        seen = []
+        for part in (1.0, 0.25):
+            pre = part * 2.0**stops
+            expose(stage, pre)
+            found = np.concatenate([luminances(time, pre).ravel() for time in times]).astype(np.float64)
+            seen.append(np.nan_to_num(found, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
+        ev = round(min(max(stops + lacking((seen[0] - seen[1]) / 0.75), STOPS[0]), STOPS[1]), 2)
+        if abs(ev - stops) < NEAR_STOPS:
+            break
+        stops = round(ev)
+    expose(stage, 2.0 ** round(ev))
+    return Exposure(ev, stage.pre_exposure)
+
+
+def lacking(luminance: np.ndarray) -> float:
+    """Compute the stops by which a picture of these luminances lacks exposure, of what is not dark beside the brightest of it.
+
+    The logarithms of the brighter half's luminances, but for the brightest 2 %, are averaged, and the average put at KEY; less bright where
+    that would put more than these 2 % beyond HIGHLIGHT.
+    """
+    y = luminance[luminance > max(DARK * float(np.quantile(luminance, 0.999)), 1e-7)]
+    if not y.size:
+        return 0.0
+    low, high = np.quantile(y, BRIGHT_HALF)
+    average = float(np.log2(y[(y >= low) & (y <= high)]).mean())
+    return min(math.log2(KEY) - average, math.log2(HIGHLIGHT / high))
+
+
+# ---------------------------------------------------------------- scaling a scene
+
+_SKIES: WeakKeyDictionary[Any, tuple[Any, float]] = WeakKeyDictionary()  # of skybox materials: the map at first, the factor of that it has
+_EMISSION: WeakKeyDictionary[Any, float] = WeakKeyDictionary()  # of materials: their emissive intensity at first
+
+
+def expose(stage: Stage, pre: float) -> None:
+    """Scale a stage's own radiances by a factor, a power of 2, that stands instead of the last one.
+
+    Its sky is scaled in proportion to its sun: by what makes the sky's own sun as bright as that, where that is physical.
+    """
+    factor = pre / stage.pre_exposure
+    if pre == stage.pre_exposure == 1.0 and not is_physical(stage.scene):
+        return
+    sun = strengths(stage.scene)[0] / stage.pre_exposure
+    stage.pre_exposure = pre
+    sky = pre * sun / stage.sky_sun if stage.sky_sun and sun >= PHYSICAL_LUX else 1.0
+    materials = {}
+    for thing in stage.scene.iter():
+        if isinstance(thing, gfx.DirectionalLight | gfx.PointLight | gfx.SpotLight):
+            thing.intensity *= factor
+        material = getattr(thing, "material", None)
+        if material is not None:
+            materials[id(material)] = material
+    for material in materials.values():
+        if isinstance(material, gfx.MeshStandardMaterial):
+            material.env_map_intensity = sky
+            intensity = _EMISSION.setdefault(material, float(material.emissive_intensity))
+            physical = max(material.emissive.to_physical()[:3]) * intensity >= PHYSICAL_RADIANCE
+            material.emissive_intensity = intensity * pre if physical else intensity
+        elif isinstance(material, gfx.BackgroundSkyboxMaterial):
+            _scale_sky(material, sky)
+
+
+def _scale_sky(material: Any, factor: float) -> None:
+    """Make the map of a skybox anew, so many times as bright as its first."""
+    first, now = _SKIES.get(material, (material.map, 1.0))
+    if factor == now:
+        return
+    texture = getattr(first, "texture", first)
+    codes = texture.data.astype(np.float32)
+    codes[..., :3] = srgb_encode(np.minimum(srgb_decode(codes[..., :3]) * np.float32(factor), np.float32(HALF_MOST)).astype(np.float32))
+    material.map = gfx.Texture(codes.astype(np.float16), dim=2, size=texture.size, generate_mipmaps=True)
+    _SKIES[material] = first, factor
