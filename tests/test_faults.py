@@ -18,7 +18,7 @@ from airlight.options import Parameters
 from airlight.scatter.radial import radial
 
 FAULTING = Path(__file__).with_name("faulting.py")
-FORMATS = ("png", "jpg", "tif", "webp", "exr", "hdr")
+FORMATS = ("png", "jpg", "tif", "webp", "exr", "hdr", "dpx", "jxl", "avif")
 COMMAND = [sys.executable, "-m", "airlight"]
 linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the command has no process of its own")
 

@@ -13,7 +13,7 @@ from picture_files import P3, SRGB, store
 from airlight.cli import main
 from airlight.colour import srgb_encode
 from airlight.errors import AirlightError, AirlightWarning
-from airlight.files import coded, icc, read_image, spaces, write_image
+from airlight.files import coded, icc, read_image, spaces, told, write_image
 from airlight.files.colour import XYZ_TO_709, Profile
 from airlight.files.decode import decode
 
@@ -302,6 +302,16 @@ def test_exr_tells_by_name(tmp_path, attributes, chromaticities, told):
     assert written == ("" if "chromaticities" in attributes else attributes.get("colorInteropID", written))
 
 
+@pytest.mark.parametrize(("tail", "found"), [(b"http://ns.apple.com/HDRGainMap/1.0/", True), (b"a second view", False)])
+def test_a_gain_map_that_only_its_own_picture_names(tmp_path, tail, found):
+    path = store(tmp_path / "in.jpg", codes_of(LIGHT, "uint8"))
+    files.with_segment(path, b"MPF\0" + bytes(30), 0xE2)
+    path.write_bytes(path.read_bytes() + tail)
+    assert read_image(path).gain_map is found
+    head = b"\0\0\0\x20ftypavif\0\0\0\0avifmif1miaf" + (b"tmap" if found else b"MA1A")
+    assert told.read(oiio.ImageSpec(24, 24, 3, "uint8"), "avif", "a.avif", codes_of(LIGHT, "uint8"), head, None).gain_map is found
+
+
 @pytest.mark.parametrize("extension", OUTPUTS)
 @pytest.mark.parametrize("source", [".png", ".jpg", ".tif", ".webp"])
 def test_profiles_stand_alone(tmp_path, source, extension):
@@ -314,6 +324,19 @@ def test_profiles_stand_alone(tmp_path, source, extension):
     if extension in (".png", ".jpg", ".tif", ".webp", ".avif"):
         assert said == P3 or set(said) == {b"iCCP"}
     np.testing.assert_allclose(in_rec709(tmp_path / f"out{extension}"), picture.linear() * 0.9, atol=0.06)
+
+
+def test_lab_says_so(tmp_path):
+    from PIL import Image, ImageCms
+
+    image = Image.fromarray(codes_of(srgb_encode(LIGHT), "uint8"))
+    profiles = ImageCms.createProfile("sRGB"), ImageCms.createProfile("LAB")
+    ImageCms.applyTransform(image, ImageCms.buildTransform(*profiles, "RGB", "LAB")).save(tmp_path / "lab.tif")
+    with pytest.warns(AirlightWarning, match="is Lab and was converted to RGB plainly") as told_of:
+        picture = read_image(tmp_path / "lab.tif")
+    assert len(told_of) == 1 and picture.icc is None
+    write_image(tmp_path / "out.tif", picture.linear(), picture)
+    assert statement(tmp_path / "out.tif") == "srgb"
 
 
 def test_radiance_primaries(tmp_path):

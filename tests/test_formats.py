@@ -152,6 +152,21 @@ def test_avif_orientation_and_primaries(tmp_path):
         read_image(tmp_path / "log.avif")
 
 
+def test_avif_of_more_than_8_bits(tmp_path, monkeypatch):
+    """Pillow writes none: what such a file says of itself is told."""
+    from airlight.files import boxes
+
+    picture = read_image(store(tmp_path / "a.png", codes_like()))
+    write_image(tmp_path / "a.avif", picture.linear(), picture)
+    data = bytearray((tmp_path / "a.avif").read_bytes())
+    assert not boxes.is_deep(data)
+    data[data.index(b"av1C") + 6] |= 0x40
+    assert boxes.is_deep(data) and not boxes.is_deep(data[: data.index(b"av1C") + 6])
+    monkeypatch.setattr(boxes, "is_deep", lambda head: True)
+    with pytest.warns(AirlightWarning, match="more than 8 bits"):
+        read_image(tmp_path / "a.avif")
+
+
 @pytest.mark.parametrize(("out", "reads"), [("b.avif", False), ("b.png", True)])
 def test_avif_without_pillow(tmp_path, monkeypatch, capsys, out, reads):
     from airlight.files import by_pillow

@@ -50,7 +50,7 @@ def layer(things: list[Any], light: SceneLight, march: March) -> np.ndarray:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_closed_room_is_dark(way: str) -> None:
-    """Less than a millionth of what a sun would scatter into a metre, in all but a pixel or two on joints; light comes by six suns and lamps."""
+    """Less than a millionth of what the light would scatter into a metre, but for a pixel on a joint."""
     for towards in SUNS:
         found = layer(room(), SceneLight(direction=towards, color=(LUX,) * 3), WAYS[way])
         assert np.count_nonzero(found.max(axis=-1) > 1e-6 * LUX * SIGMA * ALBEDO / (4 * np.pi)) <= 1, towards

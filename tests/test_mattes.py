@@ -182,7 +182,8 @@ def test_masks_by_the_command(tmp_path, capsys):
     np.testing.assert_array_equal(pixels[1], pixels[0])
     np.testing.assert_array_equal(pixels[2], pixels[0])
     assert (pixels[3] != pixels[0]).any()
-    assert main(["image", source, "-o", str(tmp_path / "x.exr"), "--mask-layer", "Tre", *LIT]) == 2
+    capsys.readouterr()
+    assert main(["image", source, "-o", str(tmp_path / "x.exr"), "--mask-layer", "Tree", *LIT]) == 2
     said = capsys.readouterr().err
     assert "did you mean 'Tree_" in said and said.count("\n") == 1
 
@@ -233,3 +234,21 @@ def test_a_picture_of_one_view(tmp_path):
     write_image(tmp_path / "a.png", np.zeros((H, W, 3), np.float32))
     with pytest.raises(AirlightError, match="is of one view"):
         read_image(tmp_path / "a.png", view="right")
+
+
+@pytest.mark.parametrize("at", [(0, 0), (5, 3), (-2, -4), (20, 20), (40, 0)])
+def test_a_cropped_matte_lies_where_it_was(tmp_path, at):
+    """The data window of mattes is often smaller than the picture's; beyond it there is nothing, and depths are far."""
+    picture = read_image(exr(tmp_path / "a.exr", colours(0.5)))
+    matte = np.arange(1, 61, dtype=np.float32).reshape(6, 10)
+    spec = oiio.ImageSpec(10, 6, 1, "float")
+    spec.channelnames, (spec.x, spec.y) = ("matte.A",), at
+    spec.full_x, spec.full_y, spec.full_width, spec.full_height = 0, 0, W, H
+    out = oiio.ImageOutput.create("openexr")
+    assert out.open(str(tmp_path / "m.exr"), spec) and out.write_image(matte[..., None]) and out.close()
+    for far, beyond in ((False, 0), (True, 60)):
+        expected = np.full((H + 100, W + 100), beyond, np.float32)
+        expected[at[1] + 50 : at[1] + 56, at[0] + 50 : at[0] + 60] = matte
+        found = plane_of_file(str(tmp_path / "m.exr"), "matte.A", like=picture, far=far)
+        np.testing.assert_array_equal(found, expected[50 : 50 + H, 50 : 50 + W])
+    assert plane_of_file(str(tmp_path / "m.exr"), "matte.A").shape == (6, 10)

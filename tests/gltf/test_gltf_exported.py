@@ -484,7 +484,7 @@ def test_choices_on_the_command_line_are_kept(tmp_path: Path, capsys: pytest.Cap
     assert main(["view", made[0], "--animation", "1", "--screenshot", str(tmp_path / "v.png")]) == 2
     assert main(["view", path, "--scene", "Dawn", "--screenshot", str(tmp_path / "v.png")]) == 2
     run, picture, dawn = capsys.readouterr().err.splitlines()[-3:]
-    assert "has no animation 'run'" in run and "--animation and --scene are for" in picture and "has no scene 'Dawn'" in dawn
+    assert "has no animation 'run'" in run and "--animation, --scene and --up are for" in picture and "has no scene 'Dawn'" in dawn
 
 
 def test_an_empty_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

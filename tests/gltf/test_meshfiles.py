@@ -128,6 +128,16 @@ def test_ply_with_colours_and_polygons(kind: str, mixed: bool, tmp_path: Path, e
     assert mesh.material.flat_shading and mesh.receive_shadow
 
 
+@pytest.mark.parametrize("least, modes", [(255, ["solid"]), (250, ["solid"]), (100, ["solid", "blend"])])
+def test_ply_with_alpha_is_solid_where_it_is_opaque(least: int, modes: list[str], tmp_path: Path) -> None:
+    colors = np.array([[188, 188, 188, 255]] * 3 + [[188, 188, 188, least]])
+    data = ply("ascii", np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]]), [[0, 1, 2, 3]], colors)
+    data = data.replace(b"property uchar blue\n", b"property uchar blue\nproperty uchar alpha\n")
+    found = drawn(open_scene(write(tmp_path, "a.ply", data), "none"))
+    assert [mesh.material.alpha_mode for mesh in found] == modes
+    assert [mesh.cast_shadow for mesh in found] == [mesh.material.depth_write for mesh in found] == [mode == "solid" for mode in modes]
+
+
 def test_ply_of_points(tmp_path: Path, eye: Eye) -> None:
     grid = np.array([[x, y, 0] for x in np.arange(-2, 2, 1 / 16) for y in np.arange(-1, 1, 1 / 16)])
     grid[5] = np.nan

@@ -72,6 +72,12 @@ def exif_block(spec: Any, name: str) -> bytes:
     return b""
 
 
+def is_deep(head: bytes) -> bool:
+    """Tell whether an AVIF's first bytes say that a code has more than 8 bits (AV1 Codec ISO Media File Format Binding, 2.3.3)."""
+    at = head.find(b"av1C")
+    return 0 <= at < len(head) - 6 and bool(head[at + 6] & 0x40)
+
+
 def colour_codes(head: bytes) -> tuple[int, int, int] | None:
     """Read the code points of primaries, transfer and matrix (ITU-T H.273) from an AVIF's first bytes; None where there are none."""
     at = head.find(b"colrnclx")

@@ -46,7 +46,10 @@ def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     pillow = _library(path, "reading AVIF")
     pixels, spec, image = _decode(pillow, file, path, check, "AVIF")
     file.seek(0)
-    codes = boxes.colour_codes(file.read(4096))
+    head = file.read(4096)
+    codes = boxes.colour_codes(head)
+    if boxes.is_deep(head):
+        warn(f"{path}: has more than 8 bits, of which 8 are read; export it as PNG or TIFF of 16 bits to use them all", 6)
     icc = image.info.get("icc_profile")
     if icc:
         spec.attribute("ICCProfile", f"uint8[{len(icc)}]", np.frombuffer(icc, np.uint8))

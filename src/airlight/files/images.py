@@ -155,8 +155,9 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, color
     pixels = upright(pixels, orientation)
 
     space = spec.get_string_attribute("jpeg:ColorSpace") + spec.get_string_attribute("tiff:ColorSpace")
-    if "CMYK" in space or "YCbCrK" in space:
-        warn(f"{name}: is CMYK and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
+    kind = "CMYK" if "CMYK" in space or "YCbCrK" in space else "Lab" if "LAB" in space.upper() else ""
+    if kind:
+        warn(f"{name}: is {kind} and was converted to RGB plainly; convert it to RGB yourself for true colours", 4)
 
     names = list(spec.channelnames)
     if format == "openexr":

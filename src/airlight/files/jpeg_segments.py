@@ -4,6 +4,7 @@ Sources: CIPA DC-007 (MPF), Ultra HDR Image Format v1.1, ISO 21496-1 (gain maps)
 """
 
 import contextlib
+import mmap
 import struct
 from collections.abc import Iterator
 
@@ -13,6 +14,7 @@ from airlight.files.decode import opened
 ADOBE_GAMMA = 563 / 256  # Adobe RGB Color Image Encoding, 4.3.4.2
 MOST_SEGMENTS = 1000
 _EXIF, _XMP, _ISO = b"Exif\0\0", b"http://ns.adobe.com/", b"urn:iso:std:iso:ts:21496:-1\0"
+_MPF = b"MPF\0"
 _GAIN = (b"http://ns.adobe.com/hdr-gain-map/", b"http://ns.apple.com/HDRGainMap/")
 
 
@@ -32,13 +34,17 @@ def _applications(path: str) -> Iterator[bytes]:
 
 def read(path: str) -> tuple[Coding | None, bool]:
     """Tell a JPEG's coding where its Exif data say Adobe RGB, else None, and whether it holds a gain map."""
-    index, gain = None, False
+    index, gain, several = None, False, False
     for data in _applications(path):
         if data.startswith(_EXIF) and index is None:
             index = b""
             with contextlib.suppress(struct.error):
                 index = _index(data[len(_EXIF) :])
         gain = gain or data.startswith(_ISO) or (data.startswith(_XMP) and any(name in data for name in _GAIN))
+        several = several or data.startswith(_MPF)
+    if several and not gain:  # Apple's say so in the second picture alone
+        with opened(path) as (name, _), open(name, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as whole:
+            gain = any(whole.find(words) >= 0 for words in (*_GAIN, _ISO))
     return Coding(ADOBE, "gamma", ADOBE_GAMMA) if index == b"R03" else None, gain
 
 

@@ -27,11 +27,19 @@ def plane_of_picture(picture: Picture, text: str, view: str | None = None) -> np
     return _chosen(text, names, plane, picture.spec, picture.path, view)
 
 
-def plane_of_file(path: str | os.PathLike[str], text: str, on_damage: str = "error", view: str | None = None) -> np.ndarray:
+def plane_of_file(
+    path: str | os.PathLike[str],
+    text: str,
+    on_damage: str = "error",
+    view: str | None = None,
+    like: Picture | None = None,
+    far: bool = False,
+) -> np.ndarray:
     """Choose a plane of an EXR: (H, W) float32, as stored, infinite values as the largest finite ones.
 
     text: a channel (`Z`, `matte.A`), a layer with R G B, or an object of a Cryptomatte, `MATTE/OBJECT` or `OBJECT`, in which * and ? stand
-    for any. view: of a stereo EXR, the view whose channel of that name is meant first. Raises AirlightError, listing what there is.
+    for any. view: of a stereo EXR, the view whose channel of that name is meant first. like: a picture of the same display window, whose
+    data window the plane is put into, with 0 beyond its own, or its largest value if `far`. Raises AirlightError, listing what there is.
     """
     name = os.fsdecode(path)
     pixels, spec, format, _ = decode(name, on_damage)
@@ -39,7 +47,21 @@ def plane_of_file(path: str | os.PathLike[str], text: str, on_damage: str = "err
         raise AirlightError(f"{name}: has no channel {text!r}: it is no EXR; leave that out, and its luminance is taken")
     orientation = spec.get_int_attribute("Orientation", 1)
     pixels = upright(pixels, orientation if 1 <= orientation <= 8 else 1)
-    return _chosen(text, list(spec.channelnames), lambda i: pixels[..., i], spec, name, view)
+    found = _chosen(text, list(spec.channelnames), lambda i: pixels[..., i], spec, name, view)
+    return found if like is None or orientation > 1 else _placed(found, spec, like, far)
+
+
+def _placed(plane: np.ndarray, spec: Any, like: Picture, far: bool) -> np.ndarray:
+    """Put a plane where it lies in a picture's data window; as it is where the display windows are of different sizes."""
+    x, y, width, height = like.data_window
+    left, top = spec.x - spec.full_x - (x - like.display_window[0]), spec.y - spec.full_y - (y - like.display_window[1])
+    if (spec.full_width, spec.full_height) != like.display_window[2:] or (left, top, *plane.shape) == (0, 0, height, width):
+        return plane
+    result = np.full((height, width), plane.max() if far else 0, np.float32)
+    rows, columns = (slice(max(at, 0), max(at + size, 0)) for at, size in ((top, plane.shape[0]), (left, plane.shape[1])))
+    target = result[rows, columns]
+    target[...] = plane[max(-top, 0) :, max(-left, 0) :][: target.shape[0], : target.shape[1]]
+    return result
 
 
 def _chosen(text: str, names: Sequence[str], plane: Callable[[int], np.ndarray], spec: Any, path: str, view: str | None) -> np.ndarray:

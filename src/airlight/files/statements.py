@@ -44,7 +44,7 @@ def warn_of_loss(name: str, like: Picture | None, pixels: np.ndarray) -> None:
     """Tell of colours, linear Rec. 709, that an output in sRGB cannot hold, where the input's codes did."""
     if like is None or like.codes.dtype.kind != "u" or like.profile is None or (like.icc is None and like.coding is None):
         return
-    if like.coding is not None and like.coding.is_hdr and not name.endswith(".hdr") and pixels.max(initial=0) > 1 + _BEYOND:
+    if like.coding is not None and like.coding.is_hdr and not name.lower().endswith(".hdr") and pixels.max(initial=0) > 1 + _BEYOND:
         most = f"{pixels.max() * DIFFUSE_WHITE:.0f} cd/m2 where white is {DIFFUSE_WHITE:.0f}"
         warn(f"{name}: HDR light brighter than white ({most}) is cut; .exr keeps it, and .png as it was", 4)
     elif (pixels.min(axis=2) < -_BEYOND).mean() > _BEYOND_PART:

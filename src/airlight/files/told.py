@@ -40,7 +40,7 @@ def read(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes, colo
         return _of_floats(spec, format, path, head, colorspace)
     if colorspace is not None:
         raise AirlightError(f"{path}: holds integers, whose colours the file itself tells; --colorspace is for EXR, HDR, float TIFF")
-    coding, gain_map = _coding(spec, format, path, codes)
+    coding, gain_map = _coding(spec, format, path, codes, head)
     if coding is None:
         icc, profile = _profile(spec, path)
         linear = format != "png" and icc is None and spec.get_string_attribute("oiio:ColorSpace").startswith("lin")
@@ -51,9 +51,9 @@ def read(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes, colo
     return told
 
 
-def _coding(spec: Any, format: str, path: str, codes: np.ndarray) -> tuple[Coding | None, bool]:
+def _coding(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes) -> tuple[Coding | None, bool]:
     """Find the coding of a picture of integers whose file tells it by numbers, else None; and whether the file has a gain map."""
-    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map"))
+    coding, gain_map = None, bool(spec.get_int_attribute("airlight:gain_map")) or b"tmap" in head[8:64]  # a brand of AVIF and HEIC
     if format == "png":
         coding = png_chunks.coding(path, codes.dtype.itemsize * 8)
     elif format == "jpeg":
@@ -80,7 +80,7 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
     if value is None:
         return None, None
     icc = bytes(bytearray(value))
-    if icc[16:20] == b"CMYK":  # OpenImageIO has made RGB of the pixels already
+    if icc[16:20] in (b"CMYK", b"Lab "):  # OpenImageIO has made RGB of the pixels already
         return None, None
     try:
         profile = Profile(icc)

@@ -36,7 +36,9 @@ class Reading:
 
         if layer is None:
             return None if path is None else read_mask(path, self.on_damage, depth, self.view)
-        return plane_of_picture(picture, layer, self.view) if path is None else plane_of_file(path, layer, self.on_damage, self.view)
+        if path is None:
+            return plane_of_picture(picture, layer, self.view)
+        return plane_of_file(path, layer, self.on_damage, self.view, picture, depth)
 
     def mask(self, path: str | None, picture: "Picture") -> "np.ndarray | None":
         """Read a mask, (H, W) in 0..1: white emits."""

@@ -1,14 +1,14 @@
 // Shadows on pygfx's surfaces, from maps of ours (surface_shadows.py): a part of its shaders. Percentage-closer filtering (Reeves et al.
-// 1987) with a smooth kernel of 8 x 8 texels. Each texel is tested against the plane of the surface where that texel is, so that a plane
+// 1987) with a smooth kernel of 4 x 4 texels. Each texel is tested against the plane of the surface where that texel is, so that a plane
 // never shades itself, whatever its slope. A texel that lies behind that plane tells nothing of the surface, since it does not go on so far:
 // it is left out. So a filter at the joint of two walls does not reach past them, into the open, and there are no lines of light.
 //! include "pygfx/shadow_kernel.wgsl"
 const BIAS = 0.06;              // texels that a caster stands off the plane at least: for drivers of 4 bits of subpixel precision
 const BIAS_BEND = 0.02;         // texels more, times the square of those from the kernel's middle: for surfaces that are bent inwards
-const BIAS_HIDDEN = 0.02;       // texels that it does where the middle is hidden: of a joint's wall hardly a texel passes for its neighbour
+const BIAS_HIDDEN = 0.01;       // texels that it does where the middle is hidden: of a joint's wall hardly a texel passes for its neighbour
 const SURELY_HIDDEN = 0.5;      // texels off the plane
 const NOTHING = -1e9;           // the depth of what the map holds 0 for, where nothing casts: a surface may lie below its far plane
-const LEAK = 0.06;              // share of a kernel that texels at a joint may still take for lit
+const LEAK = 0.08;              // share of a kernel that texels at a joint may still take for lit
 const LEAST_COSINE = 0.02;      // between light and normal, that is reckoned with
 
 /// Filter what a shadow map lets through to a place on a surface of this facet. view: into u_ambient_light.views, world to homogeneous
@@ -28,45 +28,37 @@ fn surface_shadow(maps: texture_depth_2d_array, layer: i32, view: i32, place: ve
     let slope = depth_slope(u, v, LEAST_COSINE / (texel * texel));
     let metres = scale.z + scale.w * at.w * at.w; // along a ray of the light, of depth
     let texels = metres * max(abs(dot(facet, to_light)), LEAST_COSINE) / texel; // off the plane, of depth
+    // Gather 4 x 4 texels, four at a time: (left below, right below, right above, left above)
     let base = floor(middle.xy - 0.5);
     let part = middle.xy - 0.5 - base;
-    let last = vec2i(size) - 1;
-    // Test the four texels in the middle
-    let first = clamp(vec2i(base), vec2i(0), last - 1);
-    let depths = vec4f(
-        textureLoad(maps, first, layer, 0),
-        textureLoad(maps, first + vec2i(1, 0), layer, 0),
-        textureLoad(maps, first + vec2i(0, 1), layer, 0),
-        textureLoad(maps, first + 1, layer, 0),
-    );
-    let planes = middle.z + slope.x * (vec4f(0.0, 1.0, 0.0, 1.0) - part.x) + slope.y * (vec4f(0.0, 0.0, 1.0, 1.0) - part.y);
-    let above = texels * (select(depths, vec4f(NOTHING), depths == vec4f(0.0)) - planes);
-    let hidden = any(above > vec4f(SURELY_HIDDEN));
-    if (hidden && casts && any(above < vec4f(-SURELY_HIDDEN))) { return 0.0; } // a joint, where the surface ends in a shadow
+    let plane = middle.z - dot(slope, part);
+    $$ for k in range(2)
+    let column_{{ k }} = vec4f({{ 2 * k - 1 }}.0, {{ 2 * k }}.0, {{ 2 * k }}.0, {{ 2 * k - 1 }}.0);
+    let row_{{ k }} = vec4f({{ 2 * k }}.0, {{ 2 * k }}.0, {{ 2 * k - 1 }}.0, {{ 2 * k - 1 }}.0);
+    $$ endfor
+    $$ for j in range(2)
+    $$ for i in range(2)
+    let depths_{{ i }}{{ j }} = textureGather(maps, s_shadow, (base + vec2f({{ 2 * i }}.0, {{ 2 * j }}.0)) / size, layer);
+    let cast_{{ i }}{{ j }} = select(depths_{{ i }}{{ j }}, vec4f(NOTHING), depths_{{ i }}{{ j }} == vec4f(0.0));
+    let above_{{ i }}{{ j }} = texels * (cast_{{ i }}{{ j }} - plane - slope.x * column_{{ i }} - slope.y * row_{{ j }});
+    $$ endfor
+    $$ endfor
+    // Test the four in the middle
+    let inner = vec4f(above_00.y, above_10.x, above_01.z, above_11.w);
+    let hidden = any(inner > vec4f(SURELY_HIDDEN));
+    let joint = hidden && casts && any(inner < vec4f(-SURELY_HIDDEN)); // where the surface ends in a shadow
     let bias = select(vec2f(BIAS, BIAS_BEND), vec2f(BIAS_HIDDEN, 0.0), hidden);
-    // Weigh all texels around
-    let left = vec4f(-3.0, -2.0, -1.0, 0.0) - part.x;
-    let right = vec4f(1.0, 2.0, 3.0, 4.0) - part.x;
-    let weight_left = kernel_weight(left);
-    let weight_right = kernel_weight(right);
+    // Weigh all of them
     var sum = vec2f(0.0);
-    $$ for j in range(-3, 5)
+    $$ for j in range(2)
+    $$ for i in range(2)
     {
-        let down = {{ j }}.0 - part.y;
-        let y = clamp(i32(base.y) + {{ j }}, 0, last.y);
-        let weight = kernel_weight(vec4f(down)).x;
-        let plane = middle.z + slope.y * down;
-        $$ for side, first in (("left", -3), ("right", 1))
-        let depths_{{ side }} = vec4f(
-            $$ for i in range(first, first + 4)
-            textureLoad(maps, vec2i(clamp(i32(base.x) + {{ i }}, 0, last.x), y), layer, 0),
-            $$ endfor
-        );
-        let cast_{{ side }} = select(depths_{{ side }}, vec4f(NOTHING), depths_{{ side }} == vec4f(0.0));
-        let above_{{ side }} = texels * (cast_{{ side }} - plane - slope.x * {{ side }});
-        sum += weigh_texels(weight * weight_{{ side }}, above_{{ side }}, bias.x + bias.y * ({{ side }} * {{ side }} + down * down), casts);
-        $$ endfor
+        let x = column_{{ i }} - part.x;
+        let y = row_{{ j }} - part.y;
+        sum += weigh_texels(kernel_weight(x) * kernel_weight(y), above_{{ i }}{{ j }}, bias.x + bias.y * (x * x + y * y), casts);
     }
     $$ endfor
-    return select(max(sum.x / sum.y - LEAK, 0.0) / (1.0 - LEAK), 1.0, sum.y <= 0.0);
+    $$ endfor
+    let lit = select(max(sum.x / sum.y - LEAK, 0.0) / (1.0 - LEAK), 1.0, sum.y <= 0.0);
+    return select(lit, 0.0, joint);
 }

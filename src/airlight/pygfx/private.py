@@ -16,7 +16,7 @@ from pygfx.renderers.wgpu.engine.renderstate import BlendRenderState, CombinedRe
 from pygfx.renderers.wgpu.engine.shadowutil import render_shadow_maps
 from pygfx.renderers.wgpu.engine.shared import get_shared
 from pygfx.renderers.wgpu.engine.update import update_resource
-from pygfx.renderers.wgpu.engine.utils import nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.engine.utils import GfxSampler, nchannels_from_format, registry, to_texture_format
 from pygfx.renderers.wgpu.shader import templating
 from pygfx.renderers.wgpu.shader.base import ShaderInterface
 from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
@@ -204,7 +204,10 @@ Casting = tuple[tuple[bool, ...], ...]  # of each kind of KINDS, which of its li
 
 
 class _SurfaceLights(LightRenderState):  # type: ignore[misc]
-    """Keeps lights as pygfx's shaders read them, with shadow maps of ours. Overrides _setup_light_resources, prepare_for_draw."""
+    """Keeps lights as pygfx's shaders read them, with shadow maps of ours.
+
+    Overrides _setup_light_resources, _get_light_vars_code, prepare_for_draw.
+    """
 
     def __init__(self, casting: Casting, sizes: dict[str, int]) -> None:
         self.casting, self.sizes = dict(zip(KINDS, casting, strict=True)), sizes
@@ -229,6 +232,11 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
                 texture = self.device.create_texture(size=size, usage=usage, format="depth32float")
                 self.maps[name] = [texture.create_view(dimension="2d", base_array_layer=i, array_layer_count=1) for i in range(layers)]
                 self.bindings.append(Binding(f"u_{name}_maps", "shadow_texture/2d-array", texture.create_view(dimension="2d-array")))
+        self.bindings.append(Binding("s_shadow", "sampler/non_filtering", GfxSampler("nearest", "clamp")))
+
+    def _get_light_vars_code(self, bind_group_index: int) -> str:
+        last = f"@group({bind_group_index}) @binding({len(self.bindings) - 1}) var s_shadow: sampler;"
+        return "\n".join([super()._get_light_vars_code(bind_group_index), last, ""])
 
     def prepare_for_draw(self, point_lights: Any, directional_lights: Any, spot_lights: Any, ambient_color: Any) -> None:
         """Fills the lights' buffers; a shadow_bias is the number of the light's first view instead, by the order of `casters`."""

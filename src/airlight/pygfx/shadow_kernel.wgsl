@@ -1,5 +1,5 @@
 // The kernel by which shadows on surfaces are filtered, and the plane of a surface in a shadow map: see light_shadow.wgsl.
-const KERNEL_RADIUS = 4.0;      // texels
+const KERNEL_RADIUS = 2.0;      // texels
 const BEHIND = 0.25;            // texels behind the plane, and four times the bias more, begins what tells nothing of the surface
 
 /// Evaluate the kernel's weight, 0..1, so many texels from its middle. Twin: reference/shadows.py:kernel_weight.

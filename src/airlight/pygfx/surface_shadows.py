@@ -20,7 +20,7 @@ from airlight.shadows.fit import basis, orthographic_view
 if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
-SIZES = {"flat": 2048, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
+SIZES = {"flat": 1536, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
 BORDER = 6.37  # texels around a lamp's map, that filters read; no round number, lest edges that lie at such are on texels' centres
 
 

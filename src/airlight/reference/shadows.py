@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.floating[Any]]
-KERNEL_RADIUS = 4.0  # texels
+KERNEL_RADIUS = 2.0  # texels
 BEHIND = 0.25  # texels behind the plane, and four times the bias more, begins what tells nothing of the surface
 
 

@@ -38,9 +38,9 @@ def instanced(gltf: Gltf, instancing: schema.Instancing, things: list[gfx.WorldO
             gltf.tell("skinned", "a mesh with a skin is shown once, not as instances of it")
             found.append(thing)
         elif isinstance(thing, gfx.Mesh):
-            for base, each in ((np.eye(4), placed[~turned]), (MIRROR, MIRROR @ placed[turned])):
-                if len(each):
-                    found.append(_many(thing, base, each))
+            for base, own in ((np.eye(4), placed[~turned]), (MIRROR, MIRROR @ placed[turned])):
+                if len(own):
+                    found.append(_many(thing, base, own))
         elif len(placed):
             found.append(_repeated(thing, placed))
     return found

@@ -12,6 +12,7 @@ from airlight.errors import AirlightError, warn
 from airlight.scenes.gltf import MAX_EXTENT, MAX_VERTICES, schema
 from airlight.scenes.gltf.load import stage_of
 from airlight.scenes.gltf.meshes import complete, turned_out
+from airlight.scenes.gltf.opacity import layers
 from airlight.scenes.meshfiles.materials import Library
 from airlight.scenes.meshfiles.read import finite_faces, read
 from airlight.scenes.origin import recentred
@@ -104,16 +105,20 @@ class MeshModel:
         if normals is not None:
             faces = turned_out(points, normals, faces)
             arrays["normals"] = np.ascontiguousarray(normals, np.float32)
-        material = self._library.material(described, "texcoords" in arrays, flat=normals is None)
+        materials = [self._library.material(described, "texcoords" in arrays, flat=normals is None)]
         if "colors" in arrays:
-            material.color_mode = "vertex"
-            if arrays["colors"][:, 3].min() < 1:
-                material.alpha_mode, material.depth_write = "blend", False
+            alphas = arrays["colors"][:, 3]
+            modes = layers((float(alphas.min()), float(alphas.max())), False)
+            materials += [self._library.material(described, "texcoords" in arrays, flat=normals is None) for _ in modes[1:]]
+            for material, settings in zip(materials, modes, strict=True):
+                for setting, value in {"color_mode": "vertex", **settings}.items():
+                    setattr(material, setting, value)
         geometry = gfx.Geometry(positions=np.ascontiguousarray(near, np.float32), indices=np.ascontiguousarray(faces, np.uint32), **arrays)
-        complete(geometry, material)
-        thing = gfx.Mesh(geometry, material)
-        thing.cast_shadow, thing.receive_shadow = material.alpha_mode != "blend", True
-        self._add(thing, _short(name, described, self._library), shift)
+        for material in materials:
+            complete(geometry, material)
+            thing = gfx.Mesh(geometry, material)
+            thing.cast_shadow, thing.receive_shadow = material.alpha_mode != "blend", True
+            self._add(thing, _short(name, described, self._library), shift)
         return described
 
     def _normals(self, mesh: Any, points: np.ndarray) -> np.ndarray | None:
