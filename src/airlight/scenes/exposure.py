@@ -1,7 +1,8 @@
 """Exposes scenes with physical lights: how bright their pictures are, and their own radiances scaled so that half floats hold them.
 
-Lights of 100 lux, of 1,000 candela and more are physical, those that a user gives in units, and all that shines with 100 and more. What is of order 1 beside them, as
-unlit colours, and the background and fill light that a file without surroundings is given, stands for what a display shows.
+Lights of 100 lux, of 1,000 candela and more are physical, those that a user gives in units, and all that shines with 100 and more. What is
+of order 1 beside them, as unlit colours, and the background and fill light that a file without surroundings is given, stands for what a
+display shows.
 """
 
 from __future__ import annotations
