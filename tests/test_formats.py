@@ -222,6 +222,17 @@ def test_exr_compression_is_kept(tmp_path, compression):
     assert read_image(tmp_path / "c.exr").spec.get_string_attribute("compression") == "rle"
 
 
+def test_b44_makes_no_infinities(tmp_path):
+    """Its 4 x 4 blocks round logarithms' differences: numbers near what half holds can come back as none."""
+    light = np.full((8, 8, 3), 0.1, np.float32)
+    light[1, 1:4] = (-63168, -6076, 39200), (-10672, -7896, -6972), (0.1, 39200, -63168)
+    light[2:4, 1] = -63168
+    picture = read_image(store(tmp_path / "a.exr", light, "half"))
+    with pytest.warns(AirlightWarning, match="b44 would make infinities of its extremes"):
+        write_image(tmp_path / "b.exr", picture.linear(), picture, storage=Storage(compression="b44"))
+    np.testing.assert_array_equal(read_image(tmp_path / "b.exr").codes, picture.codes)
+
+
 def test_cryptomatte_is_not_spoilt(tmp_path):
     values = np.random.default_rng(1).random((40, 48, 4)).astype(np.float32)
     names = ("R", "G", "B", "crypto00.R")

@@ -370,12 +370,12 @@ def test_objects_that_are_gone_are_forgotten(stage: Stage) -> None:
 
 def test_it_draws_within_a_frame_and_the_picture_is_unchanged(stage: Stage) -> None:
     e = exhibition()
+    at = [SceneLight(target=e.lamp)]
+    two = [LightShafts(stage.renderer, e.scene, e.camera, at, composite=Composite(mix=0.0), in_scene=WHOLE) for _ in range(2)]
     plain = []
     for frame in range(3):
         e.camera.local.x, e.box.local.y = 0.2 * frame, 0.1 * frame
         plain.append(stage.picture(e.scene, e.camera))
-    at = [SceneLight(target=e.lamp)]
-    two = [LightShafts(stage.renderer, e.scene, e.camera, at, composite=Composite(mix=0.0), in_scene=WHOLE) for _ in range(2)]
     two[1].in_scene = SceneOptions(occluders="prepass", resolution=0.25, region=1.5, view_transform="none")
     stage.renderer.effect_passes = two
     for frame in range(3):

@@ -80,6 +80,7 @@ class Casters:
         self.scene, self.lights, self.exclude = scene, lights, exclude
         self._bounds = Bounds()
         self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
+        self._states: dict[Role, Any] = {}  # kept, or they would be made anew each time
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
     def draw(
@@ -109,7 +110,7 @@ class Casters:
     def draw_layers(self, layers: Sequence[tuple[Matrix, int, Any]], gathered: Gathered, timer: Timer | None = None) -> None:
         """Draws and submits layers of shadow maps: the matrix of a ShadowView, the map's side, a view of the layer's texture."""
         found, hulls = gathered
-        states = {role: private.unlit(role) for role in {role for _, role in found}}
+        states = self._states = {role: private.unlit(role) for role in {role for _, role in found}}
         drawn: list[tuple[Any, Any]] = []
         for mesh, role in found:
             made = self._made.setdefault(mesh, weakref.WeakKeyDictionary()).setdefault(mesh.material, {})
