@@ -283,3 +283,9 @@ def test_what_stands_for_a_display_is_not_metered(tmp_path: Path) -> None:
         stage = open_scene(room(tmp_path), environment)
         found.append(Studio(stage, Shot(96, 64, 1, eye=(0, 0, 25), target=(0, 0, 0))).exposure.ev)
     assert found[0] == pytest.approx(found[1], abs=0.02)
+
+
+def test_a_picture_that_is_asked_too_bright_says_what_is_darker(tmp_path: Path, capsys: Any) -> None:
+    near = ("--eye", "-1.5,1.5,1.5", "--target", "-1.5,1.5,0")
+    assert render(room(tmp_path), "-o", tmp_path / "a.png", "--ev", 0, *near) == 0
+    assert "of it is white: --ev -4 darkens it" in capsys.readouterr().err

@@ -73,6 +73,17 @@ def test_dpx_keeps_its_codes_and_header(tmp_path, bits, transfer):
     np.testing.assert_allclose(read_image(tmp_path / "c.dpx").linear(), np.clip(picture.linear() * 0.5, 0, 13.5), rtol=0.05, atol=0.02)
 
 
+@pytest.mark.parametrize("width", [48, 49, 50])
+@pytest.mark.parametrize("packing", ["Filled, method A", "Filled, method B", "Packed"])
+def test_the_last_code_of_a_row(tmp_path, width, packing):
+    """A row of R G B A ends in a word of its own where three codes to a word leave one: read, and written so that it is read."""
+    few = np.random.default_rng(1).integers(0, 1024, (8, width, 4))
+    picture = read_image(dpx(tmp_path / "a.dpx", few, "Printing density", dpx__Packing=packing))
+    np.testing.assert_array_equal(picture.codes, spread(few, 10))
+    write_image(tmp_path / "b.dpx", picture.linear(), picture, changed=np.zeros((8, width), bool))
+    np.testing.assert_array_equal(read_image(tmp_path / "b.dpx").codes, picture.codes)
+
+
 def test_dpx_from_other_formats(tmp_path):
     """Floats become film's codes, which hold light above white; codes become Rec. 709's, over black."""
     light = np.tile(np.array([0, 0.18, 1, 6], np.float32)[None, :, None], (8, 2, 4))
@@ -196,6 +207,17 @@ def test_exr_compression_is_kept(tmp_path, compression):
     assert not level or spec.get_float_attribute("openexr:dwaCompressionLevel") == float(level)
     write_image(tmp_path / "c.exr", picture.linear(), picture, storage=Storage(compression="rle"))
     assert read_image(tmp_path / "c.exr").spec.get_string_attribute("compression") == "rle"
+
+
+def test_b44_makes_no_infinities(tmp_path):
+    """Its 4 x 4 blocks round logarithms' differences: numbers near what half holds can come back as none."""
+    light = np.full((8, 8, 3), 0.1, np.float32)
+    light[1, 1:4] = (-63168, -6076, 39200), (-10672, -7896, -6972), (0.1, 39200, -63168)
+    light[2:4, 1] = -63168
+    picture = read_image(store(tmp_path / "a.exr", light, "half"))
+    with pytest.warns(AirlightWarning, match="b44 would make infinities of its extremes"):
+        write_image(tmp_path / "b.exr", picture.linear(), picture, storage=Storage(compression="b44"))
+    np.testing.assert_array_equal(read_image(tmp_path / "b.exr").codes, picture.codes)
 
 
 def test_cryptomatte_is_not_spoilt(tmp_path):

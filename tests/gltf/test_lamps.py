@@ -130,3 +130,13 @@ def test_a_stage_that_is_lit_for_good(tmp_path: Path) -> None:
     relight(stage, [read_scene_light("1,2,3", PLACE), NamedLight("Bulb")])
     assert sum(isinstance(thing, gfx.PointLight) for thing in stage.scene.iter()) == 2
     assert stage.movable is stage.lights[0] and len(punctual_lights(stage.lights)) == 2
+
+
+def test_a_lamp_in_candela_is_exposed_however_weak(tmp_path: Path) -> None:
+    path = room().save(tmp_path)
+    shown = []
+    for candela_of_it in (2, 200, 20_000):
+        lamp = read_scene_light(f"0.4,1.5,-2;strength={candela_of_it}cd", PLACE)
+        shown.append(codes(open_scene(path, "none", lamps=True), lamp))
+    assert all(30 < np.median(one[:70]) < 225 for one in shown)
+    assert np.abs(shown[1] - shown[2]).mean() < 6, "but for the fill light, which is none of it"

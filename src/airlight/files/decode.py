@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.files import boxes, by_pillow, extras, views
+from airlight.files import boxes, by_pillow, dpx, extras, views
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -300,6 +300,8 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
             parts = spec.get_int_attribute("oiio:subimages", 1)
             several = format in _OF_SEVERAL and pixels is not None and (_is_animated(name) if format == "png" else inp.seek_subimage(1, 0))
             problem(inp)
+            if format == "dpx" and pixels is not None and pixels.dtype == np.uint16:
+                dpx.mend_row_ends(name, pixels, spec)
             if format == "jpegxl" and pixels is not None:
                 extras.copy_exif(spec, boxes.jxl_exif(name), path)
             if pixels is not None and format == "openexr" and parts > 1:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import MachineError
+from airlight.errors import MachineError, warn
 from airlight.files import boxes, by_pillow, dpx
 from airlight.files.decode import problem
 from airlight.files.storage import is_exact
@@ -40,6 +40,23 @@ def encode_file(memory: str, format: str, spec: Any, codes: np.ndarray, name: st
             boxes.append_exif(memory, block)
     elif format == "dpx":
         dpx.put_name(memory, name)
+    elif format == "openexr" and not is_exact(spec, format) and not _stays_finite(memory, spec, codes):
+        warn(f"{name}: {spec.get_string_attribute('compression')} would make infinities of its extremes; compressed by zips", 5)
+        spec.attribute("compression", "zips")
+        encode_file(memory, format, spec, codes, name)
+
+
+def _stays_finite(memory: str, spec: Any, codes: np.ndarray) -> bool:
+    """Decode a lossy EXR, and tell whether all its finite numbers, (H, W, C), came back as such: B44 shifts logarithms."""
+    import OpenImageIO as oiio
+
+    inp = oiio.ImageInput.open(memory)
+    if inp is None:
+        return True  # `verify` tells
+    back = inp.read_image(0, 0, 0, codes.shape[2], "float")
+    order = [spec.channelnames.index(channel) for channel in inp.spec().channelnames]
+    inp.close()
+    return back is None or bool((np.isfinite(back.reshape(codes.shape)) | ~np.isfinite(codes[..., order])).all())
 
 
 def verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) -> None:

@@ -79,11 +79,18 @@ class OfScene:
     frames: int = 0
     flat: Counter[str] = field(default_factory=Counter)
     least: float = 1.0
+    ev: float = 0.0  # with which they are shown
     seen: bool = False  # something of the scene, in any frame
+
+    @property
+    def _is_light(self) -> bool:
+        """Tell whether the output holds light, which knows no exposure."""
+        return self.output.lower().endswith((".exr", ".hdr"))
 
     def look(self, studio: "Studio", frame: "Frame") -> None:
         self.frames += 1
-        found = flat_share(frame.picture, self.output.lower().endswith((".exr", ".hdr")))
+        self.ev = studio.ev
+        found = flat_share(frame.picture, self._is_light)
         if found is not None:
             self.flat[found[0]] += 1
             self.least = min(self.least, found[1])
@@ -95,7 +102,8 @@ class OfScene:
         if self.frames and not self.seen:
             say(f"{of}nothing of the scene is seen: place the camera by --eye x,y,z and --target x,y,z, or name one by --camera", prefix="")
             return
-        for name, cure in (("white", "--ev -4 darkens it"), ("black", "--ev 4 brightens it, --light or --sun adds a light")):
+        brighter = "" if self._is_light else f"--ev {self.ev + 4:g} brightens it, "
+        for name, cure in (("white", f"--ev {self.ev - 4:g} darkens it"), ("black", f"{brighter}--light or --sun adds a light")):
             if self.frames and self.flat[name] == self.frames:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
 

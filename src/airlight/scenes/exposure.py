@@ -1,7 +1,8 @@
 """Exposes scenes with physical lights: how bright their pictures are, and their own radiances scaled so that half floats hold them.
 
-Lights of 100 lux, of 1,000 candela and more are physical, and so is all that shines with 100 and more. What is of order 1 beside them, as
-unlit colours, and the background and fill light that a file without surroundings is given, stands for what a display shows.
+Lights of 100 lux, of 1,000 candela and more are physical, those that a user gives in units, and all that shines with 100 and more. What is
+of order 1 beside them, as unlit colours, and the background and fill light that a file without surroundings is given, stands for what a
+display shows.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
     for a display, is known, and left out.
     """
     expose(stage, 1.0)
-    if not is_physical(stage.scene):
+    if not (stage.measured or is_physical(stage.scene)):
         return Exposure()
     sun, lamp = strengths(stage.scene)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
@@ -118,7 +119,7 @@ def expose(stage: Stage, pre: float) -> None:
     Its sky is scaled in proportion to its sun: by what makes the sky's own sun as bright as that, where that is physical.
     """
     factor = pre / stage.pre_exposure
-    if pre == stage.pre_exposure == 1.0 and not is_physical(stage.scene):
+    if pre == stage.pre_exposure == 1.0 and not (stage.measured or is_physical(stage.scene)):
         return
     sun = strengths(stage.scene)[0] / stage.pre_exposure
     stage.pre_exposure = pre

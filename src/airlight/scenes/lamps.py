@@ -85,6 +85,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight]) -> Ligh
     if not requested:
         return Lighting(list(stage.lights))
     made = Lighting([])
+    stage.measured = stage.measured or any(one.intensity is not None for one in requested)
     free = [light for light in stage.lights if light.target is not None]
     for one in requested:
         if isinstance(one, NamedLight):
@@ -230,8 +231,8 @@ def _added(stage: Stage, one: SceneLight, made: Lighting) -> SceneLight:
         lamp.local.position = one.position
     cast_shadow(lamp, stage.center, stage.radius)
     made.added.append((lamp, stage.scene))
-    physical = intensity.max() >= (PHYSICAL_CANDELA if one.direction is None else PHYSICAL_LUX)  # which is exposed
-    tint: Any = tuple(float(v) for v in (intensity / intensity.max() if physical or one.intensity else intensity))
+    physical = one.intensity is not None or intensity.max() >= (PHYSICAL_CANDELA if one.direction is None else PHYSICAL_LUX)
+    tint: Any = tuple(float(v) for v in (intensity / max(intensity.max(), 1e-30) if physical else intensity))  # what is exposed
     return SceneLight(lamp, screen_tint=tint, disc_half_angle=one.disc_half_angle, anisotropy=one.anisotropy)
 
 

@@ -193,7 +193,7 @@ class Studio:
         with self._lighting.shining():
             self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
             expose(stage, self.exposure.pre)
-        self._ev = self.exposure.ev if asked is None else asked
+        self.ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius = stage.radius
@@ -223,7 +223,7 @@ class Studio:
             reach=reach,
             scale=scale if self.linear else 1.0,
             layer_scale=scale,
-            exposure=float(2.0**self._ev),
+            exposure=float(2.0**self.ev),
         )
         if depth or (layer and reach > 0):
             found.depth = self.read(shafts.depths, np.float32)[..., 0]

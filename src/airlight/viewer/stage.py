@@ -64,7 +64,7 @@ class SceneView:
     def _expose(self, state: ViewerState) -> None:
         """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
         stage, exposure = self.stage, Exposure()
-        if is_physical(stage.scene):
+        if stage.measured or is_physical(stage.scene):
             parameters, composite, in_scene, medium, march = state.structs[:5]
             more: Any = {"medium": medium, "march": march}
             exposure = Studio(stage, Shot(METERED_WIDTH, METERED_WIDTH * 9 // 16, 1), parameters, composite, in_scene, **more).exposure
