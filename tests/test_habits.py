@@ -23,8 +23,8 @@ THEIRS = {
     "test_punctual.py": {"_gfx_update_uniform_buffer"},  # pygfx
     "test_medium_pass.py": {"_blender", "_textures"},
     "test_scene_pass.py": {"_blender", "_texture_info", "_textures"},
-    "test_scene_private.py": {"_base", "_compose_pipeline", "_gfx_use_alpha_test", "_morph_target_influences", "_perspective",
-                              "_texture_info", "_update_object", "_view_offset"},
+    "test_scene_private.py": {"_base", "_compose_pipeline", "_gfx_update_uniform_buffer", "_gfx_use_alpha_test", "_morph_target_influences",
+                              "_perspective", "_render_recording", "_texture_info", "_update_object", "_view_offset"},
     "test_renderer.py": {"_repr_png_"},  # what IPython calls
     "test_viewer_window.py": {"_repr_mimebundle_"},
 }  # fmt: skip
