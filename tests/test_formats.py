@@ -106,6 +106,14 @@ def test_dpx_from_other_formats(tmp_path):
     np.testing.assert_allclose(found.linear(), np.clip(film.linear(), 0, 1), atol=2e-4 + 1 / 400)
 
 
+@pytest.mark.parametrize("options", [["--look", "classic"], ["--look", "smart"], ["--strength", "0"]])
+def test_the_command_makes_dpx_of_eight_bits(tmp_path, options):
+    """The command hands on linear light where codes of 8 bits in sRGB are none of the output's."""
+    source, out = store(tmp_path / "a.png", codes_like()), tmp_path / "a.dpx"
+    assert main(["image", str(source), "-o", str(out), "--light", "0.5,0.5", *options]) == 0
+    assert read_image(out).spec.get_int_attribute("oiio:BitsPerSample") == 10
+
+
 def test_a_sequence_in_dpx(tmp_path):
     """Light is added to film's codes as to floats: what is brighter than white stays, and may grow."""
     y, x = np.mgrid[0:40, 0:64]

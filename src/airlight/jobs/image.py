@@ -312,7 +312,7 @@ class _Work:
             "device": self._where,
             "profile": self.passes,
             "float_output": real,
-            "codes_only": task.layer is None and picture.bits == 8 and not real,
+            "codes_only": task.layer is None and picture.bits == 8 and not real and not task.output.lower().endswith(".dpx"),  # not sRGB
         }
         if self.look is None and lights:
             return pictures.render_picture(picture, lights, parameters, held or self.composite, depth=loaded.far, **options)
