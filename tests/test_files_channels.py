@@ -6,7 +6,7 @@ import colour_files as files
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from picture_files import store
+from picture_files import codes_like, store
 
 from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
@@ -105,3 +105,15 @@ def test_a_reader_says_why(tmp_path):
     with pytest.raises(AirlightError, match="End of file") as caught:
         read_image(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("names", "kept"), [(("X", "Y", "Z"), ("X", "Y", "Z")), (("R", "G"), ("input.R", "input.G"))])
+def test_channels_that_are_no_colours_keep_their_values(tmp_path, names, kept):
+    """X Y Z, or R G, alone are a position or a vector: an EXR made of them keeps theirs, under another name where the picture has it."""
+    values = codes_like("float32")[..., : len(names)]
+    source = store(tmp_path / "a.exr", values, "half", names)
+    assert main(["image", str(source), "-o", str(tmp_path / "b.exr"), "--light", "0.5,0.5", "--warmth", "0.5", "--rays", "9"]) == 0
+    made = read_image(tmp_path / "b.exr")
+    assert made.channels == ("R", "G", "B")
+    for name, value in zip(kept, np.moveaxis(values, -1, 0), strict=True):
+        np.testing.assert_array_equal(made.extra[..., made.extra_names.index(name)], value)

@@ -252,3 +252,9 @@ def test_a_cropped_matte_lies_where_it_was(tmp_path, at):
         found = plane_of_file(str(tmp_path / "m.exr"), "matte.A", like=picture, far=far)
         np.testing.assert_array_equal(found, expected[50 : 50 + H, 50 : 50 + W])
     assert plane_of_file(str(tmp_path / "m.exr"), "matte.A").shape == (6, 10)
+
+
+@pytest.mark.parametrize("names", [("key.red", "key.green", "key.blue"), ("key_R", "key_G", "key_B"), ("Key:r", "Key:g", "Key:b")])
+def test_layers_in_spellings_of_renderers(tmp_path, names):
+    file = exr(tmp_path / "a.exr", colours(0.5) | {name: flat(0.25) for name in names})
+    np.testing.assert_allclose(plane_of_file(file, "key"), 0.25, atol=1e-6)

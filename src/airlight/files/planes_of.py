@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError
-from airlight.files import cryptomatte, views
+from airlight.files import channels, cryptomatte, views
 from airlight.files.decode import decode
 from airlight.files.images import Picture, finite, upright
 from airlight.luminance import REC709_F32
@@ -67,15 +67,18 @@ def _placed(plane: np.ndarray, spec: Any, like: Picture, far: bool) -> np.ndarra
 def _chosen(text: str, names: Sequence[str], plane: Callable[[int], np.ndarray], spec: Any, path: str, view: str | None) -> np.ndarray:
     known = views.views_of(spec)
     places = {name.lower(): i for i, name in reversed(list(enumerate(names)))}
+    layers: dict[str, dict[str, int]] = {}
+    for i, name in enumerate(names):
+        layer, kind = channels.split(name)
+        layers.setdefault(layer.lower(), {}).setdefault(kind, i)
     for wanted in (views.in_view(text, view), text) if view in known[1:] and view is not None else (text,):
         if wanted.lower() in places:
             return _fine(plane(places[wanted.lower()]), path)
-        colours = [places.get(f"{wanted}.{c}".lower()) for c in "RGB"]
-        if all(i is not None for i in colours):
-            return _fine(sum(plane(int(i or 0)) * weight for i, weight in zip(colours, REC709_F32, strict=True)), path)
-        single = [i for name, i in places.items() if name.rpartition(".")[0] == wanted.lower()]
-        if len(single) == 1:
-            return _fine(plane(single[0]), path)
+        layer_of = layers.get(wanted.lower(), {}) if wanted else {}
+        if all(colour in layer_of for colour in "RGB"):
+            return _fine(sum(plane(layer_of[colour]) * weight for colour, weight in zip("RGB", REC709_F32, strict=True)), path)
+        if len(layer_of) == 1:
+            return _fine(plane(*layer_of.values()), path)
     mattes = cryptomatte.mattes(spec, names, path)
     found = cryptomatte.choose(mattes, text)
     if found is not None:

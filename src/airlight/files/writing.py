@@ -118,6 +118,8 @@ def write_image(
     grey = like is not None and like.colour_codes.shape[2] == 1 and format not in COLOUR_ONLY
     if format == "dpx" and like is not None and (transparency is not None or like.format != "dpx"):
         grey = False  # with alpha it has none, and programs read grey of 10 bits in several ways
+    if format == "openexr" and like is not None and "Y" in like.extra_names:  # that of X Y Z, which are no colours
+        grey = False
     colours = 1 if grey and is_neutral(shown) else 3
     if real and pixels is None:
         raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
@@ -290,7 +292,7 @@ def _spec(
         names += [name for name, _ in further]
         kinds += [kind for _, kind in further]
         if like is not None and like.format == "openexr":
-            names += like.extra_names
+            names += [f"input.{one}" if one in names else one for one in like.extra_names]  # R of R G alone, a vector
             kinds += like.extra_formats
             spec.x, spec.y = like.data_window[:2]
             spec.full_x, spec.full_y, spec.full_width, spec.full_height = like.display_window
