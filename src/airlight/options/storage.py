@@ -47,7 +47,7 @@ class Storage:
                 hint = f"did you mean {close[0]!r}? " if close else ""
                 raise AirlightError(f"--compression {self.compression} is none of {extensions[0]}: {hint}use one of {', '.join(possible)}")
         if level and not (name in ("dwaa", "dwab") and level.replace(".", "", 1).isdecimal()):
-            raise AirlightError(f"--compression {self.compression}: only dwaa and dwab take a level, as in dwaa:45")
+            raise AirlightError(f"--compression {self.compression}: only dwaa and dwab take a level, a number from 0, as in dwaa:45")
 
     def of(self, path: str) -> "Storage":
         """Leave out what means nothing for one of several outputs."""
