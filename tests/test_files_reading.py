@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from picture_files import codes_like, store
 
@@ -123,3 +124,13 @@ def test_mask(tmp_path):
     np.testing.assert_allclose(read_mask(store(tmp_path / "a.png", codes)), codes[..., 0] / 65535, atol=1e-7)
     codes = codes_like()
     np.testing.assert_allclose(read_mask(store(tmp_path / "b.png", codes)), codes / 255 @ (0.2126, 0.7152, 0.0722), atol=1e-6)
+
+
+def test_errors_that_a_caller_left_are_none_of_ours(tmp_path):
+    """OpenImageIO keeps an error of a thread until it is asked for: that of another file says nothing of this one."""
+    source = store(tmp_path / "a.png", codes_like())
+    assert oiio.ImageInput.open(str(tmp_path / "missing.exr")) is None
+    picture = read_image(source)
+    assert oiio.ImageInput.open(str(tmp_path / "missing.exr")) is None
+    write_image(tmp_path / "b.png", picture.linear(), picture)
+    np.testing.assert_array_equal(read_image(tmp_path / "b.png").codes, picture.codes)

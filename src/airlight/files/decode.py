@@ -263,6 +263,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     oiio.attribute("limits:channels", MAX_CHANNELS)
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
+    problem(oiio)  # of a file that the caller's own program opened before
     with opened(path) as (name, head), contextlib.ExitStack() as quiet:
         foreign = extras.kind(path, head)
         if foreign is not None:

@@ -70,6 +70,7 @@ def verify(memory: str, codes: np.ndarray, spec: Any, format: str, name: str) ->
         return
     hints = oiio.ImageSpec()
     hints.attribute("oiio:UnassociatedAlpha", 1)
+    problem(oiio)  # of a file that the caller's own program opened before
     inp = oiio.ImageInput.open(memory, hints)
     text = problem(oiio)
     fine = inp is not None and (format != "openexr" or _all_chunks(memory, len(codes)))
