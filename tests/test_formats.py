@@ -9,7 +9,7 @@ from picture_files import NOTHING, P3, bmp_of_runs, codes_like, store
 
 from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
-from airlight.files import read_image, read_settings, write_image
+from airlight.files import encode, read_image, read_mask, read_settings, write_image
 from airlight.files.storage import jpeg_quality
 from airlight.options.storage import Storage
 
@@ -361,3 +361,20 @@ def test_a_channel_that_is_the_picture_is_not_told_as_lost(tmp_path, recwarn):
     picture = read_image(store(tmp_path / "a.exr", both, "half", ("G", "Z")))
     with pytest.warns(AirlightWarning, match="cannot keep Z; use"):
         write_image(tmp_path / "b.png", picture.linear(), picture, overwrite=True)
+
+
+@pytest.mark.parametrize("extension", [".dpx", ".exr", ".tif", ".jxl", ".png"])
+def test_codes_alone_go_into_every_format(tmp_path, extension):
+    """What is shown on a screen is codes of 8 bits: they are decoded for formats that hold others."""
+    codes = codes_like()
+    write_image(tmp_path / f"a{extension}", None, encoded=codes)
+    found = read_image(tmp_path / f"a{extension}")
+    np.testing.assert_allclose(encode(found.linear(), np.uint8), codes, atol=1)
+
+
+@pytest.mark.parametrize("extension", [".dpx", ".png", ".exr"])
+def test_occluded_fractions_are_read_as_they_were(tmp_path, extension):
+    source, out = store(tmp_path / "a.png", codes_like()), tmp_path / f"d{extension}"
+    masked = [str(source), "-o", str(tmp_path / "b.png"), "--light", "0.5,0.5", "--occlusion-fraction"]
+    assert main(["image", *masked, str(out)]) == 0 and main(["image", *masked, str(tmp_path / "e.tif"), "-y"]) == 0
+    np.testing.assert_allclose(read_mask(out), read_mask(tmp_path / "e.tif"), atol=1 / 255)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from airlight.alpha import is_transparent, straighten
-from airlight.colour import alpha_of, encode_codes, is_neutral
+from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, warn
 from airlight.files import by_pillow, dpx
 from airlight.files.atomic import check_output, output_format, replacing, scratch
@@ -60,7 +60,7 @@ def write_image(
     changed: (H, W) bool; where False the input's codes are written as they were (same depth and encoding only).
     alpha: (H, W) 0..1 instead of the input's. layer, transmittance: (H, W, 3), in EXR written as airlight.R/G/B and
     transmittance.R/G/B, halves unless bits is 32. z: (H, W) depths, likewise as Z, float.
-    bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes that the caller has encoded (then `pixels` may be None).
+    bits: 8, 16 or 32, default the input's. encoded: (H, W, 3) integer codes, sRGB, that the caller has encoded (then `pixels` may be None).
     settings: a text about the run, kept in the metadata of all but HDR, WebP and DPX. storage: how the file is packed.
     Raises AirlightError before writing, MachineError when the disk is full; warns of what the format cannot hold.
     """
@@ -86,6 +86,8 @@ def write_image(
         by_pillow.need_avif(name)
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
     own = not real and keeps_own(like, format)
+    if pixels is None and encoded is not None and encoded.dtype != np.dtype(np.float32 if real else f"uint{depth}"):
+        pixels = decode_codes(encoded)  # they are none of the output's
     if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
         pixels, changed = like.rec709(pixels), None  # the input's codes are none of this output's
     if pixels is not None and not own and (not real or format == "hdr"):
@@ -121,8 +123,6 @@ def write_image(
     if format == "openexr" and like is not None and "Y" in like.extra_names:  # that of X Y Z, which are no colours
         grey = False
     colours = 1 if grey and is_neutral(shown) else 3
-    if real and pixels is None:
-        raise AirlightError(f"{name}: a float format needs linear pixels, not codes")
     if real and pixels is not None:
         most = _most(like, format, depth, colours)
         channels.append(functools.partial(_real_colour, pixels, like, most, changed, colours))
@@ -240,7 +240,7 @@ def _integer_colour(
     if encoded is not None and encoded.dtype == dtype:
         colour = encoded.copy()
     elif pixels is None:
-        raise AirlightError("codes of another depth than the output's need linear pixels as well")
+        raise AssertionError("codes of another depth are decoded before")
     elif same and changed is not None and not changed.any():
         colour = np.empty(pixels.shape, dtype)
     else:

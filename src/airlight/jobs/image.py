@@ -409,7 +409,8 @@ def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str)
     from airlight import files
 
     grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
-    files.write_image(path, grey, encoded=np.rint(grey * 255).astype(np.uint8), overwrite=overwrite, settings=settings)
+    codes = np.rint(grey * 65535).astype(np.uint16) if path.lower().endswith(".dpx") else np.rint(grey * 255).astype(np.uint8)
+    files.write_image(path, grey, encoded=codes, overwrite=overwrite, settings=settings)
 
 
 class _Spent:
