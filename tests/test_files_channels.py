@@ -117,3 +117,15 @@ def test_channels_that_are_no_colours_keep_their_values(tmp_path, names, kept):
     assert made.channels == ("R", "G", "B")
     for name, value in zip(kept, np.moveaxis(values, -1, 0), strict=True):
         np.testing.assert_array_equal(made.extra[..., made.extra_names.index(name)], value)
+
+
+@pytest.mark.parametrize("layer", ["crypto_object00", "matte", "ViewLayer.Diffuse"])
+def test_alpha_of_another_layer_is_none_of_the_picture(tmp_path, layer):
+    """A picture of R G B without alpha has none, though a layer beside it has: a coverage, say."""
+    more = tuple(f"{layer}.{c}" for c in "RGBA")
+    source = exr(tmp_path / "a.exr", "R", "G", "B", more=more)
+    picture = read_image(source)
+    assert picture.alpha is None and set(picture.extra_names) == set(more)
+    assert main(["image", str(source), "-o", str(tmp_path / "b.exr"), "--light", "0.5,0.5;strength=0"]) == 0
+    made = read_image(tmp_path / "b.exr")
+    assert made.channels == ("R", "G", "B") and set(more) <= set(made.extra_names)

@@ -38,6 +38,8 @@ def layers(names: Sequence[str], alpha_channel: int, usable: Sequence[bool]) -> 
     """
     if not 0 <= alpha_channel < len(names) or not usable[alpha_channel]:  # OpenImageIO counts one too far in GIFs
         alpha_channel = -1
+    if alpha_channel >= 0 and split(names[alpha_channel])[0]:  # that of a Cryptomatte or another layer, OpenImageIO's guess
+        alpha_channel = -1
     places: dict[str, dict[str, int]] = {}
     for i, name in enumerate(names):
         layer, kind = split(name)
