@@ -378,3 +378,28 @@ def test_occluded_fractions_are_read_as_they_were(tmp_path, extension):
     masked = [str(source), "-o", str(tmp_path / "b.png"), "--light", "0.5,0.5", "--occlusion-fraction"]
     assert main(["image", *masked, str(out)]) == 0 and main(["image", *masked, str(tmp_path / "e.tif"), "-y"]) == 0
     np.testing.assert_allclose(read_mask(out), read_mask(tmp_path / "e.tif"), atol=1 / 255)
+
+
+def test_an_animation_that_nothing_changes_is_one_picture(tmp_path):
+    """A copy of an AVIF's bytes would hold the pictures that are not used; lines name the input, and no other file."""
+    from PIL import Image
+
+    images = [Image.fromarray(codes_like()), Image.fromarray(codes_like()[::-1])]
+    images[0].save(tmp_path / "a.avif", save_all=True, append_images=images[1:])
+    with pytest.warns(AirlightWarning) as told:
+        picture = read_image(tmp_path / "a.avif")
+        write_image(tmp_path / "b.avif", picture.linear(), picture, changed=NOTHING)
+    assert [str(line.message) for line in told] == [f"{tmp_path / 'a.avif'}: holds 2 pictures; only the first is used"]
+    with Image.open(tmp_path / "b.avif") as made:
+        assert made.n_frames == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "codes"),
+    [("a.jxl", codes_like(channels=1)), ("a.jxl", codes_like("uint16", 1)), ("a.dpx", codes_like("float32").clip(0, 1))],
+)
+def test_plain_files_are_read_without_a_word(tmp_path, name, codes):
+    """Grey JPEG XL has a profile of sRGB's curve; floats of a DPX are linear, whatever its header leaves out."""
+    picture = read_image(store(tmp_path / name, codes))
+    np.testing.assert_array_equal(picture.codes, codes)
+    assert picture.encoding == ("linear" if name.endswith("dpx") else "srgb")

@@ -56,6 +56,7 @@ def decode_avif(file: Any, path: str, check: Any) -> tuple[np.ndarray, Any]:
     elif codes is not None and codes[:2] != (2, 2):
         spec.attribute("CICP", "int[4]", (*codes[:2], 0, 1))
     if getattr(image, "n_frames", 1) > 1:
+        spec.attribute("oiio:subimages", int(image.n_frames))
         warn(f"{path}: holds {image.n_frames} pictures; only the first is used", 6)
     copy_exif(spec, image.info.get("exif") or b"", path)
     return pixels, spec

@@ -66,6 +66,7 @@ def rec709() -> Curve:
 
 def settle(spec: Any, format: str, path: str, head: bytes, colorspace: str | None) -> None:
     """Put into the spec what transfer the codes have: as `colorspace` says (one of SPACES), else the header; unsaid, 10 bits are log.
+    Floats are linear.
 
     Raises AirlightError for another colorspace; warns of a header that does not say, or says linear as all of FFmpeg's do.
     """
@@ -80,6 +81,8 @@ def settle(spec: Any, format: str, path: str, head: bytes, colorspace: str | Non
     elif transfer in _LINEAR and str(spec.format) != "float" and spec.get_string_attribute("Software").startswith("Lavc"):
         warn(f"{path}: says linear, as whatever FFmpeg writes does; taken as Rec. 709{hint}", 5)
         transfer = SPACES["rec709"]
+    elif str(spec.format) == "float":
+        transfer = SPACES["linear"]
     elif transfer not in (*_LOG, *_LINEAR, *_VIDEO):
         is_log = spec.get_int_attribute("oiio:BitsPerSample") == 10
         kind = "10-bit film codes (cineon)" if is_log else "Rec. 709"

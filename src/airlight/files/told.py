@@ -12,6 +12,7 @@ from airlight.errors import AirlightError, warn
 from airlight.files import jpeg_segments, png_chunks, spaces
 from airlight.files.coded import PRIMARIES, Coding, Curve, by_cicp
 from airlight.files.colour import Profile
+from airlight.files.icc import is_grey_srgb
 
 _XYZ = spaces.to_rec709(PRIMARIES[10]), PRIMARIES[10]
 _HDR_PRIMARIES = re.compile(rb"^PRIMARIES\s*=((?:[ \t]*[-+.0-9eE]+){8})", re.MULTILINE)
@@ -60,7 +61,8 @@ def _coding(spec: Any, format: str, path: str, codes: np.ndarray, head: bytes) -
         coding, gain_map = jpeg_segments.read(path)
         coding = coding if spec.getattribute("ICCProfile") is None else None
     elif (cicp := _cicp(spec)) is not None:
-        coding = by_cicp(*cicp)
+        grey = codes.shape[2] < 3 and cicp[0] == 0  # JPEG XL's code points of grey
+        coding = by_cicp(2 if grey else cicp[0], cicp[1])
         if coding is None and spec.getattribute("ICCProfile") is None:
             warn(f"{path}: has an unusual transfer curve or primaries, taken as sRGB's; export it as PNG or TIFF for true colours", 6)
     if coding is not None and codes.shape[2] < 3:
@@ -82,6 +84,8 @@ def _profile(spec: Any, path: str) -> tuple[bytes | None, Profile | None]:
     icc = bytes(bytearray(value))
     if icc[16:20] in (b"CMYK", b"Lab "):  # OpenImageIO has made RGB of the pixels already
         return None, None
+    if is_grey_srgb(icc):
+        return icc, None
     try:
         profile = Profile(icc)
         return icc, None if profile.is_srgb() else profile
