@@ -163,6 +163,19 @@ def test_avif_orientation_and_primaries(tmp_path):
         read_image(tmp_path / "log.avif")
 
 
+def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
+    from airlight.files import atomic, check_output
+
+    for extension, most in (("avif", 32768), ("webp", 16383), ("jpg", 65500)):
+        with pytest.raises(AirlightError, match=f"pixels are more than it holds .{most} on a side"):
+            write_image(tmp_path / f"a.{extension}", np.zeros((8, most + 1, 3), np.float32))
+    write_image(tmp_path / "a.jpg", np.zeros((1, 65500, 3), np.float32))
+    write_image(tmp_path / "a.webp", np.zeros((1, 16383, 3), np.float32))
+    monkeypatch.setattr(atomic, "find_spec", lambda name: None)
+    with pytest.raises(AirlightError, match="writing AVIF needs an extra"):
+        check_output(tmp_path / "a.avif")
+
+
 def test_avif_of_more_than_8_bits(tmp_path, monkeypatch):
     """Pillow writes none: what such a file says of itself is told."""
     from airlight.files import boxes

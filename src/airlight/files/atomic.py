@@ -8,6 +8,7 @@ import stat
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from typing import BinaryIO
 
 from airlight.errors import AirlightError, MachineError
@@ -49,8 +50,8 @@ def check_output(
     name = os.fsdecode(path)
     if "\0" in name or not os.path.basename(name):
         raise AirlightError(f"{name!r}: is not a file name; name the output file")
-    if image:
-        output_format(name)
+    if image and output_format(name)[0] == "avif" and find_spec("PIL") is None:
+        raise AirlightError(f"{name}: writing AVIF needs an extra: pip install airlight[avif]")
     target = os.path.realpath(name)
     folder = os.path.dirname(target)
     if not os.path.isdir(folder):

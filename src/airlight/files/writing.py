@@ -32,6 +32,7 @@ _NAMES = {
 }
 # Bytes of metadata in a JPEG: libjpeg ends the process where a block passes 64 KiB.
 MOST_TEXT, MOST_SETTINGS = 30_000, 20_000
+MOST_SIDE = {"webp": 16383, "avif": 32768, "jpeg": 65500}  # pixels, of those that their libraries write, and read again
 COLOUR_ONLY = ("webp", "hdr", "avif", "jpegxl")
 
 
@@ -76,11 +77,13 @@ def write_image(
     storage.check([name])
     if format == "dpx" and bits is None:
         depth = 8 if dpx.output_bits(like) == 8 else 16
-    if format == "avif":
-        by_pillow.need_avif(name)
     shown = pixels if pixels is not None else encoded
     if shown is None or shown.ndim != 3 or shown.shape[2] != 3 or (like is not None and shown.shape[:2] != like.codes.shape[:2]):
         raise AirlightError(f"{name}: the pixels must be (height, width, 3) and as large as the input")
+    if max(shown.shape[:2]) > (most := MOST_SIDE.get(format, 1 << 20)):
+        raise AirlightError(f"{name}: {shown.shape[1]}x{shown.shape[0]} pixels are more than it holds ({most} on a side); use .png or .exr")
+    if format == "avif":
+        by_pillow.need_avif(name)
     real = format in ("openexr", "hdr") or (format == "tiff" and depth == 32)
     own = not real and keeps_own(like, format)
     if like is not None and like.to_709 is not None and pixels is not None and not own and not (real and keeps_rgb(like, format)):
