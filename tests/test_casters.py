@@ -108,8 +108,8 @@ def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float, mos
 
 
 def check(device: Device, casters: Casters, triangles: np.ndarray, lamp: PunctualLight, **march: Any) -> None:
-    """A map holds the triangles, nearer to the light by half the slope of a texel: within 0.02 texels across, 0.1 mm along a sun's light, 1e-5 of
-    the distance along a lamp's."""
+    """A map holds the triangles, nearer to the light by half the slope of a texel: within 0.02 texels across, 0.1 mm along a sun's light,
+    1e-5 of the distance along a lamp's."""
     maps, views = cast(device, casters, lamp, **march)
     seen = 0
     for held, view in zip(maps, views):
