@@ -258,3 +258,10 @@ def test_a_cropped_matte_lies_where_it_was(tmp_path, at):
 def test_layers_in_spellings_of_renderers(tmp_path, names):
     file = exr(tmp_path / "a.exr", colours(0.5) | {name: flat(0.25) for name in names})
     np.testing.assert_allclose(plane_of_file(file, "key"), 0.25, atol=1e-6)
+
+
+def test_alpha_of_a_further_part_is_none_of_the_picture(tmp_path):
+    file = parts(tmp_path / "a.exr", ("rgb", "", colours(0.5)), ("matte", "", colours(0) | {"A": flat(0.25), "Z": flat(3)}))
+    picture = read_image(file)
+    assert picture.alpha is None and picture.extra_names == ("matte.R", "matte.G", "matte.B", "matte.A", "Z")
+    np.testing.assert_array_equal(plane_of_picture(picture, "matte.A"), 0.25)

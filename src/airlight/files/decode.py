@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.files import boxes, by_pillow, dpx, extras, views
+from airlight.files import boxes, by_pillow, channels, dpx, extras, views
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -194,8 +194,8 @@ def _salvage(inp: Any, spec: Any, kind: str) -> np.ndarray | None:
 
 
 def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) -> np.ndarray:
-    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it, of another view the
-    view's."""
+    """Append the channels of an EXR's further parts, in `spec` too; a name that is taken gets the part's before it, and then its other
+    colours and alpha too; of another view the view's."""
     import OpenImageIO as oiio
 
     names = list(spec.channelnames)
@@ -213,7 +213,8 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         fresh = list(further.channelnames)
         if view and default and view != default:
             fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
-        fresh = [f"{name}.{channel}" if channel in names else channel for channel in fresh]
+        layered = bool(set(fresh) & set(names))  # then its colours stay together: its alpha is none of the first part's
+        fresh = [f"{name}.{one}" if one in names or (layered and one.lower() in channels.COLOURS) else one for one in fresh]
         if further.deep or box[0] != box[1] or set(fresh) & set(names) or len(names) + len(fresh) > MAX_CHANNELS:
             lost.append(name)
             continue
