@@ -95,11 +95,12 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
             expose(stage, pre)
             found = np.concatenate([luminances(time, pre).ravel() for time in times]).astype(np.float64)
             seen.append(np.nan_to_num(found, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
-        ev = round(min(max(stops + lacking((seen[0] - seen[1]) / 0.75), STOPS[0]), STOPS[1]), 2)
+        light = (seen[0] - seen[1]) / 0.75
+        ev = round(min(max(stops + lacking(light), STOPS[0]), STOPS[1]), 2)
         if abs(ev - stops) < NEAR_STOPS:
             break
         stops = round(ev)
-    if not is_sure and ev > BURNED:
+    if not is_sure and (ev > BURNED or not light.max() > 0):
         expose(stage, 1.0)
         return Exposure()
     expose(stage, 2.0 ** round(ev))
