@@ -93,6 +93,11 @@ def test_obj_whose_files_are_not_there(tmp_path: Path) -> None:
         "the texture '../secret.png'",
         "the texture '/dev/zero'",
     ]
+    write(folder, "two words.mtl", "newmtl left\nKe 1 1 1\n")
+    lines = said(lambda: open_scene(write(folder, "c.obj", obj(materials="two words.mtl")), "none"))
+    assert not lines, "a name with a blank"
+    lines = said(lambda: open_scene(write(folder, "c.obj", obj(materials="none.mtl b.mtl")), "none"))
+    assert any("materials of 'none.mtl':" in line for line in lines) and any("secret" in line for line in lines), "two names"
     os.symlink("/dev/zero", folder / "room.mtl")
     (line,) = said(lambda: open_scene(write(folder, "a.obj", obj()), "none"))
     assert "outside its folder" in line
@@ -126,6 +131,34 @@ def test_ply_with_colours_and_polygons(kind: str, mixed: bool, tmp_path: Path, e
     assert len(mesh.geometry.indices.data) == (4 if mixed else 2) and mesh.material.color_mode == "vertex"
     assert mesh.geometry.colors.data[0, :3] == pytest.approx(0.503, abs=0.002), "linear"
     assert mesh.material.flat_shading and mesh.receive_shadow
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("mixed", [False, True])
+def test_ply_with_colours_of_quads(kind: str, mixed: bool, tmp_path: Path) -> None:
+    """Each face keeps its colour where trimesh cuts it into triangles, which are not in the faces' order then."""
+    points = np.array([[x, y, 0.0] for x in range(4) for y in range(2)])
+    faces = [[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(3)]
+    if mixed:
+        faces[1:2] = [faces[1][:3], [faces[1][0], *faces[1][2:]]]
+    data = ply(kind, points, faces).replace(b"uchar flags", b"uchar red\nproperty uchar green\nproperty uchar blue")
+    codes = [(188, 0, 0) if max(face) <= 3 else (0, 188, 0) if min(face) < 4 else (0, 0, 188) for face in faces]
+    if kind == "ascii":
+        lines = data.split(b"\n")
+        for i, code in enumerate(codes):
+            at = len(lines) - 1 - len(codes) + i
+            lines[at] = lines[at].rpartition(b" ")[0] + b" %d %d %d" % code
+        data = b"\n".join(lines)
+    else:
+        start = len(data) - sum(2 + 4 * len(face) for face in faces)
+        body = b"".join(struct.pack(f"<B{len(f)}i3B", len(f), *f, *code) for f, code in zip(faces, codes, strict=True))
+        data = data[:start] + body
+    (mesh,) = drawn(open_scene(write(tmp_path, "a.ply", data), "none"))
+    geometry = mesh.geometry
+    middles = geometry.positions.data[geometry.indices.data].mean(axis=1)[:, 0] + mesh.local.position[0]
+    shown = geometry.colors.data[geometry.indices.data[:, 0]][:, :3].argmax(axis=1)
+    assert len(shown) == 6 and mesh.material.color_mode == "vertex"
+    np.testing.assert_array_equal(shown, middles.astype(int))
 
 
 @pytest.mark.parametrize("least, modes", [(255, ["solid"]), (250, ["solid"]), (100, ["solid", "blend"])])

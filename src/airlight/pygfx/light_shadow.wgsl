@@ -7,6 +7,7 @@ const BIAS = 0.06;              // texels that a caster stands off the plane at 
 const BIAS_BEND = 0.02;         // texels more, times the square of those from the kernel's middle: for surfaces that are bent inwards
 const BIAS_HIDDEN = 0.01;       // texels that it does where the middle is hidden: of a joint's wall hardly a texel passes for its neighbour
 const SURELY_HIDDEN = 0.5;      // texels off the plane
+const JOINED = 3.0;             // texels off the plane, up to which something may be a wall that meets the surface within the kernel
 const NOTHING = -1e9;           // the depth of what the map holds 0 for, where nothing casts: a surface may lie below its far plane
 const LEAK = 0.08;              // share of a kernel that texels at a joint may still take for lit
 const LEAST_COSINE = 0.02;      // between light and normal, that is reckoned with
@@ -46,7 +47,11 @@ fn surface_shadow(maps: texture_depth_2d_array, layer: i32, view: i32, place: ve
     // Test the four in the middle
     let inner = vec4f(above_00.y, above_10.x, above_01.z, above_11.w);
     let hidden = any(inner > vec4f(SURELY_HIDDEN));
-    let joint = hidden && casts && any(inner < vec4f(-SURELY_HIDDEN)); // where the surface ends in a shadow
+    $$ for at in ("00", "10", "01", "11")
+    let rises_{{ at }} = any((above_{{ at }} > vec4f(SURELY_HIDDEN)) & (above_{{ at }} < vec4f(JOINED)));
+    $$ endfor
+    let met = hidden || rises_00 || rises_10 || rises_01 || rises_11; // a wall whose nearest texel is within the bias is told by the next
+    let joint = met && casts && any(inner < vec4f(-SURELY_HIDDEN)); // where the surface ends in a shadow
     let bias = select(vec2f(BIAS, BIAS_BEND), vec2f(BIAS_HIDDEN, 0.0), hidden);
     // Weigh all of them
     var sum = vec2f(0.0);

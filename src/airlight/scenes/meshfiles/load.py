@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 import trimesh
+from trimesh.geometry import triangulate_quads
 
 from airlight.colour import srgb_decode
 from airlight.errors import AirlightError, warn
@@ -91,10 +92,12 @@ class MeshModel:
         normals = self._normals(mesh, points)
         arrays: dict[str, Any] = {}
         if visual.kind == "face":
-            colors = np.repeat(np.asarray(visual.face_colors), 3, axis=0)
+            colors = np.repeat(_of_triangles(mesh), 3, axis=0)
             if len(colors) == 3 * len(mesh.faces) == 3 * len(faces):
                 points, faces, normals, uv = points[faces.ravel()], np.arange(3 * len(faces)).reshape(-1, 3), None, None
                 arrays["colors"] = _linear(colors)
+            else:
+                warn(f"{self.path}: shown without the colours of its faces, which are not as many as they are", 5)
         elif visual.kind == "vertex" and len(visual.vertex_colors) == len(points):
             arrays["colors"] = _linear(np.asarray(visual.vertex_colors))
         good = np.isfinite(points).all(axis=1)
@@ -151,6 +154,18 @@ class MeshModel:
         thing.local.position = shift
         self.root.add(thing)
         self.drawn.append(thing)
+
+
+def _of_triangles(mesh: Any) -> np.ndarray:
+    """Give (T, 4) colours of a mesh's triangles, also where those that it has are of faces with more corners."""
+    colors, raw = np.asarray(mesh.visual.face_colors), mesh.metadata.get("_ply_raw", {}).get("face")
+    if len(colors) == len(mesh.faces) or raw is None:
+        return colors
+    data = raw["data"]
+    name = next(name for name in ("vertex_index", "vertex_indices") if name in (data if isinstance(data, dict) else data.dtype.names))
+    corners = data[name] if isinstance(data, dict) else data[name]["f1"]
+    owners = [np.full(len(face), i) for i, face in enumerate(corners)]
+    return colors[triangulate_quads(owners)[:, 0]]  # cut as trimesh cuts the faces themselves, which are not in order then
 
 
 def _linear(codes: np.ndarray) -> np.ndarray:

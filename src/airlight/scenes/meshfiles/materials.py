@@ -51,10 +51,15 @@ class Library(Mapping[str, bytes]):
             self._asked.append(name)
             return self._stand_in
         found = []
-        for each in dict.fromkeys(self.files):
+        waiting = list(dict.fromkeys(self.files))
+        while waiting:
+            each = waiting.pop(0)
             try:
                 found.append(self.file.resource(_plain(each), "its .mtl file"))
             except AirlightError as error:
+                if len(each.split()) > 1:  # no name with blanks, then, but several names, as the format has them
+                    waiting[:0] = each.split()
+                    continue
                 reason = str(error).partition(": ")[2].partition(";")[0]
                 self.lost.append(f"{self.file.path}: shown without the materials of {shown(each)}: {reason}")
         return b"\n".join(found)
