@@ -84,6 +84,19 @@ def test_lights_of_order_1_keep_their_exposure(tmp_path: Path, capsys: Any) -> N
     assert not is_physical(open_scene("table").scene) and not is_physical(open_scene("flying").scene)
 
 
+def test_lamps_of_a_file_that_would_burn_are_exposed(tmp_path: Path, capsys: Any) -> None:
+    """A lamp of 10 W of Blender's, 543 cd, two metres before a wall; of 120 cd, in a room that is not burned, stays as it is."""
+    (tmp_path / "far").mkdir()
+    assert render(room(tmp_path, intensity=543.5), "-o", tmp_path / "a.png") == 0
+    said = capsys.readouterr().err
+    assert said.startswith("airlight: exposure -") and 20 < codes(tmp_path / "a.png").mean() < 200
+    w = Writer()
+    w.node(mesh=w.mesh(SQUARE, SQUARE_FACES, NORMAL=[(0, 0, 1)] * 4), scale=[60, 60, 1], translation=[-30, -30, 0])
+    w.node(extensions=w.light(type="point", intensity=120.0), translation=[0, 0, 12])
+    w.node(camera=w.add("cameras", type="perspective", perspective={"yfov": 1.0, "znear": 0.1}), translation=[0, 0, 30])
+    assert render(w.save(tmp_path / "far"), "-o", tmp_path / "b.png") == 0 and "exposure" not in capsys.readouterr().err
+
+
 def test_any_frames_of_an_animation_have_one_exposure(tmp_path: Path) -> None:
     scene = room(tmp_path, moves=True)
     for folder, frames in (("whole", "1-3"), ("last", "3")):

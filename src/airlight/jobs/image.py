@@ -282,26 +282,26 @@ class _Work:
         chosen = "classic" if self.look is None else "smart"
         return done, fraction, self.request.settings.text(settled.lights, chosen)
 
-    def _settled(self, task: PictureTask, loaded: _Loaded) -> Settled:
-        """Settle a picture by itself: find its lights, resolve what is unset, render it."""
+    def _settled(self, task: PictureTask, loaded: _Loaded, tell: Callable[[str], object]) -> Settled:
+        """Settle a picture by itself: find its lights, resolve what is unset, render it. tell: is called with lines for the user."""
         from airlight.occlusion.automatic import check
 
-        picture, lines, r = loaded.picture, list[str](), self.request
+        picture, r = loaded.picture, self.request
         check(self.parameters, picture.alpha is not None, loaded.far is not None)
         begun = time.perf_counter()
-        written, parameters = self._resolved(picture, lines.append)
-        doubts.tell_far_away(r.lights, written, lines.append)
+        written, parameters = self._resolved(picture, tell)
+        doubts.tell_far_away(r.lights, written, tell)
         begun = self.spent.add("find the light", begun)
         if r.debug is not None:
-            return Settled(written, parameters, None, None, lines, bool(written))
+            return Settled(written, parameters, None, None, bool(written))
         done = self._shone(task, loaded, [place(light, picture) for light in written], parameters, None)
         self.spent.add("render", begun)
         real = _is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, lines.append)
-        doubts.tell_white(picture, task.output, real, lines.append)
+            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell)
+        doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
-        return Settled(written, parameters, done.held, done, lines, shines)
+        return Settled(written, parameters, done.held, done, shines)
 
     def _shone(self, task: PictureTask, loaded: _Loaded, lights: list[Any], parameters: Any, held: Any) -> Any:
         """Render one picture, pictures.Rendered."""

@@ -46,7 +46,7 @@ class SceneOptions(Options, group="scene"):
     ev: float | None = real(
         None,
         "exposure: stops that pictures for a display are brighter; unset: automatic where a light has 100 lux, 1,000 candela or more, "
-        "else 0. Light in .exr and .hdr files does not know it",
+        "or a file's would burn the picture, else 0. Light in .exr and .hdr files does not know it",
         "Airlight", "stops", ge=-40, le=40, slider=(-20, 10),
     )
     view_transform: str = text(

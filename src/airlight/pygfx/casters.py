@@ -23,10 +23,14 @@ from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
+HALF_TEXEL = 0.5  # of the slope of depth over a texel, along x or y, whichever is more
 
 
 class Role(private.Blender):
-    """Says how casters of one kind are drawn. sloped: each texel as near to the light as its surface is anywhere in it."""
+    """Says how casters of one kind are drawn.
+
+    sloped: nearer to the light by half a texel's slope, as a surface is at a texel's border, so that its dark side is dark in all of it.
+    """
 
     def __init__(self, name: str, output: str, sloped: bool = False) -> None:
         super().__init__(name + (" sloped" if sloped else ""), output)
@@ -36,7 +40,7 @@ class Role(private.Blender):
         return []
 
     def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> dict[str, Any]:
-        bias = {"depth_bias_slope_scale": 1.0} if self.sloped is self else {}
+        bias = {"depth_bias_slope_scale": HALF_TEXEL} if self.sloped is self else {}
         return {"format": FORMAT, "depth_write_enabled": True, "depth_compare": "greater", **bias}
 
 

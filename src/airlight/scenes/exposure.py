@@ -1,8 +1,8 @@
 """Exposes scenes with physical lights: how bright their pictures are, and their own radiances scaled so that half floats hold them.
 
-Lights of 100 lux, of 1,000 candela and more are physical, those that a user gives in units, and all that shines with 100 and more. What is
-of order 1 beside them, as unlit colours, and the background and fill light that a file without surroundings is given, stands for what a
-display shows.
+Lights of 100 lux, of 1,000 candela and more are physical, those that a user gives in units, and all that shines with 100 and more. Files
+with weaker lights are exposed where they would be burned otherwise. What is of order 1 beside them, as unlit colours, and the background
+and fill light that a file without surroundings is given, stands for what a display shows.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from airlight.colour import srgb_decode, srgb_encode
 from airlight.scenes.stage import Stage
 
 PHYSICAL_LUX, PHYSICAL_CANDELA, PHYSICAL_RADIANCE = 100.0, 1000.0, 100.0  # from which lights, and what shines, are physical
+DOUBTED, BURNED = 0.1, -2.0  # share of these from which lights of a file are metered; stops from which such a file needs exposure
 METERED_WIDTH, METERED_TIMES = 160, 4  # pixels; times of an animation
 PASSES, NEAR_STOPS = 4, 6.0  # at most; each begins with what the last has found, until that is so near
 BRIGHT_HALF = (0.5, 0.98)  # between these shares of all pixels by luminance their logarithms are averaged
@@ -64,6 +65,14 @@ def is_physical(scene: gfx.Scene) -> bool:
     return sun >= PHYSICAL_LUX or lamp >= PHYSICAL_CANDELA
 
 
+def may_need(stage: Stage) -> bool:
+    """Tell whether a stage, not scaled yet, may have an automatic exposure."""
+    if stage.measured or is_physical(stage.scene):
+        return True
+    sun, lamp = strengths(stage.scene)
+    return stage.photometric and (sun >= DOUBTED * PHYSICAL_LUX or lamp >= DOUBTED * PHYSICAL_CANDELA)
+
+
 def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exposure:
     """Find the automatic exposure of a stage, whose radiances are left scaled by its `pre`.
 
@@ -72,8 +81,9 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
     for a display, is known, and left out.
     """
     expose(stage, 1.0)
-    if not (stage.measured or is_physical(stage.scene)):
+    if not may_need(stage):
         return Exposure()
+    is_sure = stage.measured or is_physical(stage.scene)
     sun, lamp = strengths(stage.scene)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
@@ -85,10 +95,14 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
             expose(stage, pre)
             found = np.concatenate([luminances(time, pre).ravel() for time in times]).astype(np.float64)
             seen.append(np.nan_to_num(found, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
-        ev = round(min(max(stops + lacking((seen[0] - seen[1]) / 0.75), STOPS[0]), STOPS[1]), 2)
+        light = (seen[0] - seen[1]) / 0.75
+        ev = round(min(max(stops + lacking(light), STOPS[0]), STOPS[1]), 2)
         if abs(ev - stops) < NEAR_STOPS:
             break
         stops = round(ev)
+    if not is_sure and (ev > BURNED or not light.max() > 0):
+        expose(stage, 1.0)
+        return Exposure()
     expose(stage, 2.0 ** round(ev))
     return Exposure(ev, stage.pre_exposure)
 

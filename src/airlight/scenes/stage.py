@@ -25,7 +25,8 @@ class Stage:
     glowing: names of the meshes that emit light, of a scene without lights of its own.
     pre_exposure: factor that its radiances are scaled by, see `scenes.exposure`. sky_sun: lux of a sun that its sky is in proportion to, or
     None where it has none.
-    measured: whether a user gave some light in units, so that it is exposed however weak that is.
+    measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
+    file that gives them in lux and candela.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
@@ -44,3 +45,4 @@ class Stage:
     pre_exposure: float = 1.0
     sky_sun: float | None = None
     measured: bool = False
+    photometric: bool = False

@@ -13,7 +13,7 @@ from airlight.lights.punctual import Triple, triple
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
-from airlight.scenes.exposure import METERED_WIDTH, Exposure, is_physical
+from airlight.scenes.exposure import METERED_WIDTH, Exposure, may_need
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
@@ -64,7 +64,7 @@ class SceneView:
     def _expose(self, state: ViewerState) -> None:
         """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
         stage, exposure = self.stage, Exposure()
-        if stage.measured or is_physical(stage.scene):
+        if may_need(stage):
             parameters, composite, in_scene, medium, march = state.structs[:5]
             more: Any = {"medium": medium, "march": march}
             exposure = Studio(stage, Shot(METERED_WIDTH, METERED_WIDTH * 9 // 16, 1), parameters, composite, in_scene, **more).exposure

@@ -82,7 +82,7 @@ class _Loader:
         path, duration = self._gltf.container.path, self._model.duration
         emissive = () if self._lights else tuple(glowing(self._model.drawn))
         sky_sun = None if self._surroundings is None else self._surroundings.sun_illuminance()
-        more: dict[str, Any] = {"glowing": emissive, "sky_sun": sky_sun}
+        more: dict[str, Any] = {"glowing": emissive, "sky_sun": sky_sun, "photometric": bool(self._lights)}
         return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, **more)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
