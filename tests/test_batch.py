@@ -37,6 +37,15 @@ def test_frames(text, numbers):
     assert frames(text) == numbers
 
 
+@pytest.mark.parametrize(("file", "pattern", "cure"), [("a.1.png", "a.#.png", "%d"), ("a.0001.png", "a.##.png", "%04d")])
+def test_frames_of_other_digits_are_named(tmp_path, capsys, file, pattern, cure):
+    write_image(tmp_path / file, np.zeros((4, 4, 3), np.float32))
+    args = ["-o", str(tmp_path / "b.####.png"), "--light", "0.5,0.5;strength=0"]
+    assert main(["image", str(tmp_path / pattern), *args]) == 2
+    assert f"for {tmp_path / file} write {cure};" in capsys.readouterr().err
+    assert main(["image", str(tmp_path / pattern.replace(pattern[2:-4], cure)), *args]) == 0
+
+
 @pytest.mark.parametrize("text", ["", "1-", "a", "1-5x0", "1:5", "1-999999999", "1.5"])
 def test_bad_frames(text):
     with pytest.raises(AirlightError, match="frames"):

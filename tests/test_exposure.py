@@ -301,4 +301,4 @@ def test_what_stands_for_a_display_is_not_metered(tmp_path: Path) -> None:
 def test_a_picture_that_is_asked_too_bright_says_what_is_darker(tmp_path: Path, capsys: Any) -> None:
     near = ("--eye", "-1.5,1.5,1.5", "--target", "-1.5,1.5,0")
     assert render(room(tmp_path), "-o", tmp_path / "a.png", "--ev", 0, *near) == 0
-    assert "of it is white: --ev -4 darkens it" in capsys.readouterr().err
+    assert "of it is white: its lights want --ev -1" in capsys.readouterr().err

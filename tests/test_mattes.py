@@ -227,6 +227,36 @@ def test_views(tmp_path, kind, capsys):
     assert read_image(tmp_path / "c.exr", view="right").linear().max() == 0.75
 
 
+def test_shafts_of_two_views(tmp_path, capsys):
+    """Each view has its layer, as multi-view EXRs name it; a second run keeps that of the first."""
+    one = colours(0.1)
+    for c in "RGB":
+        one[c] = one[c].copy()
+        one[c][4:8, 5:20:3] = 1
+    two = one | {f"right.{name}": values for name, values in one.items()} | {"Z": flat(1)}
+    path = exr(tmp_path / "a.exr", two, multiView=("left", "right"))
+    light = ["--light", "0.5,0.5", "--look", "classic", "--threshold", "0.5"]
+    assert main(["image", str(path), "-o", str(tmp_path / "b.exr"), "--view", "right", *light]) == 0
+    names = oiio.ImageBuf(str(tmp_path / "b.exr")).spec().channelnames
+    assert "airlight.right.R" in names and "airlight.R" not in names
+    assert main(["image", str(tmp_path / "b.exr"), "-o", str(tmp_path / "c.exr"), "--view", "left", *light]) == 0
+    both = oiio.ImageBuf(str(tmp_path / "c.exr")).spec().channelnames
+    assert sorted(both) == sorted([*names, *(f"airlight.{c}" for c in "RGB")])
+    assert main(["image", str(tmp_path / "c.exr"), "-o", str(tmp_path / "d.exr"), "--view", "right", *light]) == 0
+    assert sorted(oiio.ImageBuf(str(tmp_path / "d.exr")).spec().channelnames) == sorted(both)
+    capsys.readouterr()
+    assert main(["image", str(path), "-o", str(tmp_path / "a.png"), "--view", "right", *light]) == 0
+    assert "cannot keep the view left; use .exr" in capsys.readouterr().err
+
+
+def test_a_clip_of_two_views_tells_them_once(tmp_path, capsys):
+    for k in (1, 2, 3):
+        exr(tmp_path / f"a.{k}.exr", colours(0.5) | colours(0.5, "right."), multiView=("left", "right"))
+    assert main(["image", str(tmp_path / "a.%d.exr"), "-o", str(tmp_path / "b.%d.exr"), "--light", "0.5,0.5;strength=0"]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if "the views" in line]
+    assert len(lines) == 2 and "a.1.exr: holds the views left, right" in lines[0] and "2 more: holds the views" in lines[1]
+
+
 def test_a_picture_of_one_view(tmp_path):
     path = exr(tmp_path / "a.exr", colours(0.5))
     with pytest.raises(AirlightError, match="is of one view: leave --view out"):

@@ -68,11 +68,21 @@ def test_a_picture_that_becomes_white(tmp_path: Path, capsys: pytest.CaptureFixt
     assert said(capsys, *args, *sums, "-y", "--exposure", "0.1") == []
 
 
+def test_an_input_beyond_white_that_an_output_cannot_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_image(tmp_path / "lux.exr", 9000 * thumbs.linear(thumbs.SUN) + 2)
+    args = ["image", tmp_path / "lux.exr", "--light", "0.5,0.4", "-o"]
+    for more in ([], ["--look", "classic"], ["--light", "0.5,0.4;strength=0"]):
+        told = [line for line in said(capsys, *args, tmp_path / "out.png", "-y", *more) if "brighter than white" in line]
+        assert len(told) == 1 and "100 % of it" in told[0] and "write .exr" in told[0]
+        assert not any("shows more" in line for line in said(capsys, *args, tmp_path / "out.png", "-y", *more))
+    assert not any("brighter than white" in line for line in said(capsys, *args, tmp_path / "out.exr"))
+
+
 def test_nothing_of_the_scene_is_seen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("a.png", "a.exr"):
         lines = said(capsys, "render", "table", "-o", tmp_path / name, *SMALL, *AWAY)
         assert len(lines) == 1 and "nothing of the scene is seen" in lines[0] and "--eye" in lines[0] and "--camera" in lines[0]
-        assert said(capsys, "render", "table", "-o", tmp_path / name, *SMALL) == []
+    assert said(capsys, "render", "table", "-o", tmp_path / name, *SMALL) == []
     lines = said(capsys, "render", "table", "-o", tmp_path / "f.mp4", *SMALL, *AWAY, "--turntable", "3")
     assert len(lines) == 1 and "all 3 frames" in lines[0]
     lines = said(capsys, "render", "table", "-o", tmp_path / "f.##.png", *SMALL, *AWAY, "--turntable", "3", "--frames", "1-2")

@@ -19,6 +19,10 @@ class AirlightWarning(UserWarning):
     """Something in an input was mended or could not be kept; the work goes on."""
 
 
-def warn(message: str, level: int = 3) -> None:
-    """Issue an AirlightWarning. level: how many calls above this one stands the line that it names."""
-    warnings.warn(message, AirlightWarning, stacklevel=level)
+class CommonWarning(AirlightWarning):
+    """Says, after a picture's name, what holds for each of a sequence alike: a command tells it of the first, and how many more."""
+
+
+def warn(message: str, level: int = 3, common: bool = False) -> None:
+    """Issue an AirlightWarning. level: how many calls above this one stands the line that it names. common: as a CommonWarning."""
+    warnings.warn(message, CommonWarning if common else AirlightWarning, stacklevel=level)

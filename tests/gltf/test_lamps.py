@@ -107,8 +107,9 @@ def test_meshes_that_emit_are_offered(tmp_path: Path, capfd: pytest.CaptureFixtu
     size = ["--width", "32", "--quality", "draft"]
     assert main(["render", path, "-o", out, *size]) == 0
     assert "--light Bulb" in capfd.readouterr().err
-    assert main(["render", path, "-o", out, "-y", *size, "--light", "Bulb"]) == 0
-    assert capfd.readouterr().err == ""
+    for light in (["--light", "Bulb"], ["--sun", "160,35"]):
+        assert main(["render", path, "-o", out, "-y", *size, *light]) == 0
+        assert capfd.readouterr().err == ""
     w.node(extensions=w.light(**POINT))
     assert offer(open_scene(w.save(tmp_path))) is None
     assert offer(open_scene(room().save(tmp_path))) is None

@@ -117,7 +117,7 @@ def test_what_is_hardly_changed_is_told_with_its_cure(photo, tmp_path, capsys):
 def test_floats_above_white_are_changed_where_codes_would_not_be(tmp_path, capsys):
     store(tmp_path / "in.exr", np.full((20, 30, 3), 2, np.float32))
     assert run(capsys, tmp_path / "in.exr", "-o", tmp_path / "a.exr", *LIGHT, "--occlusion", "none") == ""
-    assert "hardly changed" in run(capsys, tmp_path / "in.exr", "-o", tmp_path / "a.png", *LIGHT, "--occlusion", "none")
+    assert "brighter than white" in run(capsys, tmp_path / "in.exr", "-o", tmp_path / "a.png", *LIGHT, "--occlusion", "none")
 
 
 def test_nothing_before_the_light_and_black_round_it(tmp_path, capsys):
@@ -128,11 +128,13 @@ def test_nothing_before_the_light_and_black_round_it(tmp_path, capsys):
     write_image(tmp_path / "black.png", black)
     for name, says, cure in (
         ("even", "nothing stands before the light: no shafts", "--rays 24 draws some"),
-        ("black", "what lies round the light is black: no air shows there", "brighten the shadows first"),
+        ("black", "what lies round the light is black: no air shows there", "brighten the shadows first, or --look classic draws on black"),
     ):
         said = run(capsys, tmp_path / f"{name}.png", "-o", tmp_path / "a.png", "-y", "--light", "0.45,0.4;kind=disc")
         assert said == f"{tmp_path / name}.png: {says}; {cure}\n"
         assert np.array_equal(codes(tmp_path / "a.png"), codes(tmp_path / f"{name}.png"))
+    cured = run(capsys, tmp_path / "black.png", "-o", tmp_path / "a.png", "-y", "--light", "0.45,0.4;kind=disc", "--look", "classic")
+    assert cured == "" and not np.array_equal(codes(tmp_path / "a.png"), codes(tmp_path / "black.png"))
     write_image(tmp_path / "sea.png", None, encoded=thumbs.codes("sea-sunset"))
     assert "nothing stands before the light" in run(capsys, tmp_path / "sea.png", "-o", tmp_path / "a.png", "-y")
     said = run(capsys, tmp_path / "sea.png", "-o", tmp_path / "a.png", "-y", "--rays", "24")  # the cure

@@ -11,7 +11,7 @@ import click
 import rich_click
 
 from airlight.cli import bench, compare, image, info, render, view
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, CommonWarning
 from airlight.messages import say
 from airlight.process import supervisor
 
@@ -46,15 +46,20 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run a command and return the exit code: 0 done, 2 wrong usage or bad input, 1 a failure of the machine, 130 Ctrl-C."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
-        told: set[str] = set()  # each once, from wherever it comes
+        told: dict[str, set[str]] = {}  # each once, from wherever it comes
 
         def show(message: Warning | str, *_: Any, **__: Any) -> None:
-            if str(message) not in told:
-                told.add(str(message))
-                say(f"warning: {message}")
+            text = str(message)
+            of = told.setdefault(text.partition(": ")[2] if isinstance(message, CommonWarning) else text, set())
+            if not of:
+                say(f"warning: {text}")
+            of.add(text)
 
         warnings.showwarning = show
         code = _guarded(lambda: cli.main(args, prog_name="airlight", standalone_mode=False))
+        for text, of in told.items():
+            if len(of) > 1:
+                say(f"warning: {len(of) - 1} more: {text}")
         return _guarded(_flush) or code
 
 

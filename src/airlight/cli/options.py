@@ -56,6 +56,9 @@ class _Numbers(click.ParamType):
         return found * (3 // len(found))
 
 
+_EXPOSURE = ("ev", "view_transform", "adapt_seconds")  # of a scene's options, those of the picture for a display: a panel of their own
+
+
 def parameter_options(command: F, scenes: bool = False) -> F:
     """Decorator: one option for each declared parameter, in a panel for each group. scenes: those of 3-D scenes too."""
     for parameter in reversed(declared(scenes)):
@@ -88,7 +91,7 @@ def _option(p: Option) -> Callable[[F], F]:
         metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words else None,
         default=as_text(p.default) if p.is_triple and p.default is not None else p.default,
         show_default=p.default is not None,
-        panel=p.group.capitalize(),
+        panel="Exposure" if p.name in _EXPOSURE else p.group.capitalize(),
         help=f"{p.description}{f' ({p.unit})' if p.unit else ''}. {p.source}",
     )
 

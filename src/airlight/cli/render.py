@@ -95,15 +95,16 @@ class _Fps(click.ParamType):
     panel=LIGHT,
     type=SceneLightType(PLACE),
     multiple=True,
-    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a mesh by name. It moves a lamp of the '
-    "scene where one casts shafts, else it is added. May be repeated.",
+    help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
+    "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated.",
 )
 @option(
     "--sun",
     panel=LIGHT,
     type=SceneLightType(SUN),
     multiple=True,
-    help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light.",
+    help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light, "
+    "in units 68300lx or 100W/m2.",
 )
 @option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")

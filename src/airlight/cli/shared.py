@@ -45,19 +45,19 @@ def storage_options(command: F) -> F:
         panel=FILES,
         metavar="NAME",
         help="Of EXR: none, rle, zip, zips, piz, pxr24, b44, b44a, dwaa, dwab (dwaa:45 with its level), htj2k32, htj2k256; "
-        "of TIFF: none, lzw, zip, packbits. Unset: that of an EXR IN, else zips; TIFF zip.",
+        "of TIFF: none, lzw, zip, packbits. Unset: that of an EXR that is read, else zips; TIFF zip.",
     )
     quality = option(
         "--file-quality",
         panel=FILES,
         type=click.IntRange(1, 100),
-        help="Of JPEG, WebP, AVIF, JPEG XL (100: lossless). Unset: a JPEG's own, as its tables tell; else 95, AVIF 90.",
+        help="Of JPEG, WebP, AVIF, JPEG XL (100: lossless). Unset: that of a JPEG that is read; else 95, AVIF 90.",
     )
     subsampling = option(
         "--subsampling",
         panel=FILES,
         type=click.Choice(SUBSAMPLING),
-        help="Of the colours of JPEG and AVIF. Unset: a JPEG's own; else 4:4:4.",
+        help="Of the colours of JPEG and AVIF. Unset: that of a JPEG that is read; else 4:4:4.",
     )
     return compression(quality(subsampling(command)))
 
@@ -81,7 +81,8 @@ def preset_options(command: F) -> F:
 
 def file_scene_options(command: F) -> F:
     """Decorator: the options that choose of what a scene's file holds."""
-    clip = option("--animation", panel="Scene", metavar="NAME|N", help="A clip of a .glb or .gltf file, N from 0; unset: its first.")
+    told = "A clip of a .glb or .gltf file, N from 0; unset: its first, and those that move other things."
+    clip = option("--animation", panel="Scene", metavar="NAME|N", help=told)
     scene = option(
         "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
     )

@@ -43,7 +43,7 @@ def layers(names: Sequence[str], alpha_channel: int, usable: Sequence[bool]) -> 
     places: dict[str, dict[str, int]] = {}
     for i, name in enumerate(names):
         layer, kind = split(name)
-        if usable[i] and layer != "airlight":
+        if usable[i] and layer.partition(".")[0] != "airlight":
             places.setdefault(layer, {}).setdefault(kind, i)
     found: dict[str, list[int]] = {}
     for colours in ("RGB", "Y"):

@@ -1,5 +1,6 @@
 """Pictures from files: checked, upright, and with all that is needed to write them back."""
 
+import functools
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -180,7 +181,9 @@ def _load(path: str | os.PathLike[str], on_damage: str, layer: str | None, color
 
     # R G B A (or Y A), or the layer that was asked for, are replaced when written; a layer that stood in for them is kept as well.
     replaced = stand_in == own
-    rest = [i for i in range(len(names)) if usable[i] and not (replaced and i in chosen) and not names[i].startswith("airlight.")]
+    view_of = functools.partial(views.of_name, spec)
+    made = [name.startswith("airlight.") and view_of(name) == view_of(layer or "") for name in names]  # by an earlier run
+    rest = [i for i in range(len(names)) if usable[i] and not (replaced and i in chosen) and not made[i]]
     lost = [names[i] for i in range(len(names)) if not usable[i]] if format == "openexr" else [names[i] for i in rest if i not in chosen]
     if lost:
         warn(f"{name}: channels that cannot be kept: {', '.join(lost[:5])}", 4)

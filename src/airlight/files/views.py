@@ -26,7 +26,7 @@ def layer_of(spec: Any, view: str | None, layer: str | None, path: str) -> str |
     views = views_of(spec)
     if view is None:
         if views and layer is None:
-            warn(f"{path}: holds the views {', '.join(views)}; {views[0]} is used (--view names another)", 5)
+            warn(f"{path}: holds the views {', '.join(views)}; {views[0]} is used (--view names another)", 5, common=True)
         return layer
     if view not in views:
         there = f"it has {', '.join(views)}" if views else "it is of one view: leave --view out"
@@ -34,6 +34,25 @@ def layer_of(spec: Any, view: str | None, layer: str | None, path: str) -> str |
     if view == views[0]:
         return layer
     return view if layer is None or layer.lower() == "rgba" else f"{layer}.{view}"
+
+
+def of_name(spec: Any, name: str) -> str | None:
+    """Name the view that a channel or a layer belongs to; None in a picture of one view."""
+    views = views_of(spec)
+    return next((one for one in views[1:] if one in name.split(".")), views[0]) if views else None
+
+
+def group_of(spec: Any, layer: str | None, group: str) -> str:
+    """Name a layer of ours beside the layer that is worked on: airlight, or airlight.right in a view that is not the default."""
+    view = of_name(spec, layer or "")
+    return f"{group}.{view}" if view is not None and view != views_of(spec)[0] else group
+
+
+def told(spec: Any, layer: str | None, names: list[str]) -> list[str]:
+    """List channels for the user: those of the view that is worked on by their names, of the others the views."""
+    view = of_name(spec, layer or "")
+    others = dict.fromkeys(f"the view {other}" for name in names if (other := of_name(spec, name)) != view)
+    return [*others, *(name for name in names if of_name(spec, name) == view)]
 
 
 def join(spec: Any, parts: list[Any]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from airlight.alpha import is_transparent, straighten
 from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, warn
-from airlight.files import by_pillow, dpx
+from airlight.files import by_pillow, dpx, views
 from airlight.files.atomic import check_output, output_format, replacing, scratch
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode
 from airlight.files.encoding import encode_file, verify
@@ -136,7 +136,8 @@ def write_image(
     if any(values is not None for values in (layer, transmittance, z)) and format != "openexr":
         raise AirlightError(f"{name}: only .exr holds the layer beside the picture; write it to a file of its own")
     fine = "float" if bits == 32 else "half"
-    for group, values in (("airlight", layer), ("transmittance", transmittance)):
+    ours = "airlight" if like is None else views.group_of(like.spec, like.layer, "airlight")
+    for group, values in ((ours, layer), ("transmittance", transmittance)):
         if values is not None:
             channels.append(functools.partial(_rows, values, FLOAT_MOST if bits == 32 else HALF_MOST))
             further += [(f"{group}.{name}", fine) for name in "RGB"]
@@ -147,7 +148,8 @@ def write_image(
         if format == "openexr":
             channels.append(like.extra)
         elif lost := [one for one in like.extra_names if one not in like.channels]:  # of which the picture is made, where it has no name
-            warn(f"{name}: this format cannot keep {', '.join(lost[:5])}; use .exr to keep all layers")
+            lost = views.told(like.spec, like.layer, lost)
+            warn(f"{name}: this format cannot keep {', '.join(lost[:5])}; use .exr to keep all layers", common=True)
     spec = _spec(shown.shape[:2], colours, transparency is not None, further, like, format, depth, keeps_icc)
     describe(spec, like, format, storage)
     codes = _joined(channels, spec) if real else np.ascontiguousarray(np.concatenate(channels, axis=2))

@@ -38,6 +38,8 @@ def tell_unchanged(
         say(f"{picture.path}: {done.message}")
         return
     share, made = measured(picture, done, float_output)
+    if share < 1 - verdict.NEARLY_ALL and white_share(picture, float_output):  # no strength mends that: tell_white
+        return
     if share == 0:
         say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}")
     elif share < 1 - verdict.NEARLY_ALL:
@@ -47,6 +49,21 @@ def tell_unchanged(
         name, share = flat
         cures = ("--strength 0.3", "--shade 0") if look is not None else ("a lower --exposure", "--adapt 0")
         say(f"{picture.path}: {verdict.percent(share)} of the result is {name}: {cures[name == 'black']} changes less")
+
+
+def white_share(picture: "Picture", float_output: bool) -> float:
+    """Measure how much of a picture of floats is beyond white, where that is nearly all and the output ends at white; else 0."""
+    if float_output or picture.codes.dtype.kind != "f":
+        return 0.0
+    name, share = verdict.flat_share(picture.linear(coarse=True)) or ("", 0.0)
+    return share if name == "white" else 0.0
+
+
+def tell_white(picture: "Picture", output: str, float_output: bool, say: Callable[[str], object]) -> None:
+    """Say that an output is white since its input is, as a render in lux or nits."""
+    if share := white_share(picture, float_output):
+        cure = f"{output} would show nothing: write .exr, or scale the picture for a display first"
+        say(f"{picture.path}: {verdict.percent(share)} of it is brighter than white, as light in lux or nits is; {cure}")
 
 
 def is_off(look: Any, lights: Sequence[LightText | ImageLight]) -> bool:

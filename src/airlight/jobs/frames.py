@@ -235,7 +235,7 @@ def run_frames(request: FramesRequest) -> bool:
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
-    say_offer(stage, r.light)
+    say_offer(stage, (*r.light, *r.sun))
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,

@@ -296,8 +296,10 @@ class _Work:
             return Settled(written, parameters, None, None, bool(written))
         done = self._shone(task, loaded, [place(light, picture) for light in written], parameters, None)
         self.spent.add("render", begun)
+        real = _is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, _is_float(task.output, picture), tell)
+            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell)
+        doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
         return Settled(written, parameters, done.held, done, shines)
 

@@ -1,12 +1,16 @@
 """Tasks, a picture each: which files become which, and which of them are left to do."""
 
+import dataclasses
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from airlight.errors import AirlightError
 from airlight.messages import say
+
+if TYPE_CHECKING:
+    from airlight.files.sequence import Numbered
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,15 @@ class FrameTask(Task):
 T = TypeVar("T", bound=Task)
 
 
+def _others(pattern: "Numbered") -> str:
+    """Say that frames are there whose numbers have other digits than a pattern asks for; nothing where there are none."""
+    for digits in range(1, 9):
+        other = dataclasses.replace(pattern, digits=digits)
+        if found := other.on_disk():
+            return f" of {pattern.digits} digits; for {other.frame(found[0])} write {'%d' if digits == 1 else f'%0{digits}d'}"
+    return ""
+
+
 def picture_tasks(
     sources: Sequence[str],
     output: str,
@@ -90,7 +103,7 @@ def picture_tasks(
             continue
         numbers = read_frames(frames) if frames is not None else pattern.on_disk()
         if not numbers:
-            raise AirlightError(f"{source}: there are no such files; check the pattern, or give --frames")
+            raise AirlightError(f"{source}: there are no such files{_others(pattern)}; check the pattern, or give --frames")
         clips[len(given)] = [(number, pattern.frame(number)) for number in pattern.on_disk() or numbers]
         given += [(number, pattern.frame(number), clip) for clip in [len(given)] for number in numbers]
     if frames is not None and not clips:

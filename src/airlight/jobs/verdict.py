@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 NEARLY_ALL = 0.95  # of the pixels
 CODES = 2  # of 8 bits: what changes by no more is not seen, nor what lies no farther from black
 WHITE_LINEAR, BLACK_LINEAR = 0.987, 6e-4  # codes 253.5 and 2 of 255
+FAR_STOPS = 2  # from the measured exposure: the user's own is amiss
 LOOKED_AT = 50_000  # pixels, about
 
 
@@ -80,6 +81,7 @@ class OfScene:
     flat: Counter[str] = field(default_factory=Counter)
     least: float = 1.0
     ev: float = 0.0  # with which they are shown
+    measured: float | None = None  # the automatic one of physical lights
     seen: bool = False  # something of the scene, in any frame
 
     @property
@@ -89,7 +91,7 @@ class OfScene:
 
     def look(self, studio: "Studio", frame: "Frame") -> None:
         self.frames += 1
-        self.ev = studio.ev
+        self.ev, self.measured = studio.ev, studio.exposure.automatic
         found = flat_share(frame.picture, self._is_light)
         if found is not None:
             self.flat[found[0]] += 1
@@ -102,8 +104,12 @@ class OfScene:
         if self.frames and not self.seen:
             say(f"{of}nothing of the scene is seen: place the camera by --eye x,y,z and --target x,y,z, or name one by --camera", prefix="")
             return
-        brighter = "" if self._is_light else f"--ev {self.ev + 4:g} brightens it, "
-        for name, cure in (("white", f"--ev {self.ev - 4:g} darkens it"), ("black", f"{brighter}--light or --sun adds a light")):
+        darker, brighter = f"--ev {self.ev - 4:g} darkens it", f"--ev {self.ev + 4:g} brightens it, "
+        if self.measured is not None and abs(self.ev - self.measured) > FAR_STOPS:  # four stops would not do
+            darker = f"its lights want --ev {self.measured:g}, which it gets without --ev"
+            brighter = f"{darker}; "
+        brighter = "" if self._is_light else brighter
+        for name, cure in (("white", darker), ("black", f"{brighter}--light or --sun adds a light")):
             if self.frames and self.flat[name] == self.frames:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
 

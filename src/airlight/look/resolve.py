@@ -128,7 +128,7 @@ def resolve(
         if masked is not None and all(not one.emits.any() for one in seen):
             nothing = "the mask lets nothing shine: make it white where light is, or invert it"
             return ResolvedLook(found_lights, 0.0, shade, 0.0, 0.0, nothing)
-        black = "what lies round the light is black: no air shows there; brighten the shadows first"
+        black = "what lies round the light is black: no air shows there; brighten the shadows first, or --look classic draws on black"
         clear = "nothing stands before the light: no shafts; --rays 24 draws some"
         return ResolvedLook(found_lights, 0.0, shade, 0.0, 0.0, black if dark else clear)
     pairs = [(one, known.settings) for one, known in zip(seen, found_lights, strict=True)]
