@@ -308,3 +308,10 @@ def test_mutants(number: int, seed: int, tmp_path: Path) -> None:
             faults.append(f"{i} {kind}: hangs")
     assert not faults, "\n".join(faults[:5])
     assert made > number // 20
+
+
+def test_a_face_of_vertices_that_are_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "bad.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n")
+    with pytest.raises(AirlightError, match=r"is damaged, or no obj file \(a face has a vertex that is not there\); export it again"):
+        open_scene(str(path))

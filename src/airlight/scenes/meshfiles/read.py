@@ -49,7 +49,7 @@ def read(path: str) -> tuple[Any, Library]:
 
 
 def _damaged(file: Container, error: Exception) -> NoReturn:
-    reason = " ".join(str(error).split())[:120]
+    reason = "a face has a vertex that is not there" if isinstance(error, IndexError) else " ".join(str(error).split())[:120]
     what = f"is damaged, or no {file.path[-3:].lower()} file"
     if isinstance(error, MemoryError):
         raise AirlightError(f"{file.path}: asks for more memory than there is; make it smaller") from error
