@@ -137,7 +137,7 @@ def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name:
     change = shone(renderer, picture, Light((0.5, 0.44), kind=kind))
     assert np.array_equal(change.after, change.before)
     black = name == "a square on black"
-    assert change.applied.resolved.message.endswith("brighten the shadows first" if black else "draws some")
+    assert change.applied.resolved.message.endswith("--look classic draws on black" if black else "draws some")
 
 
 def test_half_the_size_is_the_half(renderer: airlight.Renderer) -> None:
