@@ -42,7 +42,7 @@ demo: env vulkan
 	@echo "The picture: $(abspath $(OUT)). For your own: $(RUN)/airlight image photo.jpg -o out.jpg"
 
 test: lint vulkan chromium
-	$(RUN)/python -m pytest
+	$(RUN)/python -m pytest -n 2 --dist loadgroup
 
 validate: .build/validate.stamp vulkan
 	$(RUN)/python -m pytest -m slow

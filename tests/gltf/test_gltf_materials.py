@@ -12,7 +12,7 @@ from gltfs import SQUARE, SQUARE_FACES, SQUARE_UV, Writer
 from hypothesis import given
 from hypothesis import strategies as st
 
-from airlight.scenes import open_scene
+from airlight.scenes import lamps, open_scene
 from airlight.scenes.gltf import images, materials, schema
 
 
@@ -98,7 +98,7 @@ def test_maps_are_spared_where_the_driver_fails(tmp_path: Path, eye: Eye, monkey
     w.node(extensions=w.light(type="directional"))
 
     def shown(broken: bool, words: str = "") -> tuple[set[str], gfx.Material]:
-        monkeypatch.setattr("airlight.scenes.lamps.broken_driver", lambda: broken)
+        monkeypatch.setattr(lamps, "broken_driver", lambda: broken)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             stage = open_scene(w.save(tmp_path), "none")
