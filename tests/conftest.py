@@ -21,8 +21,8 @@ if not os.environ.get("XDG_RUNTIME_DIR"):  # or the graphics libraries complain 
 def pytest_collection_modifyitems(items):
     """Let each file run in one process, since its fixtures are dear; the viewer's, which share a viewer, all in one."""
     for item in items:
-        folder = item.path.parent
-        item.add_marker(pytest.mark.xdist_group(folder.name if folder.name == "viewer" else str(item.path.relative_to(item.config.rootpath))))
+        one = item.path.parent if item.path.parent.name == "viewer" else item.path
+        item.add_marker(pytest.mark.xdist_group(str(one.relative_to(item.config.rootpath))))
 
 
 @pytest.fixture(scope="session", autouse=True)
