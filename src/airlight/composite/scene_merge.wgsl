@@ -7,7 +7,7 @@
 //! include "wgsl/srgb.wgsl"
 override ADAPT: bool = false;
 override EXPOSE: bool = false;
-override VIEW: u32 = 0u;        // one of these, as VIEWS of scene.py
+override VIEW: u32 = 0u;        // one of these, as VIEWS of view.py
 override SHOW: u32 = 0u;        // one of these, as DEBUG_VIEWS of scene.py
 
 const FILMIC = 1u;              // else the picture is linear

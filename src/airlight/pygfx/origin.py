@@ -23,7 +23,7 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
         return
     targets = [thing.target for thing in scene.iter() if isinstance(thing, gfx.DirectionalLight | gfx.SpotLight)]  # these hang nowhere
     targets += [light.target for light in lights if light.target is not None]
-    roots = {id(root): root for root in map(_root, (scene, camera, *targets))}
+    roots = {id(root): root for root in map(root_of, (scene, camera, *targets))}
     # What is skinned and `attached` is placed by its bones alone: its own matrix has to cancel, which it does in float32 only where it
     # moves nothing.
     skins = [thing for thing in scene.iter() if isinstance(thing, gfx.SkinnedMesh) and thing.bind_mode == "attached" and not thing.children]
@@ -52,7 +52,8 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
             light.position = position
 
 
-def _root(thing: Any) -> Any:
+def root_of(thing: Any) -> Any:
+    """Find what an object hangs on in the end; itself where on nothing."""
     while thing.parent is not None:
         thing = thing.parent
     return thing

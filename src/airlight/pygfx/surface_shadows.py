@@ -13,6 +13,7 @@ from airlight.options import March, Medium
 from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.casters import Casters, Gathered
+from airlight.pygfx.origin import root_of
 from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import ShadowView, fit
 from airlight.shadows.fit import basis, orthographic_view
@@ -42,7 +43,7 @@ class SurfaceShadows:
         """Tells whether some of pygfx's lights cast shadows, and are of the scene."""
         shafts = self._shafts()
         casting = [light for kind in private.KINDS for light in lights[f"{kind}_lights"] if light.cast_shadow]
-        return shafts is not None and bool(casting) and _root(casting[0]) is _root(shafts.scene)
+        return shafts is not None and bool(casting) and root_of(casting[0]) is root_of(shafts.scene)
 
     def draw(self, state: private.SurfaceState) -> None:
         """Draws and submits the maps of a state, and writes where they lie."""
@@ -77,12 +78,6 @@ def surface_views(light: Any, hulls: Matrix, size: int) -> list[ShadowView]:
     views = punctual.shadow_views(np.eye(4), np.eye(4), hulls, resolve(Medium(), March(shadow_size=size), "normal", 1.0))
     share = (size - 2 * fit.MARGIN_TEXELS) / (size - 2 * BORDER)
     return [ShadowView(fit.with_border(view.matrix, size, BORDER), view.span, view.texel * share, view.depth_scale) for view in views]
-
-
-def _root(thing: Any) -> Any:
-    while thing.parent is not None:
-        thing = thing.parent
-    return thing
 
 
 def _casting(gathered: Gathered) -> Gathered:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
+from airlight.colour import srgb_decode
 from airlight.errors import AirlightError, warn
 from airlight.lights.punctual import Triple
 from airlight.pygfx import SceneLight
@@ -174,8 +175,7 @@ def radiance(material: Any) -> np.ndarray:
     found = np.array(emissive.to_physical()[:3]) * getattr(material, "emissive_intensity", 1.0)
     texture = getattr(material, "emissive_map", None)
     if texture is not None and found.any():
-        codes = np.asarray(texture.texture.data[..., :3], float).reshape(-1, 3) / 255
-        found = found * np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4).mean(axis=0)
+        found = found * srgb_decode(np.asarray(texture.texture.data[..., :3], float).reshape(-1, 3) / 255).mean(axis=0)
     return np.asarray(found)
 
 
