@@ -42,7 +42,8 @@ demo: env vulkan
 	@echo "The picture: $(abspath $(OUT)). For your own: $(RUN)/airlight image photo.jpg -o out.jpg"
 
 test: lint vulkan chromium
-	$(RUN)/python -m pytest -n 2 --dist loadgroup
+	$(RUN)/python -m pytest -n 2 --dist loadfile --ignore tests/viewer
+	$(RUN)/python -m pytest tests/viewer
 
 validate: .build/validate.stamp vulkan
 	$(RUN)/python -m pytest -m slow

@@ -18,13 +18,6 @@ if not os.environ.get("XDG_RUNTIME_DIR"):  # or the graphics libraries complain 
     os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="airlight-tests-")
 
 
-def pytest_collection_modifyitems(items):
-    """Let each file run in one process, since its fixtures are dear; the viewer's, which share a viewer, all in one."""
-    for item in items:
-        one = item.path.parent if item.path.parent.name == "viewer" else item.path
-        item.add_marker(pytest.mark.xdist_group(str(one.relative_to(item.config.rootpath))))
-
-
 @pytest.fixture(scope="session", autouse=True)
 def default_device() -> None:
     """wgpu's default device, which pygfx uses, tells times in whichever order the tests run."""
