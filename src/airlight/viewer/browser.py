@@ -10,20 +10,20 @@ import contextlib
 import errno
 import hmac
 import ipaddress
-import math
 import secrets
 import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
 from importlib.resources import files
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
 from airlight.errors import AirlightError, warn
 from airlight.process.supervisor import STOPS
+from airlight.viewer.client_messages import Feedback, decode_message
 
 if TYPE_CHECKING:
     import uvicorn
@@ -33,7 +33,6 @@ SIZE = (1280, 720)  # until the first client tells its own
 MOST_CLIENTS = 8
 MOST_BYTES = 16 * 1024  # of a message
 RATE, BURST = 240, 480  # messages a second, and how many at once; our page sends at most about 200 a second
-MOST_PIXELS, MOST_SIDE = 3840 * 2160, 4096  # of the canvas, physical
 PATIENCE = 10.0  # s that a client may take to acknowledge a frame
 CLOSE_TIME = 0.5  # s for closing a connection
 SHUTDOWN = 0.3  # s for all clients when the program ends
@@ -52,128 +51,6 @@ HEADERS = [
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"cross-origin-opener-policy", b"same-origin"),
 ]
-
-# What a client may say. Anything else is dropped: other types (close, and what rendercanvas means for itself, with a "_"), other fields.
-
-Button = Annotated[int, msgspec.Meta(ge=0, le=6)]
-Buttons = Annotated[list[Button], msgspec.Meta(max_length=6)]
-Modifiers = Annotated[list[Literal["Alt", "Control", "Meta", "Shift"]], msgspec.Meta(max_length=4)]
-Word = Annotated[str, msgspec.Meta(max_length=32)]
-
-
-class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
-    timestamp: float
-
-
-class _At(_Message):
-    x: float
-    y: float
-    modifiers: Modifiers
-
-
-class _Pointer(_At):
-    button: Button
-    buttons: Buttons
-    ntouches: Literal[0] = 0
-    touches: Annotated[dict[str, None], msgspec.Meta(max_length=0)] = {}
-
-
-class _Down(_Pointer, tag="pointer_down"):
-    pass
-
-
-class _Up(_Pointer, tag="pointer_up"):
-    pass
-
-
-class _Move(_Pointer, tag="pointer_move"):
-    pass
-
-
-class _Enter(_Pointer, tag="pointer_enter"):
-    pass
-
-
-class _Leave(_Pointer, tag="pointer_leave"):
-    pass
-
-
-class _Double(_At, tag="double_click"):
-    button: Button
-    buttons: Buttons
-
-
-class _Wheel(_At, tag="wheel"):
-    dx: float
-    dy: float
-    buttons: Buttons
-
-
-class _Key(_Message):
-    key: Word
-    modifiers: Modifiers
-
-
-class _KeyDown(_Key, tag="key_down"):
-    pass
-
-
-class _KeyUp(_Key, tag="key_up"):
-    pass
-
-
-class _Char(_Message, tag="char"):
-    data: Word | None
-    is_composing: bool
-    input_type: Word
-
-
-class _Resize(_Message, tag="resize"):
-    width: float
-    height: float
-    pwidth: float
-    pheight: float
-    ratio: float
-
-
-class _Feedback(_Message, tag="_framefeedback"):
-    index: int
-    localtime: float
-
-
-ClientMessage = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | _Feedback
-_DECODER = msgspec.json.Decoder(ClientMessage)
-_SPANS = {
-    **dict.fromkeys(("x", "y"), (-2.0 * MOST_SIDE, 2.0 * MOST_SIDE)),
-    **dict.fromkeys(("dx", "dy"), (-10_000.0, 10_000.0)),
-    **dict.fromkeys(("timestamp", "localtime"), (0.0, 1e10)),
-    "ratio": (0.1, 10.0),
-}
-
-
-def decode_message(text: str) -> ClientMessage | None:
-    """Decode a client's message, its numbers clamped; None where it is none that a client may send."""
-    try:
-        message: ClientMessage = _DECODER.decode(text)
-    except (msgspec.DecodeError, UnicodeError, RecursionError):
-        return None
-    for name in message.__struct_fields__:
-        if name in _SPANS:
-            low, high = _SPANS[name]
-            setattr(message, name, min(max(getattr(message, name), low), high))
-    if isinstance(message, _Resize):
-        _bound(message)
-    return message
-
-
-def _bound(size: _Resize) -> None:
-    """Give too large a canvas fewer pixels a point: the points stay, and so the pointer's coordinates."""
-    width, height = (min(max(v, 1.0), 1e6) for v in (size.pwidth, size.pheight))
-    shrunk = min(1.0, MOST_SIDE / max(width, height), math.sqrt(MOST_PIXELS / (width * height)))
-    size.pwidth, size.pheight = (max(1, math.floor(v * shrunk)) for v in (width, height))
-    size.ratio *= shrunk
-    size.width, size.height = size.pwidth / size.ratio, size.pheight / size.ratio
-
 
 class _Sent(msgspec.Struct):
     """Holds what matters of a message to a client."""
@@ -222,7 +99,7 @@ class _Client:
             if not self._may_speak():
                 return 1008, "too many messages"
             message = decode_message(event.get("text") or "")
-            if isinstance(message, _Feedback):
+            if isinstance(message, Feedback):
                 if not self.confirmed < message.index <= self.sent:
                     continue
                 self.confirmed = message.index
