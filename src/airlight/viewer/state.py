@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from airlight import scenes
+from airlight.composite.view import check as check_view
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
 from airlight.lights import ImageLight
@@ -110,7 +111,10 @@ class ViewerState:
     is_error: bool = False
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
-    # what the app has to do: ("open", path), ("screenshot", ""), ("save", ""), ("copy", text)
+    can_undo: bool = False
+    can_redo: bool = False
+    received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with
+    # what the app has to do: ("open", path), ("choose", ""), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", text)
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
@@ -170,6 +174,7 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     if state.is_image and new.get("look") is None and not OF_SUM.isdisjoint(new):
         new = {**new, "look": "classic"}
     built = build(state.scene_defaults | {name: v for name, v in new.items() if v is not None or name not in state.scene_defaults})
+    check_view(built[SceneOptions].view_transform)
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
 
