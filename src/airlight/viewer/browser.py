@@ -8,6 +8,7 @@ and encoded anew before rendercanvas sees them. The first client steers, the oth
 import asyncio
 import contextlib
 import errno
+import functools
 import hmac
 import ipaddress
 import secrets
@@ -23,7 +24,8 @@ import msgspec
 
 from airlight.errors import AirlightError, warn
 from airlight.process.supervisor import STOPS
-from airlight.viewer.client_messages import Feedback, decode_message
+from airlight.viewer.client_messages import Feedback, Paste, decode_message
+from airlight.viewer.upload import MOST_FILE, PATH, PageDesktop
 
 if TYPE_CHECKING:
     import uvicorn
@@ -57,12 +59,14 @@ class _Sent(msgspec.Struct):
 
     type: str
     index: int = 0
+    value: Any = None
 
 
 class _Client:
     """Serves one websocket: passes its messages to rendercanvas, filtered, and counts the frames on their way to it."""
 
-    def __init__(self, app: Any, scope: Any, receive: Any, send: Any) -> None:
+    def __init__(self, app: Any, desktop: PageDesktop, scope: Any, receive: Any, send: Any) -> None:
+        self.desktop, self.is_active = desktop, False
         self.app, self.scope, self.take, self.give = app, scope, receive, send
         self.inbox: asyncio.Queue[Any] = asyncio.Queue(maxsize=16)
         self.sent = self.confirmed = 0
@@ -104,7 +108,10 @@ class _Client:
                     continue
                 self.confirmed = message.index
                 self._wait(PATIENCE if self.confirmed < self.sent else None)
-            if message is not None:
+            if isinstance(message, Paste):
+                if self.is_active:
+                    self.desktop.clipboard = message.text
+            elif message is not None:
                 await self.inbox.put({"type": "websocket.receive", "text": msgspec.json.encode(message).decode()})
 
     def _may_speak(self) -> bool:
@@ -125,17 +132,22 @@ class _Client:
                 if self.sent == self.confirmed:
                     self._wait(PATIENCE)
                 self.sent = message.index
+            elif message.type == "active":
+                self.is_active = message.value is True
         await self.give(event)
+        if self.is_active and "text" in event and message.type == "active":
+            told = {"type": "key", "value": self.desktop.grant(), "most": MOST_FILE}
+            await self.give({"type": "websocket.send", "text": msgspec.json.encode(told).decode()})
 
 
 class Guard:
     """Guards rendercanvas' own ASGI application, `app`.
 
-    loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name.
+    loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name; desktop: takes files.
     """
 
-    def __init__(self, app: Any, renderview: str, host: str, port: int, loopback: bool) -> None:
-        self.app, self.loopback = app, loopback
+    def __init__(self, app: Any, renderview: str, host: str, port: int, loopback: bool, desktop: PageDesktop | None = None) -> None:
+        self.app, self.loopback, self.desktop = app, loopback, desktop or PageDesktop()
         self.token, self.secret = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.cookie = f"airlight-{port}"  # browsers share cookies among the ports of a host
         own = socket.gethostname().lower()
@@ -146,19 +158,18 @@ class Guard:
             "/": ("text/html", page.joinpath("index.html").read_bytes()),
             "/view.css": ("text/css", page.joinpath("view.css").read_bytes()),
             "/view.js": ("text/javascript", page.joinpath("view.js").read_bytes()),
+            "/files.js": ("text/javascript", page.joinpath("files.js").read_bytes()),
             "/renderview.js": ("text/javascript", renderview.encode()),
         }
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         if scope["type"] == "http":
-            await self._answer(scope, send)
+            await (self._take(scope, receive, send) if scope["path"] == PATH else self._answer(scope, send))
         elif scope["type"] == "websocket":
             await self._connect(scope, receive, send)
 
     async def _connect(self, scope: Any, receive: Any, send: Any) -> None:
-        host = _header(scope, b"host")
-        ours = self.allows_host(host) and _header(scope, b"origin") == f"http://{host}"
-        if scope["path"] != PAGE or not ours or not self._is_known(scope):
+        if scope["path"] != PAGE or not self._is_ours(scope):
             await send({"type": "websocket.close"})  # before it is accepted: 403
             return
         if self.clients >= MOST_CLIENTS:
@@ -167,9 +178,24 @@ class Guard:
             return
         self.clients += 1
         try:
-            await _Client(self.app, scope, receive, send).run()
+            await _Client(self.app, self.desktop, scope, receive, send).run()
         finally:
             self.clients -= 1
+
+    async def _take(self, scope: Any, receive: Any, send: Any) -> None:
+        """Take a file from our page."""
+        if scope["method"] != "POST":
+            await _reply(send, 405, "A file is sent here by POST.\n")
+        elif not self._is_ours(scope):
+            await _reply(send, 403, "Files are taken from the page that Airlight serves, and from no other.\n")
+        else:
+            status, line = await self.desktop.take(functools.partial(_header, scope), receive)
+            await _reply(send, status, line and f"{line}\n", headers=[(b"connection", b"close")] if status != 200 else ())
+
+    def _is_ours(self, scope: Any) -> bool:
+        """Tell whether a request comes from our own page, which has the cookie."""
+        host = _header(scope, b"host")
+        return self.allows_host(host) and _header(scope, b"origin") == f"http://{host}" and self._is_known(scope)
 
     async def _answer(self, scope: Any, send: Any) -> None:
         token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
@@ -283,7 +309,8 @@ async def _serve(
 
     bound, port = listening.getsockname()[:2]
     loopback = ipaddress.ip_address(bound.partition("%")[0]).is_loopback
-    guard = Guard(remote.asgi, remote.RENDERVIEW, host, port, loopback)
+    desktop = PageDesktop()
+    guard = Guard(remote.asgi, remote.RENDERVIEW, host, port, loopback, desktop)
     server = Server(_config(uvicorn, guard, remote.Door, remote.Socket))
 
     def stop(*_: Any) -> None:
@@ -294,7 +321,7 @@ async def _serve(
             ours.call_soon_threadsafe(canvas.close)  # after the frame that is being drawn; none follows
 
     ours = asyncio.get_running_loop()
-    canvas = remote.RemoteCanvas(SIZE, TITLE, stop)
+    canvas = remote.RemoteCanvas(SIZE, TITLE, stop, desktop)
     try:
         await asyncio.sleep(0)  # in which rendercanvas' loop starts, and handles signals
         _handle(handlers)  # Ctrl-C ends `start` as it would end anything
@@ -313,6 +340,7 @@ async def _serve(
     finally:
         canvas.close()
         remote.loop.stop(force=True)
+        desktop.close()
 
 
 def _config(uvicorn: Any, guard: Guard, http: Any, ws: Any) -> "uvicorn.Config":

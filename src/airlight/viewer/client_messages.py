@@ -90,12 +90,18 @@ class _Resize(_Message, tag="resize"):
     ratio: float
 
 
+class Paste(_Message, tag="paste"):
+    """What is on the clipboard, of which the page tells when it is pasted."""
+
+    text: Annotated[str, msgspec.Meta(max_length=4096)]
+
+
 class Feedback(_Message, tag="_framefeedback"):
     index: int
     localtime: float
 
 
-ClientMessage = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | Feedback
+ClientMessage = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | Feedback | Paste
 _DECODER = msgspec.json.Decoder(ClientMessage)
 _SPANS = {
     **dict.fromkeys(("x", "y"), (-2.0 * MOST_SIDE, 2.0 * MOST_SIDE)),

@@ -61,7 +61,7 @@ def image_request(state: ViewerState, path: str, device: str | None) -> ImageReq
 
 def command_line(state: ViewerState) -> list[str]:
     """Write the command that makes what is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
+    words = ["airlight", "image" if state.is_image else "render", named_source(state), "-o", output(state)]
     words += light_words(state)
     if not state.is_image:
         words += [*state.opening, *_view(state)]
@@ -71,9 +71,14 @@ def command_line(state: ViewerState) -> list[str]:
     return words
 
 
+def named_source(state: ViewerState) -> str:
+    """Name what is shown as the user does: a file that came as bytes has the name that it came with."""
+    return state.received.get(state.source, state.source)
+
+
 def output(state: ViewerState) -> str:
     """Name what the command writes: of a picture's format and beside it, so that nothing unset is decided otherwise."""
-    stem, kind = os.path.splitext(state.source)
+    stem, kind = os.path.splitext(named_source(state))
     if not state.is_image:
         return f"{os.path.basename(stem)}-shafts.png"
     return f"{stem}-shafts{kind if kind.lower() in OUTPUTS else '.png'}"

@@ -174,9 +174,10 @@ class Panel(Rows):
         if not self._header("Picture" if s.is_image else "Scene", opened):
             return
         self._label("Show")
-        chosen = self._choose("source", Path(s.source).name, tuple(dict.fromkeys((*s.sources,))))
+        names = {s.received.get(source, source): source for source in s.sources}
+        chosen = self._choose("source", s.received.get(s.source, Path(s.source).name), tuple(names))
         if chosen:
-            s.requests.append(("open", chosen))
+            s.requests.append(("open", names[chosen]))
         self._label("Open")
         imgui.set_next_item_width(-52)
         s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")

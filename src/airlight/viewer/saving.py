@@ -24,7 +24,8 @@ class Saving(threading.Thread):
         self.outcome: tuple[str, bool] | None = None
         self.then = then
         is_array = picture.spec is None  # there is no file that the command could read
-        self.path = free_name(os.path.join(folder, command.output(state)) if is_array else command.output(state), folder)
+        is_homeless = is_array or state.source in state.received
+        self.path = free_name(os.path.join(folder, command.output(state)) if is_homeless else command.output(state), folder)
         if is_array:
             self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
