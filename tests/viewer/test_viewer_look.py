@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
 from airlight.look.measure import oklab
 from airlight.options import presets
-from airlight.viewer import app, command, controls
+from airlight.viewer import app, command, controls, marks
 from airlight.viewer import state as st
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -139,7 +139,7 @@ def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, mon
             monkeypatch.setattr(device, name, lambda *_, **__: pytest.fail("something is made for a frame"))
     for i in range(2, 5):
         smart.event("pointer_move", (at[0] - 5 * i, at[1]), buttons=(1,))
-        assert view.view is view.draft and smart.viewer.dots() == []
+        assert view.view is view.draft and smart.viewer.marks.dots() == []
     monkeypatch.undo()
     draft, (x, y, width, height) = smart.frame(), (int(v) for v in smart.viewer.area())
     smart.event("pointer_up", (at[0] - 20, at[1]), button=1)
@@ -173,18 +173,18 @@ def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: p
     smart.frame(2)
     state, viewer = smart.state, smart.viewer
     assert "unsure: perhaps at 0.30,0.40 (0.38)" in state.doubt and "message" in smart.places and state.lights[0].kind == "glow"
-    assert [number for number, _ in viewer.dots()] == [1, 2]
+    assert [number for number, _ in viewer.marks.dots()] == [1, 2]
     dots = smart.frame()
     smart.click("candidates")
-    assert viewer.dots() == [] and np.abs(smart.frame(2)[:, 360:].astype(int) - dots[:, 360:]).max() > 50
+    assert viewer.marks.dots() == [] and np.abs(smart.frame(2)[:, 360:].astype(int) - dots[:, 360:]).max() > 50
     smart.click("candidates")
-    beyond, away = controls.clamped(viewer.dots()[1][1], viewer.area(), app.EDGE)
-    assert beyond[1] == viewer.area()[1] + app.EDGE and away == pytest.approx((0, -1))
+    beyond, away = controls.clamped(viewer.marks.dots()[1][1], viewer.area(), marks.EDGE)
+    assert beyond[1] == viewer.area()[1] + marks.EDGE and away == pytest.approx((0, -1))
     smart.drag(beyond, beyond, 1)
     smart.event("double_click", beyond, button=1)  # the same click, perhaps
     assert (state.lights[0].position, state.lights[0].kind, state.ask) == ((0.5, -0.4), "beyond", "")
     smart.frame(2)
-    smart.drag(viewer.dots()[1][1], viewer.dots()[1][1], 1)
+    smart.drag(viewer.marks.dots()[1][1], viewer.marks.dots()[1][1], 1)
     assert (state.lights[0].position, state.lights[0].kind) == ((0.7, 0.2), "opening")
     light = controls.to_canvas((0.7, 0.2), viewer.area())
     smart.drag(light, (light[0] + 8, light[1]))

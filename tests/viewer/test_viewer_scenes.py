@@ -170,10 +170,10 @@ def test_time_runs_pauses_and_is_scrubbed(scene: Driver) -> None:
 
 
 def test_the_light_of_a_scene_is_dragged(scene: Driver) -> None:
-    mark = scene.viewer.marks()[0]
+    mark = scene.viewer.marks.lights()[0]
     assert mark is not None
     scene.drag(mark, (mark[0] + 60, mark[1] - 40))
-    now = scene.viewer.marks()[0]
+    now = scene.viewer.marks.lights()[0]
     assert now == pytest.approx((mark[0] + 60, mark[1] - 40), abs=2)
     x, y, z = scene.state.lights[0].position
     assert x > 0.1 and y > 0.55 and not scene.state.eye.moved
