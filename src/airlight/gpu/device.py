@@ -11,6 +11,7 @@ from typing import Any
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.shader import bindings, load
+from airlight.messages import nearest
 
 CURE = {
     "linux": "install a Vulkan driver; software Vulkan: `sudo apt install mesa-vulkan-drivers libvulkan1`",
@@ -211,7 +212,9 @@ def choose(name: str | None = None) -> Any:
     if name:
         matching = [a for a in found if name.lower() in f"{a.info['device']} {a.info['backend_type']} {a.info['adapter_type']}".lower()]
         if not matching:
-            raise AirlightError(f"no adapter matches {name!r}: there is " + ", ".join(a.info["device"] for a in found))
+            there = [a.info["device"] for a in found]
+            words = [word for device in there for word in device.replace("(", " ").replace(",", " ").split()]
+            raise AirlightError(f"no adapter matches {name!r}{nearest(name, [*there, *words], ': there is ' + ', '.join(there))}")
         found = matching
     order = {"DiscreteGPU": 0, "IntegratedGPU": 1, "VirtualGPU": 2, "CPU": 3}
     return min(found, key=lambda a: order.get(a.info["adapter_type"], 4))
