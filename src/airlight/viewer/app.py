@@ -17,6 +17,7 @@ from airlight.scatter.methods import METHODS, check_picture
 from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
+from airlight.viewer.marks import DOT, EDGE, Marks
 from airlight.viewer.saving import Saving
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -27,9 +28,6 @@ EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel",
 WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
 DOUBLE = 0.7  # s within which two clicks may be a double one
-DOT = 9  # logical px, the radius of a candidate's ring
-APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
-EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
 
@@ -84,7 +82,8 @@ class Viewer:
         context = canvas.get_wgpu_context()
         self.format: str = context.get_preferred_format(self.device.device.adapter)
         self.panel = Panel(self.device.device, canvas, self.state)
-        self.panel.overlay = self._marks
+        self.marks = Marks(self)
+        self.panel.overlay = self.marks.draw
         canvas.add_event_handler(self._woken, *WAKING, order=-100)  # before the panel's
         canvas.add_event_handler(self._handle, *EVENTS, order=-50)
         canvas.request_draw(self.draw)
@@ -193,56 +192,6 @@ class Viewer:
         target = self.canvas.get_wgpu_context().get_current_texture().create_view()
         self.picture.show(self.state, target, self.format, fitted(self.picture.size, self.room()))
 
-    def _marks(self, draw: Any) -> None:
-        """Draw the lights and the split over the picture."""
-        from imgui_bundle import imgui
-
-        state, area = self.state, self.area()
-        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
-        for i, dot in self.dots():
-            mark, away = controls.clamped(dot, self.area(), EDGE)
-            draw.add_circle_filled(mark, DOT, dark)
-            draw.add_circle(mark, DOT, light, 0, 1.2)
-            size = imgui.calc_text_size(str(i + 1))
-            draw.add_text((mark[0] - size.x / 2, mark[1] - size.y / 2), light, str(i + 1))
-            _arrow(draw, mark, away, DOT, light)
-        for i, at in enumerate(self.marks()):
-            if at is not None:
-                mark, away = controls.clamped(at, self.picture_room(), EDGE) if state.is_image else (at, None)
-                radius = 8 if self.dragging == i else 6
-                draw.add_circle(mark, radius, dark, 0, 3.5)
-                draw.add_circle(mark, radius, light, 0, 1.5)
-                _arrow(draw, mark, away, radius, light)
-        if state.is_image and state.split is not None and state.is_lit and not state.debug:
-            x = area[0] + state.split * area[2]
-            draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
-            draw.add_line((x, area[1]), (x, area[1] + area[3]), light, 1)
-            draw.add_circle_filled((x, area[1] + area[3] / 2), 6, light)
-            draw.add_text((x - 50, area[1] + 8), light, "before")
-            draw.add_text((x + 10, area[1] + 8), light, "after")
-
-    def marks(self) -> list[tuple[float, float] | None]:
-        """Find where the lights that can be dragged are on the canvas, logical px."""
-        state, area = self.state, self.area()
-        if self.picture is not None:
-            return [controls.to_canvas(control.position, area) for control in state.lights]
-        marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
-        return marks
-
-    def picture_room(self) -> controls.Area:
-        """Find where the picture is, logical px, and what is free above, below and beside it."""
-        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in self.room())
-        return x, y, width, height
-
-    def dots(self) -> list[tuple[int, tuple[float, float]]]:
-        """List the candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
-        state = self.state
-        if self.picture is None or not state.candidates_shown or self.dragging is not None or not state.is_smart:
-            return []
-        places = [control.position for control in state.lights]
-        free = [(i, c) for i, c in enumerate(state.candidates) if all(np.hypot(*np.subtract(c.position, p)) > APART for p in places)]
-        return [(i, controls.to_canvas(c.position, self.area())) for i, c in free]
-
     # what the user does
 
     def _woken(self, event: dict[str, Any]) -> None:
@@ -291,10 +240,10 @@ class Viewer:
 
     def _grabbed(self, at: tuple[float, float]) -> int | str | None:
         area, state = self.area(), self.state
-        marks: Sequence[tuple[float, float] | None] = self.marks()
-        dots = self.dots()
+        marks: Sequence[tuple[float, float] | None] = self.marks.lights()
+        dots = self.marks.dots()
         if state.is_image:
-            room = self.picture_room()
+            room = self.marks.room()
             marks = [None if mark is None else controls.clamped(mark, room, EDGE)[0] for mark in marks]
             number = controls.nearest(at, [controls.clamped(dot, self.area(), EDGE)[0] for _, dot in dots], DOT + 2)
             if number is not None:
@@ -371,15 +320,6 @@ class Viewer:
         else:
             write_image(name, self.scene.pixels_shown())
         return os.path.normpath(name)
-
-
-def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
-    """Draw a tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
-    if away is None:
-        return
-    (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
-    sides = [(x + base * dx + 5 * s * dy, y + base * dy - 5 * s * dx) for s in (-1, 1)]
-    draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
 def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any]) -> Any:
