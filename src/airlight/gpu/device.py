@@ -48,6 +48,12 @@ def adapters() -> list[Any]:
     return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
 
 
+def driver_of(info: Any) -> str:
+    """Name the driver of an adapter and its version, of what wgpu tells of it; not every driver tells a version."""
+    name, version = str(info.get("vendor") or ""), str(info.get("description") or "")
+    return f"{name} {version}".strip() if version else f"{name or 'one without a name'}, which tells no version"
+
+
 class Recording:
     """Records commands, which may also be carried out before all are there, see `pause`."""
 
@@ -107,6 +113,15 @@ class Device:
     @property
     def name(self) -> str:
         return str(self.info.get("device", "unknown"))
+
+    @property
+    def driver(self) -> str:
+        return driver_of(self.info)
+
+    @property
+    def described(self) -> str:
+        """Describe the adapter, its interface and its driver in a line."""
+        return f"{self.name}, {self.info.get('backend_type')}, driver: {self.driver}"
 
     def _module(self, path: str) -> tuple[Any, Any, Any]:
         if path not in self._modules:
