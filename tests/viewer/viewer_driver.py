@@ -16,6 +16,7 @@ from airlight.look.apply import apply
 from airlight.options import Look, declared
 from airlight.viewer import app
 from airlight.viewer import state as st
+from airlight.viewer.frames import AT_ONCE
 from airlight.viewer.state import ViewerState
 
 SIZE, SCENE_SIZE = (1280, 720), (800, 560)
@@ -29,7 +30,7 @@ class Driver:
         from rendercanvas.offscreen import RenderCanvas
 
         self.canvas = RenderCanvas(size=SIZE)
-        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **options)
+        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **{"pace": AT_ONCE, **options})
         self.state = self.viewer.state
         self.frame(3)
 
