@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
 from airlight.look.measure import oklab
 from airlight.options import presets
-from airlight.viewer import app, controls, marks
+from airlight.viewer import app, command, controls, marks
 from airlight.viewer import state as st
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -31,7 +31,7 @@ def test_a_picture_has_the_smart_look_at_once(smart: Driver, forest: str, trees:
     assert state.is_smart and st.values(state) == {} and state.lights[0].position == pytest.approx((0.3, 0.4), abs=0.06)
     seen = read_image(smart.viewer.screenshot()).codes
     assert np.array_equal(seen, applied(smart, trees).codes)
-    words = st.command_line(state)[1:]
+    words = command.command_line(state)[1:]
     words[words.index("-o") + 1] = out = str(Path(forest).with_name("forest-out.png"))
     assert main([*words, "-y"]) == 0 and np.array_equal(read_image(out).codes, seen)
     assert {"strength", "warmth", "length", "save picture", "split", "candidates"} <= set(smart.places)
@@ -75,7 +75,7 @@ def test_smart_classic_smart(smart: Driver) -> None:
     assert np.abs(smart.frame(2)[:, 360:].astype(int) - classic).max() > 2
     smart.open_group("Look")
     smart.choose("look", "smart")
-    assert smart.state.is_smart and "--density" not in st.command_line(smart.state)
+    assert smart.state.is_smart and "--density" not in command.command_line(smart.state)
     assert np.array_equal(smart.frame(2)[:, 360:], first)
     assert not st.change(smart.state, "strength", 0.0) and np.abs(smart.frame(2)[:, 360:].astype(int) - first).max() > 10
 
@@ -84,9 +84,9 @@ def test_smart_classic_smart(smart: Driver) -> None:
 def test_what_names_the_sum_shows_the_sum(values: dict[str, Any]) -> None:
     state = ViewerState("a.png", True)
     st.set_values(state, values)
-    assert not state.is_smart and "--look" in st.command_line(state)
+    assert not state.is_smart and "--look" in command.command_line(state)
     st.set_values(state, {**values, "look": "smart"})
-    assert state.is_smart and st.command_line(state) == ["airlight", "image", "a.png", "-o", "a-shafts.png"]
+    assert state.is_smart and command.command_line(state) == ["airlight", "image", "a.png", "-o", "a-shafts.png"]
 
 
 def test_floats_and_sixteen_bits_have_the_smart_look(smart: Driver, folder: Path, trees: np.ndarray) -> None:
@@ -115,7 +115,7 @@ def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarra
     smart.viewer.open(source, [LightControl((0.3, 0.4), kind="disc")])
     smart.frame(2)
     seen = read_image(smart.viewer.screenshot()).codes
-    words = st.command_line(smart.state)[1:]
+    words = command.command_line(smart.state)[1:]
     words[words.index("-o") + 1] = out
     assert main(words) == 0
     off = np.abs(seen.astype(int) - read_image(out).codes)  # by another dither
@@ -213,10 +213,10 @@ def test_a_picture_stays_as_it_is_until_its_light_is_put_somewhere(
     smart.viewer.open(forest)
     smart.frame(2)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, trees)
-    assert not [word for word in st.command_line(smart.state) if word.startswith("--light")]
+    assert not [word for word in command.command_line(smart.state) if word.startswith("--light")]
     at = controls.to_canvas((0.5, 0.25), smart.viewer.area())
     smart.drag(at, controls.to_canvas((0.3, 0.4), smart.viewer.area()))
-    assert smart.state.doubt == "" and "--light=0.3,0.4" in st.command_line(smart.state)
+    assert smart.state.doubt == "" and "--light=0.3,0.4" in command.command_line(smart.state)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
 
 

@@ -14,7 +14,7 @@ from airlight.errors import AirlightError
 from airlight.files import read_image
 from airlight.options import Medium, declared, presets
 from airlight.scatter.methods import of_screen
-from airlight.viewer import app, controls
+from airlight.viewer import app, command, controls
 from airlight.viewer import state as st
 
 
@@ -34,7 +34,7 @@ def test_every_scene_is_taken_for_one(scene: Driver, photo: str, source: str) ->
     scene.viewer.open(photo)
     assert scene.state.is_image
     scene.viewer.open(source)
-    assert not scene.state.is_image and st.command_line(scene.state)[:3] == ["airlight", "render", source]
+    assert not scene.state.is_image and command.command_line(scene.state)[:3] == ["airlight", "render", source]
 
 
 def test_the_path_is_drawn_on_request(scene: Driver) -> None:
@@ -141,9 +141,9 @@ def test_what_a_scene_is_meant_for_stands_where_the_user_says_nothing(scene: Dri
     scene.viewer.open("table")
     state = scene.state
     assert (state.medium.sigma_t, state.medium.albedo, state.march.snap) == ((0.1, 0.2, 0.3), (0.5, 0.5, 0.5), True)
-    assert not {"--sigma-t", "--snap"} & set(st.command_line(state))
+    assert not {"--sigma-t", "--snap"} & set(command.command_line(state))
     st.change(state, "snap", False)
-    assert "--no-snap" in st.command_line(state)
+    assert "--no-snap" in command.command_line(state)
     st.change(state, "sigma_t", 0.4)
     st.change(state, "sigma_t", None)
     assert state.medium.sigma_t == (0.1, 0.2, 0.3)
@@ -314,8 +314,8 @@ def test_lamps_of_the_command_line(tmp_path: Path) -> None:
     dark = Driver(room().save(tmp_path, "dark.glb"), tmp_path, lamps=("1,2,3;strength=0",))
     assert shown.frame()[:, 360:].mean() > dark.frame()[:, 360:].mean() + 20
     state = shown.state
-    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1,2,3;strength=4"]
+    assert command.light_words(state) == ["--light=Bulb;strength=9", "--light=1,2,3;strength=4"]
     st.move(state, 1, (1.5, 2.0, 2.5))
-    assert st.light_words(state) == ["--light=Bulb;strength=9", "--light=1.5,2,2.5;strength=4"]
+    assert command.light_words(state) == ["--light=Bulb;strength=9", "--light=1.5,2,2.5;strength=4"]
     state.opening = ("--animation=walk",)
-    assert "--animation=walk" in st.command_line(state)
+    assert "--animation=walk" in command.command_line(state)

@@ -11,6 +11,7 @@ import pygfx as gfx
 import wgpu
 
 from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
+from airlight.composite.view import check as check_view
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import Timer
@@ -106,6 +107,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     def parameters(self, parameters: Parameters) -> None:
         check_ray(parameters.method, parameters.density)
         self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
+
+    @property
+    def in_scene(self) -> SceneOptions:
+        return self._in_scene
+
+    @in_scene.setter
+    def in_scene(self, in_scene: SceneOptions) -> None:
+        check_view(in_scene.view_transform)  # later it would be an error in each frame
+        self._in_scene = in_scene
 
     @property
     def _layer(self) -> SceneLayer:
