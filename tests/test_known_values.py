@@ -214,11 +214,11 @@ def test_the_tracer_breaks_a_ray_where_a_lamp_s_light_begins_and_ends() -> None:
     ray, to_light = np.array([[1.0, 0, 0]]), np.array([[2.0, -1.0, 0]])  # the light is a metre under the ray, two metres ahead
     nearest, h = np.array([2.0]), np.array([1.0])
     light = PointLight(WHITE, (2.0, -1.0, 0.0), range=2.0)
-    np.testing.assert_allclose(tracer._breaks(light, ray, to_light, nearest, h), [[2 - math.sqrt(3), 2 + math.sqrt(3)]])
+    np.testing.assert_allclose(tracer.break_distances(light, ray, to_light, nearest, h), [[2 - math.sqrt(3), 2 + math.sqrt(3)]])
     spot = SpotLight(WHITE, (2.0, -1.0, 0.0), (0.0, 1.0, 0.0), inner=math.atan(0.5), outer=math.atan(1.5))
-    found = np.sort(tracer._breaks(spot, ray, to_light, nearest, h)[0])
+    found = np.sort(tracer.break_distances(spot, ray, to_light, nearest, h)[0])
     np.testing.assert_allclose(found, [0.5, 1.5, 2.5, 3.5])
-    assert tracer._breaks(PointLight(WHITE, (2.0, -1.0, 0.0)), ray, to_light, nearest, h).shape == (1, 0)
+    assert tracer.break_distances(PointLight(WHITE, (2.0, -1.0, 0.0)), ray, to_light, nearest, h).shape == (1, 0)
 
 
 @pytest.mark.parametrize("most", [255, 65535])
