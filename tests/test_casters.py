@@ -105,7 +105,8 @@ def depths(triangles: np.ndarray, view: ShadowView, size: int, slack: float, mos
         held = (shares >= -slack * np.abs(inverse[:, :2]).sum(axis=1)[:, None, None]).all(axis=0)
         depth = np.einsum("i,iyx->yx", at[:, 2], shares)
         gradient = at[:, 2] @ inverse[:, :2]
-        nearer = 0.5 * np.linalg.norm(gradient, 2 if most else np.inf) + slack * np.abs(gradient).sum()
+        steeper = max(1 + 2 * slack * (np.linalg.norm(inverse[:, :2], axis=1) * at[:, 3]).max(), 0)  # a sliver, its corners moved
+        nearer = 0.5 * steeper * np.linalg.norm(gradient, 2 if most else np.inf) + slack * np.abs(gradient).sum()
         out = np.where(held & (depth <= 1), np.maximum(out, np.minimum(depth + nearer, 1)), out)
     return out
 
