@@ -5,12 +5,13 @@ import platform
 from importlib import metadata
 
 import click
-import rich_click
+
+from airlight.cli.help import Command
 
 LIBRARIES = {"wgpu": "wgpu", "numpy": "numpy", "OpenImageIO": "OpenImageIO", "opencolorio": "PyOpenColorIO"}  # distribution: module
 
 
-@click.command(cls=rich_click.RichCommand)
+@click.command(cls=Command)
 def info() -> None:
     """Show adapters, versions, what is missing and how to get it."""
     _line("airlight", _version("airlight"))
