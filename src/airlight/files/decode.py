@@ -11,6 +11,7 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
+from airlight.messages import nearest_file
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -60,7 +61,8 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise AirlightError(f"{path!s}: cannot be read ({reason}); check the name and the permissions") from error
+        hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
+        raise AirlightError(f"{path!s}: cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
@@ -116,6 +118,15 @@ def _sniff(head: bytes, path: str) -> str:
         if head.startswith(magic):
             return name
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
+
+
+def is_picture(path: str) -> bool:
+    """Tell whether a file begins as those that can be read do, damaged ones too."""
+    try:
+        with opened(path) as (_, head):
+            return extras.kind(path, head) is not None or bool(_sniff(head, path))
+    except AirlightError:
+        return False
 
 
 def _is_animated(png: str) -> bool:

@@ -170,11 +170,12 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
-    var sum = ambient_or_previous(id.xy, ray);
+    let pixel = vec2u(id.x, id.y + light_storage.first_row);
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
+    var sum = ambient_or_previous(pixel, ray);
     let n = f32(light_storage.steps);
-    let o = offset(id.xy);
+    let o = offset(pixel);
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
         if (light_storage.views == 0u) { total = transmittance_integral(ray.reach, frame.sigma_t); }
@@ -190,5 +191,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (light_storage.views == 0u) { sum += integrate_punctual(ray, nearest, full_cone_range(ray, range), range); }
         for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, vec4f(sum, ray.reach));
 }
