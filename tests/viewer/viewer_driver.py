@@ -15,6 +15,7 @@ from airlight.cli.options import gather
 from airlight.look.apply import apply
 from airlight.options import Look, declared
 from airlight.viewer import app, command
+from airlight.viewer.frames import AT_ONCE
 from airlight.viewer.state import ViewerState
 
 SIZE, SCENE_SIZE = (1280, 720), (800, 560)
@@ -28,7 +29,7 @@ class Driver:
         from rendercanvas.offscreen import RenderCanvas
 
         self.canvas = RenderCanvas(size=SIZE)
-        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **options)
+        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **{"pace": AT_ONCE, **options})
         self.state = self.viewer.state
         self.frame(3)
 

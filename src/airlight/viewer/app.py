@@ -18,13 +18,14 @@ from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.errands import Errands
+from airlight.viewer.following import Following
+from airlight.viewer.frames import AT_ONCE, IN_SLICES, Pace
 from airlight.viewer.marks import DOT, EDGE, Marks
 from airlight.viewer.saving import Saving
 from airlight.viewer.state import LightControl, ViewerState
 
 SIZE = (1280, 720)
 TITLE = "Airlight"
-LONGEST_STEP = 0.25  # s that time goes on between two frames at most
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
 WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
@@ -54,6 +55,7 @@ class Viewer:
         scene: str | None = None,
         up: str | None = None,
         lamps: Sequence[str] = (),
+        pace: Pace = IN_SLICES,
     ) -> None:
         from airlight.viewer.panel import Panel
 
@@ -69,7 +71,7 @@ class Viewer:
         self.saving: Saving | None = None
         self.adapter = device
         self.linger = LINGER
-        self.last: float | None = None
+        self.following: Any = None
         path = source if isinstance(source, str) else source.path
         self.state = ViewerState(source=path, is_image=not isinstance(source, str) or not is_scene(source))
         if values and self.state.is_image:
@@ -82,7 +84,7 @@ class Viewer:
             check_picture(self.state.parameters.method)
         self.open(source, lights)
         context = canvas.get_wgpu_context()
-        self.format: str = context.get_preferred_format(self.device.device.adapter)
+        self.following = Following(self, context.get_preferred_format(self.device.device.adapter), pace)
         self.panel = Panel(self.device.device, canvas, self.state)
         self.marks = Marks(self)
         self.panel.overlay = self.marks.draw
@@ -101,6 +103,8 @@ class Viewer:
         state = self.state
         before = state.parameters.method
         path = source if isinstance(source, str) else source.path
+        if self.following is not None:
+            self.following.drop()
         if not isinstance(source, str) or not is_scene(path):
             from airlight.jobs.light_text import found_at
             from airlight.viewer.picture import PictureView
@@ -161,42 +165,22 @@ class Viewer:
         if width < 2 or height < 2:
             return
         state.size = (width, height)
-        now = time.perf_counter()
-        step = 0.0 if self.last is None else min(now - self.last, LONGEST_STEP)
-        self.last = now
-        if state.playing and state.duration:
-            state.time = (state.time + step) % state.duration
-        hurried = self.dragging is not None or self.panel.busy
-        again = False
         try:
-            if self.picture is not None:
-                again = self._draw_picture(hurried)
-            else:
-                again = self.scene.update(state, step)
-                self.scene.show(state)
+            again = self.following.go_on()
         except AirlightError as error:
             st.tell(state, str(error), error=True)
-            if self.picture is not None and self.picture.pair is not None:
-                self._show_picture()
+            again = False
+        self.following.frames.lay(self.canvas.get_wgpu_context().get_current_texture().create_view())
         self.panel.render()
         self.errands.history.follow(state, self.dragging is not None or self.panel.busy)
         self.linger -= 1
-        settling = not state.is_image and state.composite.adapt > 0
-        if again or hurried or self.linger > 0 or state.requests or (state.playing and state.duration) or settling:
+        if again or self.hurried or self.linger > 0 or state.requests:
             self.canvas.request_draw()
 
-    def _draw_picture(self, hurried: bool) -> bool:
-        from airlight.viewer.picture import fitted
-
-        again: bool = self.picture.update(self.state, hurried, fitted(self.picture.size, self.room())[2:])
-        self._show_picture()
-        return again
-
-    def _show_picture(self) -> None:
-        from airlight.viewer.picture import fitted
-
-        target = self.canvas.get_wgpu_context().get_current_texture().create_view()
-        self.picture.show(self.state, target, self.format, fitted(self.picture.size, self.room()))
+    @property
+    def hurried(self) -> bool:
+        """Tell whether something is dragged, or the panel is used."""
+        return self.dragging is not None or self.panel.busy
 
     # what the user does
 
@@ -224,6 +208,7 @@ class Viewer:
             return
         if self.picture is None and self.dragging is None and self.scene is not None:
             self.scene.handle(event)
+            self.following.stirred |= kind != "pointer_move" or bool(event.get("buttons"))
         beside = at[0] >= self.panel.width  # the panel lets double clicks through
         again = time.perf_counter() - self.taken < DOUBLE
         if kind == "double_click" and beside and state.is_image and len(state.lights) == 1 and not again:
@@ -293,6 +278,7 @@ class Viewer:
     def screenshot(self) -> str:
         """Write what is shown, without the panel, as a new numbered PNG, and return its name. Raises AirlightError, MachineError."""
         stem = os.path.splitext(os.path.basename(self.state.source))[0] or "airlight"
+        self.following.settle()
         number = 1
         while os.path.lexists(name := os.path.join(self.folder, f"{stem}-{number:04d}.png")):
             number += 1
@@ -345,7 +331,8 @@ def offscreen(make: Any, frames: int = 8) -> Any:
     from rendercanvas.offscreen import RenderCanvas
 
     canvas = RenderCanvas(size=SIZE)
-    make(canvas).state.playing = False  # the same picture each time
+    viewer = make(canvas)
+    viewer.state.playing, viewer.following.frames.pace = False, AT_ONCE  # the same picture each time
     for _ in range(frames):
         pixels = canvas.draw()
     return np.asarray(pixels)
