@@ -173,7 +173,7 @@ def test_a_page_sends_files(chromium, view, tmp_path):
     (tmp_path / "été.png").write_bytes(BYTES)
     desktop = view.canvas.desktop
     dialogs = []
-    page.on("filechooser", dialogs.append)
+    page.on("filechooser", lambda found: dialogs.append(found))
     page.mouse.click(100, 100)  # the browser opens its dialog for a user only
     view.call(lambda: desktop.choose(""))
     until(lambda: page.evaluate("1") and dialogs)
