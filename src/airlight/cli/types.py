@@ -31,7 +31,7 @@ class NameOrFile(click.ParamType):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found = [CompletionItem(name, help=about) for name, about in self.names() if name.startswith(incomplete)]
-        return [*found, CompletionItem(incomplete, type="file")]
+        return [CompletionItem(incomplete, type="file"), *found]  # click's script for bash forgets what comes before the files
 
 
 def line_of(error: click.ClickException) -> str:

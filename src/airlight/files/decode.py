@@ -12,6 +12,7 @@ import numpy as np
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
 from airlight.messages import nearest_file
+from airlight.process import standard
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -54,11 +55,12 @@ _FOREIGN = {"raw": extras.decode_raw, "heic": extras.decode_heic, "avif": by_pil
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[tuple[str, bytes]]:
     """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+    there = standard.local(path)
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        if not stat.S_ISREG(os.stat(there).st_mode):
             kind = "a folder" if os.path.isdir(path) else "not a regular file"
             raise AirlightError(f"{path}: is {kind}; give the name of an image file")
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(there, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
@@ -68,7 +70,7 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
             raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
         head = os.read(handle, 4096)
         name = f"/proc/self/fd/{handle}"
-        yield (name if os.path.exists(name) else path), head
+        yield (name if os.path.exists(name) else there), head
     finally:
         os.close(handle)
 
@@ -120,13 +122,10 @@ def _sniff(head: bytes, path: str) -> str:
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
 
 
-def is_picture(path: str) -> bool:
-    """Tell whether a file begins as those that can be read do, damaged ones too."""
-    try:
-        with opened(path) as (_, head):
-            return extras.kind(path, head) is not None or bool(_sniff(head, path))
-    except AirlightError:
-        return False
+def format_of(path: str) -> str:
+    """Tell the format of a picture, damaged or not, by its first bytes. Raises AirlightError for what is none."""
+    with opened(path) as (_, head):
+        return extras.kind(path, head) or _sniff(head, path)
 
 
 def _is_animated(png: str) -> bool:
@@ -259,7 +258,7 @@ def _refusal(path: str) -> str:
     import OpenImageIO as oiio
 
     with contextlib.suppress(UnicodeError, TypeError), _QUIET:  # a name that is not UTF-8
-        if oiio.ImageInput.open(path) is None:
+        if oiio.ImageInput.open(standard.local(path)) is None:
             return problem(oiio)
     return ""
 
