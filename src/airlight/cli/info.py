@@ -44,7 +44,7 @@ def _adapters() -> list[str]:
     for adapter in found:
         one = adapter.info
         chosen = " (used)" if dict(one) == dict(best) else ""
-        _line("adapter", f"{one['device']}, {one['backend_type']}, {one['adapter_type']}, {one.get('description', '')}{chosen}")
+        _line("adapter", f"{one['device']}, {one['backend_type']}, {one['adapter_type']}, driver: {device.driver_of(one)}{chosen}")
     return []
 
 

@@ -31,6 +31,12 @@ def split(name: str) -> tuple[str, str]:
     return layer, COLOURS.get(last.lower(), last.upper())
 
 
+def legible(text: str) -> str:
+    """Read text as Latin-1 that is not UTF-8, as older programs write it: OpenImageIO gives its bytes as lone surrogates, and takes none
+    back."""
+    return text.encode(errors="surrogateescape").decode("latin-1") if re.search("[\ud800-\udfff]", text) else text
+
+
 def layers(names: Sequence[str], alpha_channel: int, usable: Sequence[bool]) -> dict[str, list[int]]:
     """Find the layers that hold a picture, "" the one without a name: the indices of their R G B (A), or Y (A); those of colour first.
 

@@ -220,7 +220,7 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         name = further.get_string_attribute("oiio:subimagename", str(part))
         view = further.get_string_attribute("view")
         box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
-        fresh = list(further.channelnames)
+        fresh = [channels.legible(one) for one in further.channelnames]
         if view and default and view != default:
             fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
         layered = bool(set(fresh) & set(names))  # then its colours stay together: its alpha is none of the first part's
@@ -296,6 +296,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
+        spec.channelnames = tuple(channels.legible(one) for one in spec.channelnames)
         text += problem(inp)
         pixels = None
         try:
