@@ -82,6 +82,20 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
         assert "it has " in said
 
 
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (["image", "a.png", "--sun", "1,1"], "--sun is no option of `airlight image`; `airlight render` and `airlight compare` have it"),
+        (["view", "a.png", "--browsr"], "--browsr is no option of `airlight view`; did you mean '--browser'?"),
+        (["info", "--qwertz"], "--qwertz is no option of `airlight info`; --help-all shows all"),
+        (["--sun"], "--sun is no option of `airlight`; `airlight render` and `airlight compare` have it"),
+        (["fly"], "there is no command 'fly'; there is image, render, view, compare, info, bench"),
+    ],
+)
+def test_options_of_other_commands(args, says, capsys):
+    assert main(args) == 2 and capsys.readouterr().err == f"airlight: {says}\n"
+
+
 def test_what_was_meant_in_python(tmp_path):
     image = np.zeros((4, 4, 3), np.float32)
     for words, meant in (({"densty": 1}, "density"), ({"method": "radail", "look": "classic"}, "radial"), ({"qualty": "draft"}, "quality")):

@@ -94,6 +94,18 @@ def test_comparisons_are_told_on_stderr(photo, pipe):
     assert code == 0 and out.startswith(b"<!") and out.rstrip().endswith(b"</html>")
 
 
+def test_records_of_timings(pipe, monkeypatch):
+    from airlight import bench
+    from airlight.files import replacing
+
+    def measured(json_path, overwrite, **_):
+        with replacing(json_path, overwrite) as file:
+            file.write(b"{}")
+
+    monkeypatch.setattr(bench, "run", measured)
+    assert pipe(["bench", "--json", "-"])[:2] == (0, b"{}")
+
+
 @pytest.mark.parametrize(
     ("args", "given", "says"),
     [

@@ -11,12 +11,13 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
-from airlight.messages import nearest_file
+from airlight.messages import nearest, nearest_file
 from airlight.process import standard
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
 MAX_CHANNELS = 256
+DAMAGE = ("error", "warn", "ignore")  # what is done with a damaged file
 # The settings of a run in an output's metadata: an attribute of EXR and PNG; in JPEG and TIFF, after MARK, the name of the software.
 SETTINGS, SOFTWARE, MARK = "airlight:settings", "Software", "Airlight "
 
@@ -267,8 +268,8 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     """Decode all channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
 
-    if on_damage not in ("error", "warn", "ignore"):
-        raise AirlightError(f"on-damage is {on_damage!r}; use error, warn or ignore")
+    if on_damage not in DAMAGE:
+        raise AirlightError(f"on-damage is {on_damage!r}{nearest(on_damage, DAMAGE)}; use error, warn or ignore")
     oiio.attribute("limits:imagesize_MB", MAX_BYTES >> 20)
     oiio.attribute("limits:resolution", 1 << 20)
     oiio.attribute("limits:channels", MAX_CHANNELS)
