@@ -235,7 +235,7 @@ def test_options_are_those_of_render_and_image():
 
 
 BAD = [
-    ("slat", [], "did you mean slats?"),
+    ("slat", [], "did you mean 'slats'?"),
     ("nosuch", [], "scenes are table"),
     ("nosuch.glb", [], "nosuch.glb"),
     ("slats", ["--variant", "method=article"], "a sun (here: spot)"),

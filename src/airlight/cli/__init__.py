@@ -11,6 +11,8 @@ import click
 import rich_click
 
 from airlight.cli import bench, compare, image, info, render, view
+from airlight.cli.help import screen
+from airlight.cli.types import line_of
 from airlight.errors import AirlightError, CommonWarning
 from airlight.messages import say
 from airlight.process import supervisor
@@ -21,6 +23,9 @@ class _Stopped(Exception):
 
 
 class _Group(rich_click.RichGroup):
+    def get_help(self, ctx: click.Context) -> str:
+        return screen(ctx)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
@@ -29,6 +34,7 @@ class _Group(rich_click.RichGroup):
 
 
 @click.group(
+    name="airlight",
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -77,7 +83,7 @@ def _guarded(work: Callable[[], Any]) -> int:
         say("stopped; nothing half-written is left")
         return 130
     except click.ClickException as error:
-        say(_of_scenes(error) or error.format_message())
+        say(_of_scenes(error) or line_of(error))
         return 2
     except AirlightError as error:
         say(str(error))

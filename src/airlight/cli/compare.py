@@ -2,25 +2,25 @@
 
 import copy
 import dataclasses
-import difflib
 import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
-import rich_click
 
 from airlight.cli import image, render
+from airlight.cli.help import Command
 from airlight.cli.light import LightType
 from airlight.cli.options import given
-from airlight.cli.shared import LIGHT, flag_option, option
+from airlight.cli.shared import LIGHT, check_source, flag_option, option
+from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.jobs.verdict import tell_compared
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
-from airlight.scenes.names import A_FILE, FILES, NAMES, VALIDATION, is_scene
+from airlight.scenes.names import A_FILE, is_scene
 
 if TYPE_CHECKING:
     from airlight.compare.result import Comparison, Row
@@ -56,7 +56,7 @@ class SourceLightType(click.ParamType):
         return (render.SceneLightType(PLACE) if scene else LightType()).convert(value, param, ctx)
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
+@click.command(cls=Command, context_settings={"show_default": True}, params=_shared())
 @click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
 @option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
 @flag_option("--html", None, "Files", "Write a page, whatever the output's name ends with.")
@@ -65,6 +65,7 @@ class SourceLightType(click.ParamType):
     "written",
     panel=LIGHT,
     type=SourceLightType(),
+    metavar="X,Y|x,y,z",
     multiple=True,
     help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
     "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",
@@ -82,7 +83,7 @@ class SourceLightType(click.ParamType):
 @option(
     "--against",
     panel="Comparison",
-    type=click.Choice(["tracer", "walk", "mitsuba"]),
+    type=Choice(["tracer", "walk", "mitsuba"]),
     help="In a scene, the truth: a ray tracer over its triangles; the exact walk with the finest shadow maps; Mitsuba. Unset: the tracer "
     "where it can and is quick enough, else the walk.",
 )
@@ -104,7 +105,7 @@ def compare(
     """
     scene = is_scene(source)
     if not scene:
-        _check_picture(source)
+        check_source(source)
     for one in ctx.command.params:
         name = str(one.name)
         if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
@@ -124,15 +125,6 @@ def compare(
     else:
         codes = sheet(result, title, amplify)
         files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
-
-
-def _check_picture(source: str) -> None:
-    """Raise AirlightError for what is neither a file nor named like one."""
-    if not os.path.lexists(source) and not os.path.splitext(source)[1]:
-        known = (*NAMES, *VALIDATION)
-        close = difflib.get_close_matches(source, known, 1)
-        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, {', '.join(FILES)} files"
-        raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
 
 
 def _is_page(ctx: click.Context) -> bool:

@@ -1,13 +1,14 @@
 """Command-line options made from the declared parameters."""
 
-import difflib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
 import rich_click
 
+from airlight.cli.types import Choice
 from airlight.errors import AirlightError
+from airlight.messages import nearest
 from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
 from airlight.options.declare import as_text
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
@@ -15,7 +16,7 @@ from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-class _Choice(click.Choice[str]):
+class _Choice(Choice):
     """Takes one of the choices of an option, of methods those that there are now; says why a method is none of a picture's."""
 
     def __init__(self, option: Option) -> None:
@@ -46,8 +47,7 @@ class _Numbers(click.ParamType):
             try:
                 return self.of.convert(value, param, ctx)
             except click.BadParameter as error:
-                close = difflib.get_close_matches(str(value), self.words, 1)
-                hint = f"; did you mean {close[0]!r}?" if close else f"; or write {' or '.join(self.words)}"
+                hint = nearest(str(value), self.words, f"; or write {' or '.join(self.words)}")
                 self.fail(error.message.rstrip(".") + hint, param, ctx)
         parts = value if isinstance(value, (tuple, list)) else str(value).split(",")
         if len(parts) not in (1, 3):

@@ -5,8 +5,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import click
-import rich_click
 
+from airlight.cli.help import Command
 from airlight.cli.options import gather, given, scene_options
 from airlight.cli.settings import recalled_preset
 from airlight.cli.shared import (
@@ -72,7 +72,7 @@ class _Fps(click.ParamType):
         return found
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
+@click.command(cls=Command, context_settings={"show_default": True})
 @click.argument("scene", metavar="SCENE")
 @file_option("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
 @file_scene_options
@@ -94,6 +94,7 @@ class _Fps(click.ParamType):
     "--light",
     panel=LIGHT,
     type=SceneLightType(PLACE),
+    metavar="x,y,z|NAME",
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
     "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated.",
@@ -102,6 +103,7 @@ class _Fps(click.ParamType):
     "--sun",
     panel=LIGHT,
     type=SceneLightType(SUN),
+    metavar="AZ,EL",
     multiple=True,
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light, "
     "in units 68300lx or 100W/m2.",

@@ -1,6 +1,7 @@
 """Makes the options that several commands have, and the forms in which options are written."""
 
 import functools
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,8 +10,12 @@ import rich_click
 
 from airlight.cli.options import F
 from airlight.cli.settings import recall
+from airlight.cli.types import Choice
+from airlight.errors import AirlightError
+from airlight.messages import nearest, nearest_file
 from airlight.options import presets
-from airlight.options.storage import SUBSAMPLING
+from airlight.options.storage import OUTPUTS, SUBSAMPLING
+from airlight.scenes import names
 
 
 def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -30,12 +35,26 @@ def file_option(name: str, short: str | None, panel: str, help: str, required: b
 
 
 def choice_option(name: str, panel: str, values: Sequence[str], help: str) -> Any:
-    return option(name, panel=panel, help=help, type=click.Choice(values), default=values[0])
+    return option(name, panel=panel, help=help, type=Choice(values), default=values[0])
 
 
 def flag_option(name: str, short: str | None, panel: str | None, help: str) -> Any:
     names = [name] if short is None else [short, name]
     return option(*names, panel=panel, help=help, is_flag=True)
+
+
+def check_source(source: str) -> None:
+    """Raise AirlightError for what is neither a scene, nor a file, nor named like one."""
+    if not names.is_scene(source) and not os.path.lexists(source) and not os.path.splitext(source)[1]:
+        known = (*names.NAMES, *names.VALIDATION)
+        hint = nearest(source, known) or nearest_file(source, f"; scenes are {', '.join(known)}, {', '.join(names.FILES)} files")
+        raise AirlightError(f"{source}: there is no such picture or scene{hint}")
+
+
+def format_option(command: F) -> F:
+    """Decorator: the option that says the format of outputs whose names do not."""
+    told = "Of outputs to - or in a folder; unset: the input's own, else png."
+    return option("--format", panel=FILES, type=Choice([extension[1:] for extension in OUTPUTS]), help=told)(command)
 
 
 def storage_options(command: F) -> F:
@@ -56,7 +75,7 @@ def storage_options(command: F) -> F:
     subsampling = option(
         "--subsampling",
         panel=FILES,
-        type=click.Choice(SUBSAMPLING),
+        type=Choice(SUBSAMPLING),
         help="Of the colours of JPEG and AVIF. Unset: that of a JPEG that is read; else 4:4:4.",
     )
     return compression(quality(subsampling(command)))
@@ -87,7 +106,7 @@ def file_scene_options(command: F) -> F:
         "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
     )
     up = option(
-        "--up", panel="Scene", type=click.Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
+        "--up", panel="Scene", type=Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
     )
     return clip(scene(up(command)))
 

@@ -5,17 +5,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import click
-import rich_click
 
 from airlight.cli.compare import SourceLightType
+from airlight.cli.help import Command
 from airlight.cli.light import LightText
 from airlight.cli.options import gather, given, parameter_options
-from airlight.cli.shared import file_scene_options, medium_options, option
+from airlight.cli.shared import check_source, file_scene_options, medium_options, option
 from airlight.errors import AirlightError
 from airlight.options import refuse_medium
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
+@click.command(cls=Command, context_settings={"show_default": True})
 @click.argument("source", metavar="SCENE|IMAGE", default="table", is_eager=True)  # before --light, which depends on it
 @option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
 @option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
@@ -27,6 +27,7 @@ from airlight.options import refuse_medium
     "written",
     panel="Light",
     type=SourceLightType(),
+    metavar="X,Y|x,y,z",
     multiple=True,
     help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
     "Unset: it is found. Of a scene as in `airlight render`: x,y,z or a mesh by name.",
@@ -58,6 +59,7 @@ def view(
     values = gather(ctx, preset, medium)
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
+    check_source(source)
     from airlight.files import check_output, write_image
     from airlight.scenes import is_scene
 

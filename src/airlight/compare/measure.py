@@ -159,5 +159,4 @@ def compare(
         figures = (*wrong, ms, ms / copy_ms, fit(shown, box), fit(off, box))
         rows.append(PictureRow(v, *figures, p, target.error, target.best_error))
         say(rows[-1])
-    adapter = f"{gpu.name} ({gpu.info.get('backend_type')})"
-    return PictureComparison(rows, adapter, copy_ms, (width, height), len(at), everywhere, fit(rgb, box))
+    return PictureComparison(rows, gpu.described, copy_ms, (width, height), len(at), everywhere, fit(rgb, box))

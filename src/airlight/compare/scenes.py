@@ -211,9 +211,7 @@ def compare(
         )
         rows.append(row)
         say(row)
-    device = view.device
-    adapter = f"{device.name} ({device.info.get('backend_type')})"
-    return SceneComparison(rows, adapter, copy_ms, (view.shot.width, view.shot.height), truths)
+    return SceneComparison(rows, view.device.described, copy_ms, (view.shot.width, view.shot.height), truths)
 
 
 WHOLE = "whole"  # the part of a cost that has no parts

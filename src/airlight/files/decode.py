@@ -11,6 +11,7 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
+from airlight.messages import nearest_file
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
@@ -60,7 +61,8 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise AirlightError(f"{path!s}: cannot be read ({reason}); check the name and the permissions") from error
+        hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
+        raise AirlightError(f"{path!s}: cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
@@ -116,6 +118,15 @@ def _sniff(head: bytes, path: str) -> str:
         if head.startswith(magic):
             return name
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
+
+
+def is_picture(path: str) -> bool:
+    """Tell whether a file begins as those that can be read do, damaged ones too."""
+    try:
+        with opened(path) as (_, head):
+            return extras.kind(path, head) is not None or bool(_sniff(head, path))
+    except AirlightError:
+        return False
 
 
 def _is_animated(png: str) -> bool:
@@ -210,7 +221,7 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         name = further.get_string_attribute("oiio:subimagename", str(part))
         view = further.get_string_attribute("view")
         box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
-        fresh = list(further.channelnames)
+        fresh = [channels.legible(one) for one in further.channelnames]
         if view and default and view != default:
             fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
         layered = bool(set(fresh) & set(names))  # then its colours stay together: its alpha is none of the first part's
@@ -286,6 +297,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
+        spec.channelnames = tuple(channels.legible(one) for one in spec.channelnames)
         text += problem(inp)
         pixels = None
         try:

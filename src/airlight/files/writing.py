@@ -13,6 +13,7 @@ from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, warn
 from airlight.files import by_pillow, dpx, views
 from airlight.files.atomic import check_output, output_format, replacing, scratch
+from airlight.files.channels import legible
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode
 from airlight.files.encoding import encode_file, verify
 from airlight.files.images import Picture, upright
@@ -320,18 +321,19 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
     """Give the spec the input's metadata."""
     room, lost = MOST_TEXT, []
     for item in like.spec.extra_attribs:
-        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
+        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # of a kind or with bytes that cannot be handed on
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
             if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings or (format != "dpx" and item.name in dpx.STORAGE):
                 continue
             if format != "openexr" and item.name.startswith(_OF_CHANNELS):
                 continue
-            size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
+            value = legible(item.value) if isinstance(item.value, str) else item.value
+            size = len(value.encode()) if isinstance(value, str) else item.type.size()
             if format == "jpeg" and size > room:
                 lost.append(item.name)
                 continue
             room -= size
-            spec.attribute(item.name, item.type, item.value)
+            spec.attribute(legible(item.name), item.type, value)
     if lost:
         warn(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
 

@@ -151,13 +151,13 @@ class Casters:
             logical_size=(size, size),
         )
         private.upload()
-        encoder = self.device.device.create_command_encoder()
+        encoder = self.device.encoder()
         target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
         run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
         for pipelines, state in drawn:
             pipelines.draw(run, state)
         run.end()
-        self.device.queue.submit([encoder.finish()])
+        self.device.submit(encoder)
 
     def gather(self) -> Gathered:
         """Gathers the casters as they are now."""

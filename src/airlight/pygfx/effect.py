@@ -11,8 +11,9 @@ import pygfx as gfx
 import wgpu
 
 from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
+from airlight.composite.view import check as check_view
 from airlight.errors import AirlightError
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 from airlight.gpu.timing import Timer
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
@@ -110,6 +111,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
 
     @property
+    def in_scene(self) -> SceneOptions:
+        return self._in_scene
+
+    @in_scene.setter
+    def in_scene(self, in_scene: SceneOptions) -> None:
+        check_view(in_scene.view_transform)  # later it would be an error in each frame
+        self._in_scene = in_scene
+
+    @property
     def _layer(self) -> SceneLayer:
         return self._state.layer if self._state else SceneLayer()
 
@@ -177,6 +187,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
             self._medium_state(size).record(self, command_encoder, depth, timer)
         else:
             self._screen_state().record(self, command_encoder, color, depth, seen, timer)
+        if isinstance(command_encoder, Recording):
+            command_encoder.divide()
         self._uniforms.write(self.region, self.composite, self.in_scene, self._follow(), self.exposure)
         self._merge.record(command_encoder, color, depth, self._layer, self._composite_settings(bool(seen)), target_tex, timer)
         if timer:
@@ -186,7 +198,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         """Returns the state for a method that lights a medium, anew where the method or the picture's size has changed."""
         method, state = self.parameters.method, self._state
         if not isinstance(state, MediumState) or state.key != (method, size):
-            state = self._state = MediumState(self.device, self.scene, method, size)
+            casters = state.casters if isinstance(state, MediumState) else None
+            state = self._state = MediumState(self.device, self.scene, method, size, casters)
         return state
 
     def _screen_state(self) -> ScreenSpaceState:

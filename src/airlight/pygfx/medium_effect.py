@@ -24,9 +24,9 @@ class MediumState:
     key: (method, size). resolved: the medium of the last frame, with nothing unset.
     """
 
-    def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int]) -> None:
+    def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int], casters: Casters | None = None) -> None:
         self.key = method, size
-        self.casters = Casters(device, scene)
+        self.casters = casters or Casters(device, scene)  # another size has the same pipelines
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
 

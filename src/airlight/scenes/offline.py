@@ -17,6 +17,7 @@ import pygfx as gfx
 from airlight.errors import AirlightError, MachineError
 from airlight.lights.punctual import Triple
 from airlight.luminance import REC709_F32
+from airlight.messages import nearest
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
@@ -335,7 +336,8 @@ def _chosen(stage: Stage, shot: Shot) -> Any:
     if shot.camera is None:
         return next(iter(stage.cameras.values()))
     if shot.camera not in stage.cameras:
-        raise AirlightError(f"{stage.name}: has no camera {shot.camera!r}; it has {', '.join(stage.cameras)}")
+        hint = nearest(shot.camera, stage.cameras)
+        raise AirlightError(f"{stage.name}: has no camera {shot.camera!r}{hint} (it has {', '.join(stage.cameras)})")
     return stage.cameras[shot.camera]
 
 

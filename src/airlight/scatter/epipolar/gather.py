@@ -14,6 +14,7 @@ from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
 NEAR_LIGHT_RADIUS_PX = 20  # gather.wgsl
+SUBPIXELS = 16  # positions in a pixel that every rasteriser tells apart
 FRAME = struct_dtype(RASTER, "Frame")
 CORNER = struct_dtype(RASTER, "Corner")
 
@@ -61,15 +62,18 @@ def _spans(q: Quadrant) -> list[tuple[int, int, int]]:
 def corners(grid: Grid) -> Array:
     """Make CORNER records, three a triangle, which cover every pixel centre once.
 
-    Corners lie on a grid of 1/32 px, exact for the rasteriser, and the diagonals between the quadrants, moved by less than that, pass
-    no pixel centre: a centre is covered once although some corners lie on other triangles' edges.
+    Corners lie on a grid of 1/16 px, exact for every rasteriser (Vulkan 1.3, subPixelPrecisionBits: at least 4), and the diagonals
+    between the quadrants, moved by less than 0.1 px, pass no pixel centre: a centre is covered once although some corners lie on other
+    triangles' edges.
     """
-    light = [round(grid.light[0] * 16) / 16, round(grid.light[1] * 16 - 0.5) / 16 + 1 / 32]
+    x = round(SUBPIXELS * grid.light[0])
+    y = x + 1 + 2 * round((SUBPIXELS * grid.light[1] - x - 1) / 2)  # x - y and x + y are odd, those of pixel centres even
+    light = [x / SUBPIXELS, y / SUBPIXELS]
     out = []
     for q in grid.quadrants:
         spans = _spans(q)
         edge = float(grid.size[q.axis] if q.sign > 0 else 0)
-        marks = [light[q.axis], *(round(16 * (grid.light[q.axis] + q.sign * q.u[b])) / 16 for _, _, b in spans[:-1]), edge]
+        marks = [light[q.axis], *(round(SUBPIXELS * (grid.light[q.axis] + q.sign * q.u[b])) / SUBPIXELS for _, _, b in spans[:-1]), edge]
         points: list[list[float]] = []
         of: list[int] = []  # the span of each point
         for i, (start, stop) in enumerate(itertools.pairwise(marks)):
@@ -87,7 +91,7 @@ def corners(grid: Grid) -> Array:
                 of += (i, i, i)
         if not points:
             continue
-        position = np.array(points)
+        position = np.round(SUBPIXELS * np.array(points)) / SUBPIXELS  # they are there but for the rounding of cuts far from the light
         zone, first, last = np.array(spans)[of].T
         u = q.sign * (position[:, q.axis] - grid.light[q.axis])
         v = position[:, 1 - q.axis] - grid.light[1 - q.axis]

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import parts
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -16,6 +17,7 @@ from airlight.shadows import Shadow
 SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
 WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
 FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
+FIRST_ROW = dict(LIGHT.fields or {})["first_row"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
 
@@ -55,6 +57,7 @@ class March:
         self._path = WALK
         self._names: list[str] = []
         self.marched_layers = [self.layer, self.layer]  # of `size`, written in turn by light after light
+        self._rows: dict[int, int] = {}  # at which the next pass of a light begins, where that is not the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
     @staticmethod
@@ -92,6 +95,7 @@ class March:
         self._names = [light.word for light, _ in lights] or ["ambient"]
         self._pipelines = []
         for i, (light, shadow) in enumerate(lights):
+            self._rows.pop(i, None)
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
@@ -143,17 +147,27 @@ class March:
             self._build_hierarchy(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
-            compute(encoder, pipeline, self._of_light(i, depth), counts, f"march {name}", timer)
-        parts: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+            for first, rows in parts(counts[1]):
+                self._begin_at(i, first * GROUP)
+                compute(encoder, pipeline, self._of_light(i, depth), (counts[0], rows), f"march {name}", timer)
+                if isinstance(encoder, Recording):
+                    encoder.divide()
+        bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit")
-            bind = self._bound("transmit", TRANSMIT, *parts, _spare(self.device), self.transmittance)
+            bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
             compute(encoder, pipeline, bind, counts, "march transmittance", timer)
         else:
             counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             pipeline = self.device.pipeline(UPSAMPLE, "upsample")
-            bind = self._bound("upsample", UPSAMPLE, *parts, self.marched_layers[0], self.layer, self.transmittance)
+            bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
+
+    def _begin_at(self, i: int, row: int) -> None:
+        """Let the next pass of the i-th light begin at a row of pixels."""
+        if row != self._rows.get(i, 0):
+            self._rows[i] = row
+            self.device.queue.write_buffer(self._lights[i], FIRST_ROW, np.uint32(row).tobytes())
 
     def _build_hierarchy(self, encoder: Any, timer: Timer | None) -> None:
         """Records the passes that build each shadow map's depth hierarchy."""

@@ -13,6 +13,7 @@ from urllib.parse import unquote
 import msgspec
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest_file
 from airlight.scenes.gltf import MAX_BYTES, MAX_JSON_VALUES
 from airlight.scenes.gltf.schema import Document
 
@@ -47,7 +48,8 @@ class Container:
             handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise AirlightError(f"{self.path}: {name} cannot be read ({reason}); check the name and the permissions") from error
+            hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
+            raise AirlightError(f"{self.path}: {name} cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
         with open(handle, "rb") as file:
             status = os.fstat(handle)
             if not stat.S_ISREG(status.st_mode):
