@@ -31,6 +31,7 @@ from airlight.options import (
     refuse_look,
 )
 from airlight.options.storage import Storage
+from airlight.progress import showing
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -273,7 +274,10 @@ def run_frames(request: FramesRequest) -> bool:
         work.verdict.tell()
         return True
     if not r.is_sequence:
-        work.write(todo[0], None, work.render(todo[0], None))
+        with showing("drawing", 2, is_timed=False) as told:
+            frame = work.render(todo[0], None)
+            told.step("writing")
+            work.write(todo[0], None, frame)
         work.verdict.tell()
         return True
     failed = run(todo, work.read, work.render, work.write)
