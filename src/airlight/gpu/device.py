@@ -12,6 +12,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.shader import bindings, load
 from airlight.gpu.slices import current
+from airlight.messages import nearest
 
 CURE = {
     "linux": "install a Vulkan driver; software Vulkan: `sudo apt install mesa-vulkan-drivers libvulkan1`",
@@ -46,6 +47,12 @@ def adapters() -> list[Any]:
     except Exception:  # the library raises different types where no driver can be loaded
         return []
     return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
+
+
+def driver_of(info: Any) -> str:
+    """Name the driver of an adapter and its version, of what wgpu tells of it; not every driver tells a version."""
+    name, version = str(info.get("vendor") or ""), str(info.get("description") or "")
+    return f"{name} {version}".strip() if version else f"{name or 'one without a name'}, which tells no version"
 
 
 class Recording:
@@ -111,6 +118,15 @@ class Device:
     @property
     def name(self) -> str:
         return str(self.info.get("device", "unknown"))
+
+    @property
+    def driver(self) -> str:
+        return driver_of(self.info)
+
+    @property
+    def described(self) -> str:
+        """Describe the adapter, its interface and its driver in a line."""
+        return f"{self.name}, {self.info.get('backend_type')}, driver: {self.driver}"
 
     def _module(self, path: str) -> tuple[Any, Any, Any]:
         if path not in self._modules:
@@ -226,7 +242,9 @@ def choose(name: str | None = None) -> Any:
     if name:
         matching = [a for a in found if name.lower() in f"{a.info['device']} {a.info['backend_type']} {a.info['adapter_type']}".lower()]
         if not matching:
-            raise AirlightError(f"no adapter matches {name!r}: there is " + ", ".join(a.info["device"] for a in found))
+            there = [a.info["device"] for a in found]
+            words = [word for device in there for word in device.replace("(", " ").replace(",", " ").split()]
+            raise AirlightError(f"no adapter matches {name!r}{nearest(name, [*there, *words], ': there is ' + ', '.join(there))}")
         found = matching
     order = {"DiscreteGPU": 0, "IntegratedGPU": 1, "VirtualGPU": 2, "CPU": 3}
     return min(found, key=lambda a: order.get(a.info["adapter_type"], 4))

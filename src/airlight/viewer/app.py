@@ -17,6 +17,7 @@ from airlight.scatter.methods import METHODS, check_picture
 from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
+from airlight.viewer.errands import Errands
 from airlight.viewer.following import Following
 from airlight.viewer.frames import AT_ONCE, IN_SLICES, Pace
 from airlight.viewer.marks import DOT, EDGE, Marks
@@ -63,6 +64,7 @@ class Viewer:
         self._lamps = lamps  # of that too
         self.device = shared_device(device)
         self.scene: Any = None
+        self.errands: Any = None
         self.picture: Any = None
         self.read: Any = None  # the picture as it was read
         self.dragging: int | str | None = None
@@ -86,6 +88,7 @@ class Viewer:
         self.panel = Panel(self.device.device, canvas, self.state)
         self.marks = Marks(self)
         self.panel.overlay = self.marks.draw
+        self.errands = Errands(self)
         canvas.add_event_handler(self._woken, *WAKING, order=-100)  # before the panel's
         canvas.add_event_handler(self._handle, *EVENTS, order=-50)
         canvas.request_draw(self.draw)
@@ -132,6 +135,8 @@ class Viewer:
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
         state.doubt = ""
+        if self.errands is not None:
+            self.errands.opened()
         st.tell(state, "")
         if state.is_image and METHODS[before].lights_medium:
             st.tell(state, f"method {before} is for scenes: this picture is shown without it")
@@ -154,7 +159,7 @@ class Viewer:
     def draw(self) -> None:
         """Draw one frame: called by the canvas."""
         state = self.state
-        self._serve_requests()
+        self.errands.serve()
         self._follow_saving()
         width, height = self.canvas.get_physical_size()
         if width < 2 or height < 2:
@@ -167,6 +172,7 @@ class Viewer:
             again = False
         self.following.frames.lay(self.canvas.get_wgpu_context().get_current_texture().create_view())
         self.panel.render()
+        self.errands.history.follow(state, self.dragging is not None or self.panel.busy)
         self.linger -= 1
         if again or self.hurried or self.linger > 0 or state.requests:
             self.canvas.request_draw()
@@ -216,8 +222,8 @@ class Viewer:
         state = self.state
         if key == " " and state.is_image:
             state.held = is_down
-        elif is_down and key == "s" and ("Control" in modifiers or "Meta" in modifiers) and state.is_image:
-            state.requests.append(("save", ""))
+        elif is_down and self.errands.key(key, modifiers):
+            pass
         elif is_down and key == "h":
             self.panel.visible = not self.panel.visible
         elif is_down and key == "b" and state.is_image:
@@ -253,32 +259,7 @@ class Viewer:
         elif isinstance(self.dragging, int):
             st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
 
-    def _serve_requests(self) -> None:
-        state = self.state
-        requests, state.requests = state.requests, []
-        for request, argument in requests:
-            try:
-                if request == "open":
-                    self.open(argument)
-                elif request == "screenshot":
-                    st.tell(state, f"{self.screenshot()} saved")
-                elif request == "save":
-                    self._save()
-                elif request == "copy":
-                    self._copy(argument)
-            except AirlightError as error:
-                st.tell(state, str(error), error=True)
-
-    def _copy(self, text: str) -> None:
-        """Put text on the clipboard, where the canvas is a window; elsewhere the panel's line is there to be copied."""
-        st.tell(self.state, "the command stands below its button")
-        if type(self.canvas).__module__ == "rendercanvas.glfw":
-            import glfw
-
-            glfw.set_clipboard_string(None, text)  # type: ignore[arg-type]
-            st.tell(self.state, "the command is in the clipboard")
-
-    def _save(self) -> None:
+    def save(self) -> None:
         """Begin to write the whole picture with its shafts as a new file."""
         if self.saving is not None:
             st.tell(self.state, f"{self.saving.path} is still being saved")

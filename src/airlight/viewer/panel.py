@@ -19,7 +19,7 @@ WIDTH = 344  # logical px
 FIRST = ("shafts", "medium")  # groups that stand at the top, open
 TITLES = {"scene": "Shafts in the scene", "look": "Look"}
 AUTO = "auto"  # a kind of light that is told by what is there
-HINT = "Drag the ring. Space: before. Ctrl+S: save."
+HINT = "Drag the ring. Space: before. Ctrl+S: save. Ctrl+Z: undo."
 DIM = (0.55, 0.58, 0.62, 1.0)
 OWN = "own"  # a medium that is none of those that come with Airlight
 
@@ -36,6 +36,13 @@ class Panel(Rows):
         self.renderer.set_gui(self._draw)
         imgui.set_current_context(self.renderer.imgui_context)
         set_style()
+
+    def use_clipboard(self, copy: Callable[[str], Any], paste: Callable[[], str]) -> None:
+        """Let the panel's text fields copy to, and paste from, the clipboard that there is."""
+        imgui.set_current_context(self.renderer.imgui_context)
+        platform = imgui.get_platform_io()
+        platform.platform_set_clipboard_text_fn = lambda _, text: copy(text)
+        platform.platform_get_clipboard_text_fn = lambda _: paste()
 
     @property
     def width(self) -> float:
@@ -76,6 +83,7 @@ class Panel(Rows):
             wide = imgui.get_content_region_avail().x
             foot = imgui.calc_text_size(message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
+        self._tools()
         if self.state.is_smart:
             self._smart()
         else:
@@ -91,6 +99,21 @@ class Panel(Rows):
             imgui.pop_style_color()
             self._seen("message")
         imgui.end()
+
+    def _tools(self) -> None:
+        """Draw what is there whatever is shown."""
+        s = self.state
+        gap = imgui.get_style().item_spacing.x
+        third = (imgui.get_content_region_avail().x - 2 * gap) / 3
+        if self._button("choose", "Open ...", third):
+            s.requests.append(("choose", ""))
+        for request, text, there in (("undo", "Undo", s.can_undo), ("redo", "Redo", s.can_redo)):
+            imgui.same_line()
+            imgui.begin_disabled(not there)
+            if self._button(request, text, third):
+                s.requests.append((request, ""))
+            imgui.end_disabled()
+        imgui.spacing()
 
     def _smart(self) -> None:
         """Draw what a picture with the smart look needs: little of it open."""
@@ -171,6 +194,9 @@ class Panel(Rows):
 
     def _source(self, opened: bool) -> None:
         s = self.state
+        wanted, s.path_wanted = s.path_wanted, False
+        if wanted:
+            imgui.set_next_item_open(True)
         if not self._header("Picture" if s.is_image else "Scene", opened):
             return
         self._label("Show")
@@ -180,6 +206,8 @@ class Panel(Rows):
             s.requests.append(("open", names[chosen]))
         self._label("Open")
         imgui.set_next_item_width(-52)
+        if wanted:
+            imgui.set_keyboard_focus_here()
         s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
         imgui.same_line()
         if self._button("open", "Open", -1) and s.path:
@@ -259,8 +287,7 @@ class Panel(Rows):
             s.requests.append(("screenshot", ""))
         imgui.same_line()
         if self._button("copy", "Copy command", -1):
-            s.command = as_text(command_line(s))  # which from now on is kept up to date
-            s.requests.append(("copy", s.command))
+            s.requests.append(("copy", ""))
         if s.is_image and not s.is_smart and self._button("save picture", "Save picture", -1):
             s.requests.append(("save", ""))
         if s.command:

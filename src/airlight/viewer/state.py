@@ -111,10 +111,11 @@ class ViewerState:
     is_error: bool = False
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
+    path_wanted: bool = False  # there is no file dialog, so the field for a path is shown
     can_undo: bool = False
     can_redo: bool = False
     received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with
-    # what the app has to do: ("open", path), ("choose", ""), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", text)
+    # what the app has to do: ("open", path), ("choose", ""), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
