@@ -110,6 +110,10 @@ def test_what_does_not_arrive_whole_leaves_nothing(view, monkeypatch):
     assert post(view)[0] == 200
 
 
+def test_the_user_of_a_browser_has_no_paths(view):
+    assert view.canvas.desktop.has_paths is False
+
+
 def test_a_full_disk_is_told(view, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
