@@ -194,7 +194,7 @@ def test_a_page_sends_files(chromium, view, tmp_path):
     page.evaluate(drop, ["one.glb", "two.glb"])
     until(lambda: desktop.arrived)
     assert Path(desktop.arrived.popleft()[0]).read_bytes() == b"of one.glb" and not desktop.arrived
-    assert until(lambda: page.evaluate(LINE)) == "one.glb is shown, the first of 2 files"
+    until(lambda: page.evaluate(LINE) == "one.glb is shown, the first of 2 files")
     assert "dropping" not in page.evaluate("document.body.className")
 
     page.evaluate(

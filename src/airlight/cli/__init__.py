@@ -15,7 +15,7 @@ from airlight.cli.help import screen
 from airlight.cli.types import line_of
 from airlight.errors import AirlightError, CommonWarning
 from airlight.messages import say
-from airlight.process import supervisor
+from airlight.process import standard, supervisor
 
 
 class _Stopped(Exception):
@@ -66,7 +66,9 @@ def main(args: Sequence[str] | None = None) -> int:
         for text, of in told.items():
             if len(of) > 1:
                 say(f"warning: {len(of) - 1} more: {text}")
-        return _guarded(_flush) or code
+        code = _guarded(_flush) or code
+        standard.release()
+        return code
 
 
 def _guarded(work: Callable[[], Any]) -> int:
@@ -83,7 +85,7 @@ def _guarded(work: Callable[[], Any]) -> int:
         say("stopped; nothing half-written is left")
         return 130
     except click.ClickException as error:
-        say(line_of(error))
+        say(_of_scenes(error) or line_of(error))
         return 2
     except AirlightError as error:
         say(str(error))
@@ -103,6 +105,19 @@ def _guarded(work: Callable[[], Any]) -> int:
             traceback.print_exc()
         say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
     return 1
+
+
+def _of_scenes(error: click.ClickException) -> str:
+    """Word what to do where `airlight image` is given an option of a medium; else ""."""
+    from airlight.options import refuse_medium
+
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None or error.ctx.command is not image.image:
+        return ""
+    try:
+        refuse_medium([error.option_name.lstrip("-").replace("-", "_")])
+    except AirlightError as refused:
+        return str(refused)
+    return ""
 
 
 def _flush() -> None:
