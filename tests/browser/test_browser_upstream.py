@@ -65,6 +65,7 @@ def test_private_names_are_still_there(owner, name):
 
 def test_private_attributes_are_still_there(view):
     canvas = view.canvas
+    assert canvas._active_client == 0 and callable(theirs.asgi.send_to)
     assert canvas._is_closed is False and canvas._size_info["physical_size"] == canvas.get_physical_size()
     assert "encode_array" in theirs.HttpRenderCanvas._encode_frame.__code__.co_names
     assert callable(canvas._size_info.set_physical_size) and isinstance(canvas._last_frame, tuple)
