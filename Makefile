@@ -1,4 +1,4 @@
-# make demo | test | validate | bench | lint | wheel | clean: each makes what it needs first. PYTHON=... chooses the interpreter.
+# make demo | test | validate | adapters | bench | lint | wheel | clean: each makes what it needs first. PYTHON=... chooses the interpreter.
 
 PHOTO ?= examples/photos/beacon-street-sunset.jpg
 OUT ?= out/demo.jpg
@@ -12,7 +12,7 @@ ifneq ($(shell cat .build/env.stamp 2>/dev/null),$(if $(wildcard .venv/bin/airli
 $(shell rm -f .build/*.stamp)
 endif
 
-.PHONY: help demo test validate bench lint wheel env vulkan chromium clean
+.PHONY: help demo test validate adapters bench lint wheel env vulkan chromium clean
 .NOTPARALLEL:
 
 help:
@@ -45,8 +45,13 @@ test: lint vulkan chromium
 	$(RUN)/python -m pytest -n 2 --dist loadfile --ignore tests/viewer
 	$(RUN)/python -m pytest tests/viewer
 
-validate: .build/validate.stamp vulkan
+validate: .build/validate.stamp vulkan chromium
 	$(RUN)/python -m pytest -m slow
+	$(MAKE) adapters
+
+adapters: env vulkan chromium
+	$(RUN)/python scripts/adapters.py
+	$(RUN)/python scripts/vulkan_layer.py
 
 bench: .build/bench.stamp vulkan
 	$(RUN)/airlight bench

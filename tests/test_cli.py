@@ -97,7 +97,7 @@ def test_every_parameter_is_an_option_with_its_default_and_source():
     assert len(declared()) >= len(msgspec.structs.fields(Parameters))
     for p in declared():
         assert p.description and p.group != "other", p.name
-    text = " ".join(CliRunner().invoke(cli, ["image", "--help"], env={"COLUMNS": "300", "TERMINAL_WIDTH": "300"}).output.split())
+    text = " ".join(CliRunner().invoke(cli, ["image", "--help-all"], env={"COLUMNS": "300", "TERMINAL_WIDTH": "300"}).output.split())
     assert "[default: 0.97]" in text and "GPU Gems 3, ch. 13, Eq. 4" in text and f"[{'|'.join(of_screen())}]" in text
 
 

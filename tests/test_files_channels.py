@@ -16,10 +16,10 @@ RGBA = (np.random.default_rng(2).random((12, 16, 4)) * 3).astype(np.float16).ast
 RGBA[..., 3] = 1
 
 
-def exr(path, *names, more=()):
+def exr(path, *names, more=(), **attributes):
     """Store the first channels of RGBA by these names, and `more` of zeros."""
     pixels = np.concatenate([RGBA[..., : len(names)], np.zeros((12, 16, len(more)), np.float32)], axis=2)
-    return store(path, pixels, "half", (*names, *more))
+    return store(path, pixels, "half", (*names, *more), **attributes)
 
 
 @pytest.mark.parametrize(
@@ -129,3 +129,14 @@ def test_alpha_of_another_layer_is_none_of_the_picture(tmp_path, layer):
     assert main(["image", str(source), "-o", str(tmp_path / "b.exr"), "--light", "0.5,0.5;strength=0"]) == 0
     made = read_image(tmp_path / "b.exr")
     assert made.channels == ("R", "G", "B") and set(more) <= set(made.extra_names)
+
+
+def test_names_that_are_not_utf_8(tmp_path):
+    path = exr(tmp_path / "in.exr", *(f"beau?ty.{c}" for c in "RGB"), more=("R?", "G?"), Artist="Ren?e")
+    path.write_bytes(path.read_bytes().replace(b"beau?ty", b"beau\xe9ty").replace(b"R?", b"R\x80").replace(b"Ren?e", b"Ren\xe9e"))
+    out = tmp_path / "out.exr"
+    assert main(["image", str(path), "-o", str(out), "--light", "0.5,0.5;strength=0"]) == 0
+    spec = oiio.ImageInput.open(str(out)).spec()
+    assert set(spec.channelnames) >= {"beauéty.R", "beauéty.G", "beauéty.B", "R\x80", "G?"}
+    assert spec.get_string_attribute("Artist") == "Renée"
+    np.testing.assert_array_equal(read_image(out, layer="beauéty").codes, RGBA[..., :3])

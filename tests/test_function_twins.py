@@ -5,7 +5,7 @@ import pytest
 from calling import call
 
 from airlight.gpu.structs import struct_dtype
-from airlight.reference import bands, colour, jitter, radial, raster, scene
+from airlight.reference import angles, bands, colour, jitter, radial, raster, scene
 
 RNG = np.random.default_rng(15)
 # (n, 3) linear: usual ones, from near black to far beyond white, and the ends of what a half float holds
@@ -35,6 +35,21 @@ def test_nearest_half() -> None:
     assert np.array_equal(found, colour.nearest_half(values))
     normal = np.abs(values) > 2.0**-14
     assert np.array_equal(found[normal], values.clip(-65504, 65504).astype(np.float16).astype(np.float32)[normal])
+
+
+def test_unit_at() -> None:
+    """Closer than Vulkan has drivers compute sines, which may be off by 2^-11: that is half a pixel at a thousand."""
+    values = np.concatenate([RNG.uniform(-7, 7, 5000), RNG.uniform(-1000, 1000, 5000), np.arange(-8, 9) * np.pi / 4]).astype(np.float32)
+    found = call("wgsl/unit_at.wgsl", "unit_at", [values])
+    np.testing.assert_allclose(found, angles.unit_at(values.astype(float)), atol=2e-7)
+
+
+def test_tangent() -> None:
+    values = np.concatenate([RNG.uniform(-1.57, 1.57, 5000), RNG.uniform(-1e-3, 1e-3, 1000)]).astype(np.float32)
+    found = call("scatter/march/steps.wgsl", "tangent", [values])
+    expected = angles.tangent(values.astype(float))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    assert np.abs(expected).max() > 400
 
 
 def test_smooth_step() -> None:

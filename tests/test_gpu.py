@@ -9,7 +9,7 @@ import airlight
 from airlight.colour import encode_codes, srgb_decode
 from airlight.composite.blend import CompositeSettings, blend
 from airlight.gpu.cffi_type_cache import cache_simple_types
-from airlight.gpu.device import Device, choose, open_device
+from airlight.gpu.device import Device, choose, driver_of, open_device
 from airlight.lights import Light
 from airlight.options import Parameters
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
@@ -44,6 +44,25 @@ def test_wgpu_s_types_are_quickened() -> None:
     from wgpu.backends.wgpu_native._ffi import ffi
 
     assert ffi._parser.parse_type_and_quals.__module__ == "airlight.gpu.cffi_type_cache"
+
+
+@pytest.mark.parametrize(
+    ("vendor", "description", "driver"),
+    [
+        ("llvmpipe", "Mesa 22.3.6 (LLVM 15.0.6)", "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"),
+        ("NVIDIA", "550.54.15", "NVIDIA 550.54.15"),
+        ("SwiftShader driver", "", "SwiftShader driver, which tells no version"),
+        ("", "", "one without a name, which tells no version"),
+    ],
+)
+def test_a_driver_is_named(vendor: str, description: str, driver: str) -> None:
+    assert driver_of({"vendor": vendor, "description": description}) == driver
+
+
+def test_what_names_the_adapter_names_its_driver() -> None:
+    device = open_device()
+    assert device.driver == driver_of(device.device.adapter.info) and len(device.driver) > 3
+    assert all(part in device.described for part in (device.name, device.info["backend_type"], device.driver))
 
 
 @pytest.fixture(scope="module")

@@ -475,3 +475,14 @@ def test_a_light_is_said_once(stage: Stage) -> None:
     sun.local.position = (1, 2, 3)
     sun.target.local.position = (0, 1, 0)
     assert SceneLight(target=sun).homogeneous().tolist() == [1, 1, 3, 0]
+
+
+def test_a_view_transform_that_is_none_is_refused_when_it_is_set(stage: Stage) -> None:
+    """Not in each frame, where pygfx would log it and go on."""
+    with pytest.raises(AirlightError, match="'filmik' is no view transform; there is none, filmic, agx"):
+        stage.shafts(in_scene=SceneOptions(view_transform="filmik"))
+    shafts = stage.shafts(in_scene=PLAIN)
+    with pytest.raises(AirlightError, match="view transform"):
+        shafts.in_scene = SceneOptions(view_transform="filmik")
+    assert shafts.in_scene is PLAIN
+    shafts.in_scene = SceneOptions(view_transform="un-tone-mapped")  # a view of OpenColorIO's own config

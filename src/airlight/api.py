@@ -1,7 +1,6 @@
 """The functions that a script calls: arrays in, arrays out."""
 
 import dataclasses
-import difflib
 import warnings
 from typing import Any
 
@@ -21,9 +20,10 @@ from airlight.lights import ImageLight, as_lights
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
+from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
-from airlight.options import Composite, Look, Parameters, chosen_look
+from airlight.options import Composite, Look, Parameters, chosen_look, refuse_medium
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
 
@@ -197,9 +197,8 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
     known = [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
     if unknown:
-        close = difflib.get_close_matches(unknown[0], known, 1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise AirlightError(f"unknown parameter {unknown[0]!r}{hint or ':'} there is " + ", ".join(known))
+        refuse_medium(unknown, lambda one: one.name)
+        raise AirlightError(f"unknown parameter {unknown[0]!r}{nearest(unknown[0], known, ': there is ' + ', '.join(known))}")
 
 
 def _add_sum(

@@ -1,7 +1,12 @@
-"""Tells the user, in lines on stderr."""
+"""Tells the user, in lines on stderr; and what to say of a word that is not known."""
 
 import contextlib
+import itertools
+import os
 import sys
+from collections.abc import Iterable
+
+MOST_NAMES = 5000  # of a folder's files, that are looked through for one like a name
 
 
 def say(text: str, prefix: str = "airlight: ") -> None:
@@ -10,3 +15,36 @@ def say(text: str, prefix: str = "airlight: ") -> None:
     with contextlib.suppress(OSError, ValueError):
         if sys.stderr is not None:
             print(f"{prefix}{line}", file=sys.stderr, flush=True)
+
+
+def close(word: str, known: Iterable[str], most: int = 1, least: float = 0.6) -> list[str]:
+    """List those of some words that are like another, whatever their case, the most alike first. least: how alike, 0..1."""
+    import difflib  # takes as long as all else of this module
+
+    by_case: dict[str, list[str]] = {}
+    for one in known:
+        by_case.setdefault(one.lower(), []).append(one)
+    found = difflib.get_close_matches(word.lower(), by_case, most, least)
+    return [one for lower in found for one in by_case[lower]][:most]
+
+
+def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Ask whether the word most like another is meant, to end a message: `; did you mean 'density'?`. otherwise: where none is like it."""
+    found = close(word, known)
+    return f"; did you mean {found[0]!r}?" if found else otherwise
+
+
+def nearest_file(path: str, otherwise: str = "") -> str:
+    """Ask as `nearest`, of a file that is not there: its folder's files, or where that is not there either, folders beside it."""
+    folder, name = os.path.split(path.rstrip("/" + os.sep) if len(path) > 1 else path)
+    rest = ""
+    while folder and not os.path.isdir(folder) and os.path.split(folder)[0] != folder:
+        rest = os.path.join(name, rest) if rest else name
+        folder, name = os.path.split(folder)
+    try:
+        there = sorted(itertools.islice(os.listdir(folder or "."), MOST_NAMES))
+    except (OSError, ValueError):
+        return otherwise
+    found = (os.path.join(folder, one, rest) if rest else os.path.join(folder, one) for one in close(name, there, 5))
+    real = next((one for one in found if os.path.exists(one)), None)
+    return f"; did you mean {real!r}?" if real is not None else otherwise

@@ -64,6 +64,7 @@ def hands(kept: Driver, photo: str) -> Driver:
         inside = {"Method": "method", "Occlusion": "occlusion", "Composite": "mix", "Shafts in the scene": "region", "Times": "passes"}
         if {**inside, "Presets and settings": "preset", "Look": "look"}.get(name) in kept.places:
             kept.open_group(name)
+    kept.viewer.errands.history.restart(kept.state)
     kept.frame(2)
     return kept
 

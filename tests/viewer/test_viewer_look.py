@@ -13,7 +13,7 @@ from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
 from airlight.look.measure import oklab
 from airlight.options import presets
-from airlight.viewer import app, controls
+from airlight.viewer import app, command, controls, marks
 from airlight.viewer import state as st
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -31,7 +31,7 @@ def test_a_picture_has_the_smart_look_at_once(smart: Driver, forest: str, trees:
     assert state.is_smart and st.values(state) == {} and state.lights[0].position == pytest.approx((0.3, 0.4), abs=0.06)
     seen = read_image(smart.viewer.screenshot()).codes
     assert np.array_equal(seen, applied(smart, trees).codes)
-    words = st.command_line(state)[1:]
+    words = command.command_line(state)[1:]
     words[words.index("-o") + 1] = out = str(Path(forest).with_name("forest-out.png"))
     assert main([*words, "-y"]) == 0 and np.array_equal(read_image(out).codes, seen)
     assert {"strength", "warmth", "length", "save picture", "split", "candidates"} <= set(smart.places)
@@ -75,7 +75,7 @@ def test_smart_classic_smart(smart: Driver) -> None:
     assert np.abs(smart.frame(2)[:, 360:].astype(int) - classic).max() > 2
     smart.open_group("Look")
     smart.choose("look", "smart")
-    assert smart.state.is_smart and "--density" not in st.command_line(smart.state)
+    assert smart.state.is_smart and "--density" not in command.command_line(smart.state)
     assert np.array_equal(smart.frame(2)[:, 360:], first)
     assert not st.change(smart.state, "strength", 0.0) and np.abs(smart.frame(2)[:, 360:].astype(int) - first).max() > 10
 
@@ -84,9 +84,9 @@ def test_smart_classic_smart(smart: Driver) -> None:
 def test_what_names_the_sum_shows_the_sum(values: dict[str, Any]) -> None:
     state = ViewerState("a.png", True)
     st.set_values(state, values)
-    assert not state.is_smart and "--look" in st.command_line(state)
+    assert not state.is_smart and "--look" in command.command_line(state)
     st.set_values(state, {**values, "look": "smart"})
-    assert state.is_smart and st.command_line(state) == ["airlight", "image", "a.png", "-o", "a-shafts.png"]
+    assert state.is_smart and command.command_line(state) == ["airlight", "image", "a.png", "-o", "a-shafts.png"]
 
 
 def test_floats_and_sixteen_bits_have_the_smart_look(smart: Driver, folder: Path, trees: np.ndarray) -> None:
@@ -115,7 +115,7 @@ def test_a_grey_picture_stays_grey(smart: Driver, folder: Path, trees: np.ndarra
     smart.viewer.open(source, [LightControl((0.3, 0.4), kind="disc")])
     smart.frame(2)
     seen = read_image(smart.viewer.screenshot()).codes
-    words = st.command_line(smart.state)[1:]
+    words = command.command_line(smart.state)[1:]
     words[words.index("-o") + 1] = out
     assert main(words) == 0
     off = np.abs(seen.astype(int) - read_image(out).codes)  # by another dither
@@ -139,7 +139,7 @@ def test_a_drag_is_followed_by_a_draft_that_allocates_nothing(smart: Driver, mon
             monkeypatch.setattr(device, name, lambda *_, **__: pytest.fail("something is made for a frame"))
     for i in range(2, 5):
         smart.event("pointer_move", (at[0] - 5 * i, at[1]), buttons=(1,))
-        assert view.view is view.draft and smart.viewer.dots() == []
+        assert view.view is view.draft and smart.viewer.marks.dots() == []
     monkeypatch.undo()
     draft, (x, y, width, height) = smart.frame(), (int(v) for v in smart.viewer.area())
     smart.event("pointer_up", (at[0] - 20, at[1]), button=1)
@@ -173,18 +173,18 @@ def test_candidates_are_dots_to_click(smart: Driver, forest: str, monkeypatch: p
     smart.frame(2)
     state, viewer = smart.state, smart.viewer
     assert "unsure: perhaps at 0.30,0.40 (0.38)" in state.doubt and "message" in smart.places and state.lights[0].kind == "glow"
-    assert [number for number, _ in viewer.dots()] == [1, 2]
+    assert [number for number, _ in viewer.marks.dots()] == [1, 2]
     dots = smart.frame()
     smart.click("candidates")
-    assert viewer.dots() == [] and np.abs(smart.frame(2)[:, 360:].astype(int) - dots[:, 360:]).max() > 50
+    assert viewer.marks.dots() == [] and np.abs(smart.frame(2)[:, 360:].astype(int) - dots[:, 360:]).max() > 50
     smart.click("candidates")
-    beyond, away = controls.clamped(viewer.dots()[1][1], viewer.area(), app.EDGE)
-    assert beyond[1] == viewer.area()[1] + app.EDGE and away == pytest.approx((0, -1))
+    beyond, away = controls.clamped(viewer.marks.dots()[1][1], viewer.area(), marks.EDGE)
+    assert beyond[1] == viewer.area()[1] + marks.EDGE and away == pytest.approx((0, -1))
     smart.drag(beyond, beyond, 1)
     smart.event("double_click", beyond, button=1)  # the same click, perhaps
     assert (state.lights[0].position, state.lights[0].kind, state.ask) == ((0.5, -0.4), "beyond", "")
     smart.frame(2)
-    smart.drag(viewer.dots()[1][1], viewer.dots()[1][1], 1)
+    smart.drag(viewer.marks.dots()[1][1], viewer.marks.dots()[1][1], 1)
     assert (state.lights[0].position, state.lights[0].kind) == ((0.7, 0.2), "opening")
     light = controls.to_canvas((0.7, 0.2), viewer.area())
     smart.drag(light, (light[0] + 8, light[1]))
@@ -213,10 +213,10 @@ def test_a_picture_stays_as_it_is_until_its_light_is_put_somewhere(
     smart.viewer.open(forest)
     smart.frame(2)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, trees)
-    assert not [word for word in st.command_line(smart.state) if word.startswith("--light")]
+    assert not [word for word in command.command_line(smart.state) if word.startswith("--light")]
     at = controls.to_canvas((0.5, 0.25), smart.viewer.area())
     smart.drag(at, controls.to_canvas((0.3, 0.4), smart.viewer.area()))
-    assert smart.state.doubt == "" and "--light=0.3,0.4" in st.command_line(smart.state)
+    assert smart.state.doubt == "" and "--light=0.3,0.4" in command.command_line(smart.state)
     assert np.array_equal(read_image(smart.viewer.screenshot()).codes, applied(smart, trees).codes)
 
 

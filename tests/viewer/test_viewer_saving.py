@@ -9,7 +9,7 @@ from viewer_driver import CLASSIC, Driver, saved
 
 from airlight.cli import main
 from airlight.files import read_image, write_image
-from airlight.viewer import app
+from airlight.viewer import app, command
 from airlight.viewer import state as st
 from airlight.viewer.state import LightControl
 
@@ -29,7 +29,7 @@ def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, code
         assert "saving" in smart.state.message
         ours = source.with_name(f"{source.stem}-shafts{source.suffix}")
         assert saved(smart) == f"{ours} saved" and not smart.state.is_error
-        words = st.command_line(smart.state)[1:]
+        words = command.command_line(smart.state)[1:]
         theirs = source.with_name(f"theirs{source.suffix}")
         words[words.index("-o") + 1] = str(theirs)
         assert main([*words, "-y"]) == 0

@@ -13,6 +13,7 @@ from airlight.cli import image as image_command
 from airlight.cli.options import gather
 from airlight.errors import AirlightError
 from airlight.options import presets
+from airlight.viewer import command
 from airlight.viewer import state as st
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -46,7 +47,7 @@ def test_the_command_says_what_is_shown(wanted: dict[str, Any], places: list[tup
     except AirlightError:
         assume(False)
     state.lights = [LightControl(place, (1.0, 0.5, 0.25), 2.0) for place in places]
-    words = shlex.split(st.as_text(st.command_line(state)))
+    words = shlex.split(command.as_text(command.command_line(state)))
     assert words[:2] == ["airlight", "image"]
     with image_command.image.make_context("image", words[2:]) as ctx:
         values = gather(ctx, None)

@@ -14,8 +14,8 @@ from airlight.cli import render as render_command
 from airlight.cli.options import gather
 from airlight.look.apply import apply
 from airlight.options import Look, declared
-from airlight.viewer import app
-from airlight.viewer import state as st
+from airlight.viewer import app, command
+from airlight.viewer.frames import AT_ONCE
 from airlight.viewer.state import ViewerState
 
 SIZE, SCENE_SIZE = (1280, 720), (800, 560)
@@ -29,7 +29,7 @@ class Driver:
         from rendercanvas.offscreen import RenderCanvas
 
         self.canvas = RenderCanvas(size=SIZE)
-        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **options)
+        self.viewer = app.Viewer(self.canvas, source, folder=str(folder), **{"pace": AT_ONCE, **options})
         self.state = self.viewer.state
         self.frame(3)
 
@@ -175,7 +175,7 @@ def stage(name: str = "two boxes", **_: Any) -> Any:
 
 
 def read_by_render(state: ViewerState) -> tuple[dict[str, Any], Any]:
-    words = shlex.split(st.as_text(st.command_line(state)))
+    words = shlex.split(command.as_text(command.command_line(state)))
     assert words[:2] == ["airlight", "render"]
     with render_command.render.make_context("render", words[2:]) as ctx:
         return gather(ctx, None), ctx.params

@@ -45,11 +45,12 @@ def _processes(device_name: str | None, say: Any) -> list[dict[str, Any]]:
 def run(json_path: str | None = None, overwrite: bool = False, device_name: str | None = None, say: Any = print) -> dict[str, Any]:
     """Measure, print, and write the records as JSON if asked to."""
     device = open_device(device_name)
-    say(f"adapter: {device.name} ({device.info.get('backend_type')}); 1 copy = the fastest of {measure.KERNELS} one-tap rgba16f kernels")
+    say(f"adapter: {device.described}; 1 copy = the fastest of {measure.KERNELS} one-tap rgba16f kernels")
     parts = (measure.methods, measure.rivals, measure.extras, look, scenes, world)
     result = {
         "adapter": device.name,
         "backend": device.info.get("backend_type"),
+        "driver": device.driver,
         "commit": _commit(),
         "records": [record for part in parts for record in part(device, say)] + _processes(device_name, say),
     }

@@ -11,9 +11,11 @@ import click
 import rich_click
 
 from airlight.cli import bench, compare, image, info, render, view
+from airlight.cli.help import screen
+from airlight.cli.types import line_of
 from airlight.errors import AirlightError, CommonWarning
 from airlight.messages import say
-from airlight.process import supervisor
+from airlight.process import standard, supervisor
 
 
 class _Stopped(Exception):
@@ -21,6 +23,9 @@ class _Stopped(Exception):
 
 
 class _Group(rich_click.RichGroup):
+    def get_help(self, ctx: click.Context) -> str:
+        return screen(ctx)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
@@ -29,6 +34,7 @@ class _Group(rich_click.RichGroup):
 
 
 @click.group(
+    name="airlight",
     cls=_Group,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -60,7 +66,9 @@ def main(args: Sequence[str] | None = None) -> int:
         for text, of in told.items():
             if len(of) > 1:
                 say(f"warning: {len(of) - 1} more: {text}")
-        return _guarded(_flush) or code
+        code = _guarded(_flush) or code
+        standard.release()
+        return code
 
 
 def _guarded(work: Callable[[], Any]) -> int:
@@ -77,7 +85,7 @@ def _guarded(work: Callable[[], Any]) -> int:
         say("stopped; nothing half-written is left")
         return 130
     except click.ClickException as error:
-        say(error.format_message())
+        say(_of_scenes(error) or line_of(error))
         return 2
     except AirlightError as error:
         say(str(error))
@@ -97,6 +105,19 @@ def _guarded(work: Callable[[], Any]) -> int:
             traceback.print_exc()
         say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
     return 1
+
+
+def _of_scenes(error: click.ClickException) -> str:
+    """Word what to do where `airlight image` is given an option of a medium; else ""."""
+    from airlight.options import refuse_medium
+
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None or error.ctx.command is not image.image:
+        return ""
+    try:
+        refuse_medium([error.option_name.lstrip("-").replace("-", "_")])
+    except AirlightError as refused:
+        return str(refused)
+    return ""
 
 
 def _flush() -> None:

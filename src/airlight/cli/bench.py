@@ -1,10 +1,11 @@
 """`airlight bench`: timings on this adapter."""
 
 import click
-import rich_click
+
+from airlight.cli.help import Command
 
 
-@click.command(cls=rich_click.RichCommand)
+@click.command(cls=Command)
 @click.option("--json", "json_path", type=click.Path(), metavar="FILE", help="Also write the records as JSON.")
 @click.option("-y", "--overwrite", is_flag=True, help="Replace the file if it exists.")
 def bench(json_path: str | None, overwrite: bool) -> None:

@@ -2,29 +2,31 @@
 
 import copy
 import dataclasses
-import difflib
 import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
-import rich_click
 
 from airlight.cli import image, render
+from airlight.cli.help import Command
 from airlight.cli.light import LightType
 from airlight.cli.options import given
-from airlight.cli.shared import LIGHT, flag_option, option
+from airlight.cli.shared import LIGHT, SCENE, check_source, flag_option, option, to_stdout
+from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.jobs.verdict import tell_compared
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
-from airlight.scenes.names import A_FILE, FILES, NAMES, VALIDATION, is_scene
+from airlight.progress import showing
+from airlight.scenes.names import A_FILE, is_scene
 
 if TYPE_CHECKING:
     from airlight.compare.result import Comparison, Row
     from airlight.compare.variants import Variant
+    from airlight.progress import Work
 
 WIDTH = 480  # of a scene
 _PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "depth_near", "input_layer", "view", "colorspace"}
@@ -56,8 +58,8 @@ class SourceLightType(click.ParamType):
         return (render.SceneLightType(PLACE) if scene else LightType()).convert(value, param, ctx)
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True}, params=_shared())
-@click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
+@click.command(cls=Command, params=_shared())
+@click.argument("source", metavar="IN|SCENE", type=SCENE, is_eager=True)  # before --light, which depends on it
 @option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
 @flag_option("--html", None, "Files", "Write a page, whatever the output's name ends with.")
 @option(
@@ -65,6 +67,7 @@ class SourceLightType(click.ParamType):
     "written",
     panel=LIGHT,
     type=SourceLightType(),
+    metavar="X,Y|x,y,z",
     multiple=True,
     help="Where the light of a picture is, 0.4,0.3 or 50%,20% or auto (unset: auto); or in a scene instead of its own, metres: 0,2,-3, "
     "or an object's name. May be repeated, with colour and strength: '0.4,0.2;color=1,0.8,0.6;strength=2'.",
@@ -82,7 +85,7 @@ class SourceLightType(click.ParamType):
 @option(
     "--against",
     panel="Comparison",
-    type=click.Choice(["tracer", "walk", "mitsuba"]),
+    type=Choice(["tracer", "walk", "mitsuba"]),
     help="In a scene, the truth: a ray tracer over its triangles; the exact walk with the finest shadow maps; Mitsuba. Unset: the tracer "
     "where it can and is quick enough, else the walk.",
 )
@@ -102,9 +105,10 @@ def compare(
     On the picture IN, whose truth is the converged sum; or in SCENE (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or
     .stl file), whose truth is the light that its medium scatters.
     """
+    ctx.params["output"] = output = to_stdout(output, "html" if ctx.params["html"] and output == "-" else None)
     scene = is_scene(source)
     if not scene:
-        _check_picture(source)
+        check_source(source)
     for one in ctx.command.params:
         name = str(one.name)
         if name in (_PICTURES if scene else _SCENES | {"against"}) and given(ctx, name):
@@ -124,15 +128,6 @@ def compare(
     else:
         codes = sheet(result, title, amplify)
         files.write_image(output, files.to_linear(codes)[0], encoded=codes, overwrite=overwrite)
-
-
-def _check_picture(source: str) -> None:
-    """Raise AirlightError for what is neither a file nor named like one."""
-    if not os.path.lexists(source) and not os.path.splitext(source)[1]:
-        known = (*NAMES, *VALIDATION)
-        close = difflib.get_close_matches(source, known, 1)
-        hint = f"did you mean {close[0]}?" if close else f"scenes are {', '.join(known)}, {', '.join(FILES)} files"
-        raise AirlightError(f"{source}: there is no such picture or scene; {hint}")
 
 
 def _is_page(ctx: click.Context) -> bool:
@@ -159,10 +154,8 @@ def _chosen(texts: Sequence[str], base: dict[str, Any], in_scene: bool = False, 
     return variants
 
 
-def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None]], Comparison]") -> "Comparison":
+def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None], Work], Comparison]") -> "Comparison":
     """Measure, and print each row as it is complete."""
-    from rich.console import Console
-
     from airlight.compare import words
 
     wide = max(len(v.name) for v in variants)
@@ -171,8 +164,8 @@ def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row],
         error, p99, worst, cost = words.figures(row)
         click.echo(f"{row.variant.name:{wide}}  error {error:>8}  99 % {p99:>8}  max {worst:>8}  {cost}")
 
-    with Console(stderr=True).status("measuring"):  # shows on a terminal only
-        return measure(say)
+    with showing("measuring") as work:
+        return measure(say, work)
 
 
 def _named(source: str, size: tuple[int, int], what: str) -> str:
@@ -199,8 +192,8 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
     if not lights:
         raise AirlightError(f"{source}: without a light there is nothing to compare; give --light X,Y")
 
-    def measured(say: Any) -> "Comparison":
-        return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say)
+    def measured(say: Any, work: Any) -> "Comparison":
+        return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say, work=work)
 
     result = _measured(variants, measured)
     return result, _named(source, result.size, "light shafts compared")
@@ -232,5 +225,6 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
         _chosen([text], base, True)
     view = scenes.ComparedView(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
     variants = _chosen(texts, base, True, view.lacks)
-    result = _measured(variants, lambda say: scenes.compare(view, variants, against=o["against"], runs=o["runs"], say=say))
+    options = {"against": o["against"], "runs": o["runs"]}
+    result = _measured(variants, lambda say, work: scenes.compare(view, variants, **options, say=say, work=work))
     return result, _named(source, result.size, "light in the air compared")

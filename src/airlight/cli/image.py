@@ -4,8 +4,8 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import click
-import rich_click
 
+from airlight.cli.help import Command
 from airlight.cli.light import AngleType, LightType
 from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.settings import recalled_preset
@@ -17,24 +17,27 @@ from airlight.cli.shared import (
     choice_option,
     file_option,
     flag_option,
+    format_option,
     option,
     preset_options,
     storage_options,
 )
+from airlight.cli.types import Choice
 
 if TYPE_CHECKING:
     from airlight.jobs.image import ImageRequest
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
+@click.command(cls=Command)
 @click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
-@file_option("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern.")
+@file_option("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern. -: stdout.")
 @option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")
 @option(
     "--light",
     "written",
     panel=LIGHT,
     type=LightType(),
+    metavar="X,Y|auto",
     multiple=True,
     default=("auto",),
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds it, auto:2 the next likely place, "
@@ -102,9 +105,10 @@ if TYPE_CHECKING:
 @option(
     "--debug",
     panel=FILES,
-    type=click.Choice(["source", "mask", "fraction", "lines", "moments"]),
+    type=Choice(["source", "mask", "fraction", "lines", "moments"]),
     help="Write a view instead of the picture: what emits; its mask; the occluded fraction; the epipolar lines; their steps and powers.",
 )
+@format_option
 @storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
@@ -114,7 +118,7 @@ if TYPE_CHECKING:
 @flag_option("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def image(ctx: click.Context, **_: Any) -> int:
-    """Add light shafts to the picture IN, or to many: files, or a numbered sequence such as shot.####.exr."""
+    """Add light shafts to the picture IN, or to many: files, a folder, or a numbered sequence such as shot.####.exr. -: stdin."""
     from airlight.jobs.image import run_image
 
     return 0 if run_image(image_request(ctx)) else 2

@@ -5,12 +5,13 @@ import platform
 from importlib import metadata
 
 import click
-import rich_click
+
+from airlight.cli.help import Command
 
 LIBRARIES = {"wgpu": "wgpu", "numpy": "numpy", "OpenImageIO": "OpenImageIO", "opencolorio": "PyOpenColorIO"}  # distribution: module
 
 
-@click.command(cls=rich_click.RichCommand)
+@click.command(cls=Command)
 def info() -> None:
     """Show adapters, versions, what is missing and how to get it."""
     _line("airlight", _version("airlight"))
@@ -43,7 +44,7 @@ def _adapters() -> list[str]:
     for adapter in found:
         one = adapter.info
         chosen = " (used)" if dict(one) == dict(best) else ""
-        _line("adapter", f"{one['device']}, {one['backend_type']}, {one['adapter_type']}, {one.get('description', '')}{chosen}")
+        _line("adapter", f"{one['device']}, {one['backend_type']}, {one['adapter_type']}, driver: {device.driver_of(one)}{chosen}")
     return []
 
 

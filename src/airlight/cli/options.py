@@ -1,21 +1,23 @@
 """Command-line options made from the declared parameters."""
 
-import difflib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
 import rich_click
+from click.shell_completion import CompletionItem
 
+from airlight.cli.types import Choice
 from airlight.errors import AirlightError
-from airlight.options import NOT_IN_SCENES, Option, declared, presets
+from airlight.messages import nearest
+from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
 from airlight.options.declare import as_text
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-class _Choice(click.Choice[str]):
+class _Choice(Choice):
     """Takes one of the choices of an option, of methods those that there are now; says why a method is none of a picture's."""
 
     def __init__(self, option: Option) -> None:
@@ -39,6 +41,9 @@ class _Numbers(click.ParamType):
         self.of, self.triple, self.words = of, triple, words
         self.name = "r,g,b" if triple else "|".join(("n", *words))
 
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(word) for word in self.words if word.startswith(incomplete)]
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not self.triple:
             if value in self.words:
@@ -46,8 +51,7 @@ class _Numbers(click.ParamType):
             try:
                 return self.of.convert(value, param, ctx)
             except click.BadParameter as error:
-                close = difflib.get_close_matches(str(value), self.words, 1)
-                hint = f"; did you mean {close[0]!r}?" if close else f"; or write {' or '.join(self.words)}"
+                hint = nearest(str(value), self.words, f"; or write {' or '.join(self.words)}")
                 self.fail(error.message.rstrip(".") + hint, param, ctx)
         parts = value if isinstance(value, (tuple, list)) else str(value).split(",")
         if len(parts) not in (1, 3):
@@ -104,14 +108,14 @@ def given(ctx: click.Context, name: str) -> bool:
 def gather(ctx: click.Context, preset: str | None, medium: str | None = None) -> dict[str, Any]:
     """Collect the values that are set: those of `--settings-from`, over them the preset's, the medium's, and those of the command line.
 
-    A medium is lit by march if no method is said. Raises AirlightError.
+    A medium, or an option of one, is lit by march if no method is said. Raises AirlightError.
     """
     options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
     recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = recalled | (presets.load(preset) if preset is not None else {})
     written = {name: ctx.params[name] for name in options if given(ctx, name)}
     if medium is None:
-        return values | written
+        return ({} if of_medium_alone(written) is None else {"method": FOR_MEDIUM}) | values | written
     found = {"method": FOR_MEDIUM} | values | presets.load(medium, presets.MEDIA) | written
     if "medium" not in METHODS[found["method"]].options:
         raise AirlightError(f"--medium means nothing with method {found['method']}: leave it out, or give --method march too")

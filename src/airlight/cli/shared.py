@@ -1,6 +1,7 @@
 """Makes the options that several commands have, and the forms in which options are written."""
 
 import functools
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,8 +10,13 @@ import rich_click
 
 from airlight.cli.options import F
 from airlight.cli.settings import recall
+from airlight.cli.types import Choice, NameOrFile
+from airlight.errors import AirlightError
+from airlight.messages import nearest, nearest_file
 from airlight.options import presets
-from airlight.options.storage import SUBSAMPLING
+from airlight.options.storage import OUTPUTS, SUBSAMPLING
+from airlight.process import standard
+from airlight.scenes import names
 
 
 def _list(kind: str, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -30,12 +36,38 @@ def file_option(name: str, short: str | None, panel: str, help: str, required: b
 
 
 def choice_option(name: str, panel: str, values: Sequence[str], help: str) -> Any:
-    return option(name, panel=panel, help=help, type=click.Choice(values), default=values[0])
+    return option(name, panel=panel, help=help, type=Choice(values), default=values[0])
 
 
 def flag_option(name: str, short: str | None, panel: str | None, help: str) -> Any:
     names = [name] if short is None else [short, name]
     return option(*names, panel=panel, help=help, is_flag=True)
+
+
+def check_source(source: str) -> None:
+    """Raise AirlightError for what is neither a scene, nor a file, nor named like one."""
+    if not (names.is_scene(source) or standard.is_input(source)) and not os.path.lexists(source) and not os.path.splitext(source)[1]:
+        known = (*names.NAMES, *names.VALIDATION)
+        hint = nearest(source, known) or nearest_file(source, f"; scenes are {', '.join(known)}, {', '.join(names.FILES)} files")
+        raise AirlightError(f"{source}: there is no such picture or scene{hint}")
+
+
+def to_stdout(output: str, format: str | None, usual: str = "png") -> str:
+    """Write `-` with the ending of its format, by which a format is told everywhere; other outputs as they are.
+
+    usual: the format that is meant if none is given. Raises AirlightError for a format beside a name.
+    """
+    if output == standard.NAME:
+        return f"{output}.{format or usual}"
+    if format is not None:
+        raise AirlightError(f"--format says how what goes to - is written: {output} says so itself, leave --format out")
+    return output
+
+
+def format_option(command: F) -> F:
+    """Decorator: the option that says the format of outputs whose names do not."""
+    told = "Of outputs to - or in a folder; unset: the input's own, else png."
+    return option("--format", panel=FILES, type=Choice([extension[1:] for extension in OUTPUTS]), help=told)(command)
 
 
 def storage_options(command: F) -> F:
@@ -56,10 +88,21 @@ def storage_options(command: F) -> F:
     subsampling = option(
         "--subsampling",
         panel=FILES,
-        type=click.Choice(SUBSAMPLING),
+        type=Choice(SUBSAMPLING),
         help="Of the colours of JPEG and AVIF. Unset: that of a JPEG that is read; else 4:4:4.",
     )
     return compression(quality(subsampling(command)))
+
+
+def _described(kind: str) -> list[tuple[str, str]]:
+    return [(name, presets.description(name, kind)) for name in presets.names(kind)]
+
+
+PRESET, MEDIUM = (NameOrFile(functools.partial(_described, kind)) for kind in (presets.PRESETS, presets.MEDIA))
+SCENE = NameOrFile(lambda: [(name, "a scene that comes with Airlight") for name in (*names.NAMES, *names.VALIDATION)])
+preset_option = option(
+    "--preset", panel="Presets", type=PRESET, metavar="NAME|FILE.toml", help="Values to start from; options given here go before them."
+)
 
 
 def preset_options(command: F) -> F:
@@ -75,8 +118,7 @@ def preset_options(command: F) -> F:
         help="Repeat the settings, lights included, that a picture or film written by this command holds; "
         "options and presets given here go before them.",
     )
-    preset = option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-    return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
+    return recalling(preset_option(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
 
 
 def file_scene_options(command: F) -> F:
@@ -87,7 +129,7 @@ def file_scene_options(command: F) -> F:
         "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
     )
     up = option(
-        "--up", panel="Scene", type=click.Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
+        "--up", panel="Scene", type=Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
     )
     return clip(scene(up(command)))
 
@@ -97,6 +139,7 @@ def medium_options(command: F) -> F:
     medium = option(
         "--medium",
         panel="Presets",
+        type=MEDIUM,
         metavar="NAME|FILE.toml",
         help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
     )

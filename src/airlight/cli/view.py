@@ -5,17 +5,18 @@ from collections.abc import Sequence
 from typing import Any
 
 import click
-import rich_click
 
 from airlight.cli.compare import SourceLightType
+from airlight.cli.help import Command
 from airlight.cli.light import LightText
-from airlight.cli.options import gather, parameter_options
-from airlight.cli.shared import file_scene_options, medium_options, option
+from airlight.cli.options import gather, given, parameter_options
+from airlight.cli.shared import SCENE, check_source, file_scene_options, medium_options, option, preset_option, to_stdout
 from airlight.errors import AirlightError
+from airlight.options import refuse_medium
 
 
-@click.command(cls=rich_click.RichCommand, context_settings={"show_default": True})
-@click.argument("source", metavar="SCENE|IMAGE", default="table", is_eager=True)  # before --light, which depends on it
+@click.command(cls=Command)
+@click.argument("source", metavar="SCENE|IMAGE", type=SCENE, default="table", is_eager=True)  # before --light, which depends on it
 @option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
 @option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
 @option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
@@ -26,12 +27,13 @@ from airlight.errors import AirlightError
     "written",
     panel="Light",
     type=SourceLightType(),
+    metavar="X,Y|x,y,z",
     multiple=True,
     help='Where the light of a picture is at first: 0.4,0.3 or 50%,20%, with colour and strength as in "0.4,0.2;color=1,0.8,0.6". '
     "Unset: it is found. Of a scene as in `airlight render`: x,y,z or a mesh by name.",
 )
 @file_scene_options
-@option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@preset_option
 @medium_options
 @functools.partial(parameter_options, scenes=True)
 @option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
@@ -57,10 +59,12 @@ def view(
     values = gather(ctx, preset, medium)
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
+    check_source(source)
     from airlight.files import check_output, write_image
     from airlight.scenes import is_scene
 
     if screenshot is not None:
+        screenshot = to_stdout(screenshot, None)
         check_output(screenshot, [source], overwrite)
     try:
         from airlight.viewer import app
@@ -69,6 +73,8 @@ def view(
     of_scene = is_scene(source)
     if not of_scene and (animation, scene_of_file, up) != (None, None, None):
         raise AirlightError("--animation, --scene and --up are for the file of a scene: leave them out for a picture")
+    if not of_scene:
+        refuse_medium(name for name in ctx.params if given(ctx, name))
     more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
     more |= {"animation": animation, "scene": scene_of_file, "up": up}
 

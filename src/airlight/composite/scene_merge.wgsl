@@ -17,6 +17,7 @@ const TABLE = 3u;
 const PICTURE = 0u;
 const OCCLUSION = 1u;           // of a medium: its transmittance
 const LINES = 3u;               // else the source; of a medium: its in-scattered radiance
+const MOST = 65504.0;           // that a half float holds: beyond it drivers write infinity, or no number
 
 @group(0) @binding(0) var<uniform> view: SceneUniforms;
 @group(0) @binding(7) var<storage, read> balance: array<f32>; // balance.wgsl: scale, white
@@ -66,10 +67,10 @@ fn displayed(color: vec3f) -> vec3f {
 fn merge(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let p = vec2i(position.xy);
     let result = composited(p);
-    if (SHOW != PICTURE) { return debug_view(p, result); }
+    if (SHOW != PICTURE) { return min(debug_view(p, result), vec4f(MOST)); }
     if (!ADAPT && !EXPOSE && VIEW == 0u && result.a == 0.0) { return textureLoad(scene, p, 0); }
     var color = result.rgb;
     if (EXPOSE) { color *= view.exposure; }
     if (ADAPT) { color *= ramp_gain(luminance(color), balance[0], balance[1], view.adapt); }
-    return vec4f(displayed(color), 1.0);
+    return vec4f(min(displayed(color), vec3f(MOST)), 1.0);
 }

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest
 
 VIEWS = {"none": 0, "filmic": 1, "agx": 2}  # numbered as in scene_merge.wgsl
 TABLE = 3  # likewise: any other
@@ -67,6 +68,7 @@ def _view(name: str, own: str | None) -> Any:
     if len(found) != 1:
         wrong = "may be one of several views" if found else "is no view transform"
         known = ", ".join([*VIEWS, *(repr(one) for one in found or views)])
+        wrong += nearest(name, () if found else [*VIEWS, *views])
         raise AirlightError(f"--view-transform {name!r} {wrong}; there is {known} (OpenColorIO, {display})")
     try:
         into = ocio.Config.GetProcessorFromBuiltinColorSpace("lin_rec709_scene", config, _scene_space(ocio, config))

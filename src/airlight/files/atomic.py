@@ -12,29 +12,16 @@ from importlib.util import find_spec
 from typing import BinaryIO
 
 from airlight.errors import AirlightError, MachineError
-from airlight.process import temporaries
-
-# Extension: OpenImageIO's format name and the bits that it can hold.
-OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {
-    ".png": ("png", (8, 16)),
-    ".jpg": ("jpeg", (8,)),
-    ".jpeg": ("jpeg", (8,)),
-    ".tif": ("tiff", (8, 16, 32)),
-    ".tiff": ("tiff", (8, 16, 32)),
-    ".webp": ("webp", (8,)),
-    ".exr": ("openexr", (16, 32)),
-    ".hdr": ("hdr", (32,)),
-    ".dpx": ("dpx", (8, 16)),
-    ".jxl": ("jpegxl", (8, 16)),
-    ".avif": ("avif", (8,)),
-}
+from airlight.messages import nearest, nearest_file
+from airlight.options.storage import OUTPUTS
+from airlight.process import standard, temporaries
 
 
 def output_format(path: str) -> tuple[str, tuple[int, ...]]:
     """Look up the format's name and possible bits by the name's extension. Raises AirlightError for an unknown one."""
     extension = os.path.splitext(path)[1].lower()
     if extension not in OUTPUTS:
-        what = f"unknown extension {extension!r}" if extension else "no extension"
+        what = f"unknown extension {extension!r}{nearest(extension, OUTPUTS)}" if extension else "no extension"
         raise AirlightError(f"{path}: {what}; use one of {' '.join(OUTPUTS)}")
     return OUTPUTS[extension]
 
@@ -52,10 +39,13 @@ def check_output(
         raise AirlightError(f"{name!r}: is not a file name; name the output file")
     if image and output_format(name)[0] == "avif" and find_spec("PIL") is None:
         raise AirlightError(f"{name}: writing AVIF needs an extra: pip install airlight[avif]")
+    if standard.is_output(name):
+        standard.claim(image or name.lower().endswith(".mp4"))
+        return
     target = os.path.realpath(name)
     folder = os.path.dirname(target)
     if not os.path.isdir(folder):
-        raise AirlightError(f"{name}: the folder {folder} does not exist; create it first")
+        raise AirlightError(f"{name}: the folder {folder} does not exist{nearest_file(folder, '; create it first')}")
     try:
         there = os.stat(target)
     except FileNotFoundError:
@@ -79,10 +69,16 @@ def check_output(
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator[BinaryIO]:
     """Open a binary file to write to; at the end of the block it becomes `path`, whole, or after an exception nothing is left.
+    Standard output, see `process.standard`, gets all of it then.
 
     Raises MachineError when the disk is full or fails, AirlightError when the target appeared meanwhile.
     """
     name = os.fsdecode(path)
+    if standard.is_output(name):
+        with tempfile.TemporaryFile() as file:
+            yield file
+            standard.send(file)
+        return
     target = os.path.realpath(name)  # a link stays a link
     folder = os.path.dirname(target)
     temporary = ""

@@ -1,7 +1,6 @@
 """Layers of an EXR by their channels' names, in the spellings of renderers; luminance and chroma made R, G, B."""
 
 import contextlib
-import difflib
 import re
 from collections.abc import Sequence
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import spaces
+from airlight.messages import nearest
 
 COLOURS = {"r": "R", "red": "R", "g": "G", "green": "G", "b": "B", "blue": "B", "a": "A", "alpha": "A", "y": "Y"}
 # Last parts of the names that renderers give to the picture itself: Blender, Arnold, V-Ray, RenderMan, Houdini, Unreal, LuxCore, Modo.
@@ -29,6 +29,12 @@ def split(name: str) -> tuple[str, str]:
     if undotted:
         layer, last = undotted.groups()
     return layer, COLOURS.get(last.lower(), last.upper())
+
+
+def legible(text: str) -> str:
+    """Read text as Latin-1 that is not UTF-8, as older programs write it: OpenImageIO gives its bytes as lone surrogates, and takes none
+    back."""
+    return text.encode(errors="surrogateescape").decode("latin-1") if re.search("[\ud800-\udfff]", text) else text
 
 
 def layers(names: Sequence[str], alpha_channel: int, usable: Sequence[bool]) -> dict[str, list[int]]:
@@ -65,9 +71,7 @@ def named(layer: str, found: dict[str, list[int]], path: str) -> str:
     same = [name for name in found if layer.lower() in (name.lower(), name.lower().rpartition(".")[2])]
     if len(same) == 1:
         return same[0]
-    near = difflib.get_close_matches(layer, names, 1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise AirlightError(f"{path}: has no layer {layer!r}{hint}; it has {', '.join(names) or 'none with R, G, B'}")
+    raise AirlightError(f"{path}: has no layer {layer!r}{nearest(layer, names)} (it has {', '.join(names) or 'none with R, G, B'})")
 
 
 def stands_in(found: dict[str, list[int]], path: str) -> str | None:

@@ -3,7 +3,6 @@
 Source: Cryptomatte Specification, 1.2.0.
 """
 
-import difflib
 import json
 import os
 import re
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.messages import close
 
 MOST_MANIFEST = 1 << 26  # bytes of a manifest that lies beside the picture
 _RANK = re.compile(r"(\d\d)\.(r|g|b|a|red|green|blue|alpha)", re.IGNORECASE)
@@ -107,8 +107,8 @@ def coverage(matte: Matte, text: str, plane: Callable[[int], np.ndarray], path: 
     """
     names = _named(matte, text)
     if not names and (matte.manifest or set(text) & set("*?")):
-        close = difflib.get_close_matches(text, matte.manifest, 3, 0.5) or list(matte.manifest)[:8]
-        there = f"it has {', '.join(close)}" + (" ..." if len(matte.manifest) > len(close) else "") if close else "it lists no names"
+        near = close(text, matte.manifest, 3, 0.5) or list(matte.manifest)[:8]
+        there = f"it has {', '.join(near)}" + (" ..." if len(matte.manifest) > len(near) else "") if near else "it lists no names"
         raise AirlightError(f"{path}: its Cryptomatte {matte.name} has no object {text!r}; {there}")
     if not matte.pairs:
         raise AirlightError(f"{path}: lacks the channels {matte.name}00.R ... of its Cryptomatte; write them with the picture")

@@ -11,10 +11,13 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
+from airlight.messages import nearest, nearest_file
+from airlight.process import standard
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
 MAX_CHANNELS = 256
+DAMAGE = ("error", "warn", "ignore")  # what is done with a damaged file
 # The settings of a run in an output's metadata: an attribute of EXR and PNG; in JPEG and TIFF, after MARK, the name of the software.
 SETTINGS, SOFTWARE, MARK = "airlight:settings", "Software", "Airlight "
 
@@ -53,20 +56,22 @@ _FOREIGN = {"raw": extras.decode_raw, "heic": extras.decode_heic, "avif": by_pil
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[tuple[str, bytes]]:
     """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+    there = standard.local(path)
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        if not stat.S_ISREG(os.stat(there).st_mode):
             kind = "a folder" if os.path.isdir(path) else "not a regular file"
             raise AirlightError(f"{path}: is {kind}; give the name of an image file")
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(there, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise AirlightError(f"{path!s}: cannot be read ({reason}); check the name and the permissions") from error
+        hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
+        raise AirlightError(f"{path!s}: cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
         head = os.read(handle, 4096)
         name = f"/proc/self/fd/{handle}"
-        yield (name if os.path.exists(name) else path), head
+        yield (name if os.path.exists(name) else there), head
     finally:
         os.close(handle)
 
@@ -116,6 +121,12 @@ def _sniff(head: bytes, path: str) -> str:
         if head.startswith(magic):
             return name
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
+
+
+def format_of(path: str) -> str:
+    """Tell the format of a picture, damaged or not, by its first bytes. Raises AirlightError for what is none."""
+    with opened(path) as (_, head):
+        return extras.kind(path, head) or _sniff(head, path)
 
 
 def _is_animated(png: str) -> bool:
@@ -210,7 +221,7 @@ def _with_parts(inp: Any, spec: Any, pixels: np.ndarray, parts: int, path: str) 
         name = further.get_string_attribute("oiio:subimagename", str(part))
         view = further.get_string_attribute("view")
         box = [(s.x, s.y, s.width, s.height) for s in (spec, further)]
-        fresh = list(further.channelnames)
+        fresh = [channels.legible(one) for one in further.channelnames]
         if view and default and view != default:
             fresh = [channel if view in channel.split(".") else views.in_view(channel, view) for channel in fresh]
         layered = bool(set(fresh) & set(names))  # then its colours stay together: its alpha is none of the first part's
@@ -248,7 +259,7 @@ def _refusal(path: str) -> str:
     import OpenImageIO as oiio
 
     with contextlib.suppress(UnicodeError, TypeError), _QUIET:  # a name that is not UTF-8
-        if oiio.ImageInput.open(path) is None:
+        if oiio.ImageInput.open(standard.local(path)) is None:
             return problem(oiio)
     return ""
 
@@ -257,8 +268,8 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     """Decode all channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
 
-    if on_damage not in ("error", "warn", "ignore"):
-        raise AirlightError(f"on-damage is {on_damage!r}; use error, warn or ignore")
+    if on_damage not in DAMAGE:
+        raise AirlightError(f"on-damage is {on_damage!r}{nearest(on_damage, DAMAGE)}; use error, warn or ignore")
     oiio.attribute("limits:imagesize_MB", MAX_BYTES >> 20)
     oiio.attribute("limits:resolution", 1 << 20)
     oiio.attribute("limits:channels", MAX_CHANNELS)
@@ -286,6 +297,7 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
                 raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")
         spec = oiio.ImageSpec(inp.spec())
+        spec.channelnames = tuple(channels.legible(one) for one in spec.channelnames)
         text += problem(inp)
         pixels = None
         try:

@@ -1,6 +1,5 @@
 """Choose one plane of a file: a channel, a layer's luminance, or an object of a Cryptomatte."""
 
-import difflib
 import os
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -12,6 +11,7 @@ from airlight.files import channels, cryptomatte, views
 from airlight.files.decode import decode
 from airlight.files.images import Picture, finite, upright
 from airlight.luminance import REC709_F32
+from airlight.messages import nearest
 
 
 def plane_of_picture(picture: Picture, text: str, view: str | None = None) -> np.ndarray:
@@ -87,8 +87,7 @@ def _chosen(text: str, names: Sequence[str], plane: Callable[[int], np.ndarray],
     there = [name for i, name in enumerate(names) if i not in of_mattes and not name.startswith("airlight.")]
     objects = [f"{matte.name}/{name}" for matte in mattes for name in matte.manifest]
     objects += [f"{matte.name}/OBJECT" for matte in mattes if not matte.manifest]
-    close = difflib.get_close_matches(text, [*there, *objects, *(one for matte in mattes for one in matte.manifest)], 1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
+    hint = nearest(text, [*there, *objects, *(one for matte in mattes for one in matte.manifest)])
     more = f" and the objects {', '.join(objects[:4])}{' ...' if len(objects) > 4 else ''}" if objects else ""
     raise AirlightError(f"{path}: has no channel {text!r}, and no such layer or object{hint} (it has {', '.join(there[:8])}{more})")
 

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest_file
 
 MOST = 1_000_000
 _PATTERN = re.compile(r"#+|%0?(\d*)d")
@@ -30,7 +31,8 @@ class Numbered:
         try:
             found = [m for entry in os.listdir(folder or ".") if (m := name.fullmatch(entry))]
         except OSError as error:
-            raise AirlightError(f"{folder}: cannot be read ({error.strerror}); check the name of the folder") from None
+            hint = nearest_file(folder, "; check the name of the folder")
+            raise AirlightError(f"{folder}: cannot be read ({error.strerror}){hint}") from None
         return sorted(int(m[1] + m[2]) for m in found if len(m[2]) == self.digits or not m[2].startswith("0"))
 
 

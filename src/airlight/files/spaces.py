@@ -1,6 +1,5 @@
 """Linear RGB spaces of float pictures: named by an OpenColorIO config, or by chromaticities."""
 
-import difflib
 import os
 from collections.abc import Sequence
 from typing import Any
@@ -9,6 +8,7 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.colour import XYZ_TO_709
+from airlight.messages import close
 
 CONFIG = "ocio://studio-config-latest"  # where $OCIO names none
 D65 = (0.3127, 0.3290)
@@ -84,7 +84,7 @@ def by_name(name: str, own_config: bool = True) -> tuple[np.ndarray | None, tupl
     linear = [n for n in config.getColorSpaceNames() if config.isColorSpaceLinear(n, ocio.REFERENCE_SPACE_SCENE)]
     if space is None:
         names = {n.lower(): n for s in linear for n in (s, *config.getColorSpace(s).getAliases())}
-        near = [names[n] for n in difflib.get_close_matches(name.lower(), names, 3, 0.4)] or linear[:6]
+        near = [names[n] for n in close(name, names, 3, 0.4)] or linear[:6]
         where = "$OCIO" if own else "OpenColorIO's studio config"
         raise AirlightError(f"colorspace {name!r} is not in {where}; the nearest: {', '.join(near)}")
     if space.getName() not in linear:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from airlight.errors import AirlightError, warn
+from airlight.messages import nearest
 
 
 def views_of(spec: Any) -> tuple[str, ...]:
@@ -30,7 +31,7 @@ def layer_of(spec: Any, view: str | None, layer: str | None, path: str) -> str |
         return layer
     if view not in views:
         there = f"it has {', '.join(views)}" if views else "it is of one view: leave --view out"
-        raise AirlightError(f"{path}: has no view {view!r}; {there}")
+        raise AirlightError(f"{path}: has no view {view!r}; {there}{nearest(view, views)}")
     if view == views[0]:
         return layer
     return view if layer is None or layer.lower() == "rgba" else f"{layer}.{view}"

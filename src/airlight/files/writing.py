@@ -13,6 +13,7 @@ from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
 from airlight.errors import AirlightError, warn
 from airlight.files import by_pillow, dpx, views
 from airlight.files.atomic import check_output, output_format, replacing, scratch
+from airlight.files.channels import legible
 from airlight.files.decode import MARK, SETTINGS, SOFTWARE, decode
 from airlight.files.encoding import encode_file, verify
 from airlight.files.images import Picture, upright
@@ -20,6 +21,7 @@ from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, keeps_
 from airlight.files.storage import describe
 from airlight.options.storage import Storage
 from airlight.planes import by_rows
+from airlight.process import standard
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
@@ -320,18 +322,19 @@ def _hand_on(spec: Any, like: Picture, format: str) -> None:
     """Give the spec the input's metadata."""
     room, lost = MOST_TEXT, []
     for item in like.spec.extra_attribs:
-        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # text that is not UTF-8 cannot be handed on
+        with contextlib.suppress(UnicodeError, TypeError, RuntimeError):  # of a kind or with bytes that cannot be handed on
             settings = item.name == SOFTWARE and str(item.value).startswith(MARK)
             if item.name.startswith(_PREFIXES) or item.name in _NAMES or settings or (format != "dpx" and item.name in dpx.STORAGE):
                 continue
             if format != "openexr" and item.name.startswith(_OF_CHANNELS):
                 continue
-            size = len(item.value.encode()) if isinstance(item.value, str) else item.type.size()
+            value = legible(item.value) if isinstance(item.value, str) else item.value
+            size = len(value.encode()) if isinstance(value, str) else item.type.size()
             if format == "jpeg" and size > room:
                 lost.append(item.name)
                 continue
             room -= size
-            spec.attribute(item.name, item.type, item.value)
+            spec.attribute(legible(item.name), item.type, value)
     if lost:
         warn(f"{like.path}: has more metadata than a JPEG can hold; left out: {', '.join(lost[:5])}", 5)
 
@@ -353,8 +356,9 @@ def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -
     if "K" in like.spec.get_string_attribute("jpeg:ColorSpace"):  # CMYK becomes RGB
         return False
     with contextlib.suppress(OSError, AirlightError):  # damaged, or changed since it was read: encoded anew
-        if os.path.getsize(like.path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
-            shutil.copyfile(like.path, memory)
+        path = standard.local(like.path)
+        if os.path.getsize(path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
+            shutil.copyfile(path, memory)
             pixels, spec, _, _ = decode(memory, "error")
             return np.array_equal(upright(pixels, spec.get_int_attribute("Orientation", 1)), codes)
     return False

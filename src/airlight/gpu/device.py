@@ -11,6 +11,8 @@ from typing import Any
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.shader import bindings, load
+from airlight.gpu.slices import current
+from airlight.messages import nearest
 
 CURE = {
     "linux": "install a Vulkan driver; software Vulkan: `sudo apt install mesa-vulkan-drivers libvulkan1`",
@@ -47,6 +49,12 @@ def adapters() -> list[Any]:
     return [a for a in found if a.info["backend_type"] in ("Vulkan", "Metal", "D3D12")]
 
 
+def driver_of(info: Any) -> str:
+    """Name the driver of an adapter and its version, of what wgpu tells of it; not every driver tells a version."""
+    name, version = str(info.get("vendor") or ""), str(info.get("description") or "")
+    return f"{name} {version}".strip() if version else f"{name or 'one without a name'}, which tells no version"
+
+
 class Recording:
     """Records commands, which may also be carried out before all are there, see `pause`."""
 
@@ -60,10 +68,14 @@ class Recording:
     def pause(self) -> None:
         """Submit what was recorded and wait until it is done: between two long passes, so that an interrupt is answered."""
         self.device.submit(self)
-        if "fence" not in self.device.kept:
-            self.device.kept["fence"] = self.device.buffer(size=16)
-        self.device.queue.read_buffer(self.device.kept["fence"])  # waits for all submitted work
+        self.device.wait()
         self._encoder = self.device.device.create_command_encoder()
+
+    def divide(self) -> None:
+        """Submit what was recorded where work is carried out in slices, see `gpu.slices`; elsewhere it stays one piece."""
+        if current():
+            self.device.submit(self)
+            self._encoder = self.device.device.create_command_encoder()
 
 
 class Device:
@@ -106,6 +118,15 @@ class Device:
     @property
     def name(self) -> str:
         return str(self.info.get("device", "unknown"))
+
+    @property
+    def driver(self) -> str:
+        return driver_of(self.info)
+
+    @property
+    def described(self) -> str:
+        """Describe the adapter, its interface and its driver in a line."""
+        return f"{self.name}, {self.info.get('backend_type')}, driver: {self.driver}"
 
     def _module(self, path: str) -> tuple[Any, Any, Any]:
         if path not in self._modules:
@@ -200,7 +221,17 @@ class Device:
         return Recording(self)
 
     def submit(self, encoder: Recording) -> None:
+        """Submit what was recorded; work in slices waits for it, and lets go if its time is over."""
         self.queue.submit([encoder.finish()])
+        if work := current():
+            self.wait()
+            work.pause()
+
+    def wait(self) -> None:
+        """Wait until all that was submitted is done."""
+        if "fence" not in self.kept:
+            self.kept["fence"] = self.buffer(size=16)
+        self.queue.read_buffer(self.kept["fence"])
 
 
 def choose(name: str | None = None) -> Any:
@@ -211,7 +242,9 @@ def choose(name: str | None = None) -> Any:
     if name:
         matching = [a for a in found if name.lower() in f"{a.info['device']} {a.info['backend_type']} {a.info['adapter_type']}".lower()]
         if not matching:
-            raise AirlightError(f"no adapter matches {name!r}: there is " + ", ".join(a.info["device"] for a in found))
+            there = [a.info["device"] for a in found]
+            words = [word for device in there for word in device.replace("(", " ").replace(",", " ").split()]
+            raise AirlightError(f"no adapter matches {name!r}{nearest(name, [*there, *words], ': there is ' + ', '.join(there))}")
         found = matching
     order = {"DiscreteGPU": 0, "IntegratedGPU": 1, "VirtualGPU": 2, "CPU": 3}
     return min(found, key=lambda a: order.get(a.info["adapter_type"], 4))

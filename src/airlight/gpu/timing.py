@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, Recording
 
 
 class Timer:
@@ -90,6 +90,8 @@ def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, ...], lab
     run.set_bind_group(0, bind)
     run.dispatch_workgroups(*counts)
     run.end()
+    if isinstance(encoder, Recording):
+        encoder.divide()
 
 
 def run_ms(device: Device, record: Callable[[Any], None]) -> float:

@@ -3,12 +3,14 @@
 import dataclasses
 import functools
 import json
+import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.jobs.light_text import LightText, found_at, resolved
 from airlight.messages import say
+from airlight.process import standard
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,9 +89,9 @@ def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overw
     from airlight.detect.sheet import draw_candidates
     from airlight.files.sequence import numbered
 
-    if len(sources) != 1 or numbered(sources[0]) is not None:
+    if len(sources) != 1 or numbered(sources[0]) is not None or os.path.isdir(sources[0]):
         raise AirlightError("--candidates shows one picture; name one")
-    is_list = path.lower().endswith(".json")
+    is_list = path.lower().endswith(".json") or path == standard.NAME
     files.check_output(path, list(sources), overwrite, image=not is_list)
     picture = reading.picture(sources[0])
     coarse = picture.rec709(picture.linear(coarse=True))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, MachineError
-from airlight.jobs import doubts, tasks
+from airlight.jobs import doubts, outputs, tasks
 from airlight.jobs.clips import Clips, Settled, looked_at
 from airlight.jobs.finding import resolve_lights, show_candidates
 from airlight.jobs.light_text import LightText, place
@@ -23,6 +23,7 @@ from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
 from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
 from airlight.options.storage import Storage
+from airlight.progress import showing
 from airlight.scatter.methods import check_picture
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class ImageRequest:
     compression: str | None = None
     file_quality: int | None = None
     subsampling: str | None = None
+    format: str | None = None
     overwrite: bool = False
     skip_existing: bool = False
     resume: bool = False
@@ -196,8 +198,12 @@ def run_image(request: ImageRequest) -> bool:
         failed = run(todo, work.read, work.render, work.write)
         say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     else:
-        loaded = work.read(todo[0])
-        work.write(todo[0], loaded, work.render(todo[0], loaded))
+        with showing("reading", 3, is_timed=False) as told:
+            loaded = work.read(todo[0])
+            told.step("rendering")
+            rendered = work.render(todo[0], loaded)
+            told.step("writing")
+            work.write(todo[0], loaded, rendered)
     if request.profile:
         _show_profile(work.spent, work.passes or [])
     return not failed
@@ -206,11 +212,14 @@ def run_image(request: ImageRequest) -> bool:
 def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[PictureTask]], bool]:
     """List what is to be done, and the frames of each clip; tell whether pictures are many; show candidates if they are asked for."""
     r, output = request, str(request.output)
-    todo, clips = tasks.picture_tasks(r.sources, output, r.layer, r.occlusion_fraction, r.mask, r.depth, r.subject, r.frames)
-    many = len(todo) > 1 or bool(clips)
+    named = r.layer, r.occlusion_fraction
+    todo, clips = tasks.picture_tasks(r.sources, output, *named, r.mask, r.depth, r.subject, r.frames, r.format)
+    of_folder = any(os.path.isdir(source) for source in r.sources)
+    many = len(todo) > 1 or bool(clips) or of_folder
     todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)
     r.storage.check(path for task in todo for path in task.outputs)
-    tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
+    with outputs.making((output, *named), of_folder and bool(todo)):
+        tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
     if r.candidates is not None:
         if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
             raise AirlightError(f"{r.candidates}: is named for two outputs; give each a name of its own")
@@ -296,7 +305,7 @@ class _Work:
             return Settled(written, parameters, None, None, bool(written))
         done = self._shone(task, loaded, [place(light, picture) for light in written], parameters, None)
         self.spent.add("render", begun)
-        real = _is_float(task.output, picture)
+        real = outputs.is_float(task.output, picture)
         if written:
             doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell)
         doubts.tell_white(picture, task.output, real, tell)
@@ -308,7 +317,7 @@ class _Work:
         from airlight import pictures
 
         picture, r = loaded.picture, self.request
-        real = _is_float(task.output, picture)
+        real = outputs.is_float(task.output, picture)
         options: dict[str, Any] = {
             "mask": loaded.emits,
             "device": self._where,
@@ -352,7 +361,7 @@ class _Work:
         )
         if self.request.debug is not None:
             if rendered.ndim == 2:
-                _write_data(task.output, rendered, self.overwrite, "")
+                outputs.write_data(task.output, rendered, self.overwrite, "")
             else:
                 files.write_image(task.output, rendered, bare, overwrite=self.overwrite)
             return
@@ -373,7 +382,7 @@ class _Work:
             storage = self.request.storage.of(task.layer)
             files.write_image(task.layer, done.layer, bare, overwrite=self.overwrite, settings=settings, storage=storage)
         if task.fraction is not None and fraction is not None:
-            _write_data(task.fraction, fraction, self.overwrite, settings)
+            outputs.write_data(task.fraction, fraction, self.overwrite, settings)
         self.spent.add("write", begun)
 
 
@@ -393,26 +402,6 @@ def _open_device(name: str | None) -> None:
 
     with contextlib.suppress(Exception):
         open_device(name)
-
-
-def _is_float(path: str, picture: "Picture") -> bool:
-    """Tell whether the output holds more light than white: EXR, HDR, a TIFF made from floats, a DPX of film's codes."""
-    from airlight.files.dpx import is_log_output
-
-    if is_log_output(path, picture):
-        return True
-    return path.lower().endswith((".exr", ".hdr")) or (path.lower().endswith((".tif", ".tiff")) and picture.bits == 32)
-
-
-def _write_data(path: str, values: "np.ndarray", overwrite: bool, settings: str) -> None:
-    """Write numbers 0..1 as grey, code = value, with no transfer curve: as --mask reads them."""
-    import numpy as np
-
-    from airlight import files
-
-    grey = np.repeat(np.clip(values, 0, 1)[..., None], 3, axis=2).astype(np.float32)
-    codes = np.rint(grey * 65535).astype(np.uint16) if path.lower().endswith(".dpx") else np.rint(grey * 255).astype(np.uint8)
-    files.write_image(path, grey, encoded=codes, overwrite=overwrite, settings=settings)
 
 
 class _Spent:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.lights import IMAGE_LIGHT_KINDS, ImageLight, parse_position
+from airlight.messages import nearest
 
 if TYPE_CHECKING:
     from airlight.files import Picture
@@ -92,7 +93,9 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
             else:
-                raise AirlightError(f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S")
+                keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()))
+                wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
+                raise AirlightError(wrong + nearest(name, keys))
         except ValueError:
             raise AirlightError(f"cannot read {part!r} in the light {text!r}: write numbers, as in color=1,0.8,0.6 or strength=2") from None
     return position, known
@@ -112,7 +115,8 @@ def _unit(unit: str, text: str, form: str) -> float:
 
 def _kind(value: str, text: str) -> str:
     if value not in IMAGE_LIGHT_KINDS:
-        raise AirlightError(f"cannot read kind={value} in the light {text!r}: there is {', '.join(IMAGE_LIGHT_KINDS)}")
+        hint = nearest(value, IMAGE_LIGHT_KINDS, f": there is {', '.join(IMAGE_LIGHT_KINDS)}")
+        raise AirlightError(f"cannot read kind={value} in the light {text!r}{hint}")
     return value
 
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from airlight.errors import AirlightError
+from airlight.jobs import outputs
 from airlight.messages import say
+from airlight.process import standard
 
 if TYPE_CHECKING:
     from airlight.files.sequence import Numbered
@@ -88,15 +90,17 @@ def picture_tasks(
     depth: str | None,
     subject: str | None,
     frames: str | None,
+    format: str | None = None,
 ) -> tuple[list[PictureTask], dict[int, list[PictureTask]]]:
     """List what is to be done, and by clip all its frames that there are, in order; none where no sequence is named. Patterns stand for
-    the files that there are, or for `frames`."""
+    the files that there are, or for `frames`; folders for the pictures in them. format: the ending of outputs in a folder."""
     from airlight.files.sequence import frames as read_frames
     from airlight.files.sequence import is_explicit_pattern, numbered
 
     given: list[tuple[int | None, str, int | None]] = []
     clips: dict[int, list[tuple[int, str]]] = {}
-    for source in sources:
+    of_folder = any(os.path.isdir(source) for source in sources)
+    for source in outputs.expanded(sources):
         pattern = numbered(source)
         if pattern is None:
             given.append((None, source, None))
@@ -117,20 +121,26 @@ def picture_tasks(
             return pattern.frame(number)
         if pattern is not None and is_explicit_pattern(target):
             raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
-        if os.path.isdir(target) or target.endswith(("/", os.sep)):
-            return os.path.join(target, os.path.basename(source))
+        if target == standard.NAME and len(given) == 1:
+            return outputs.to_stdout(source, format)
+        if outputs.is_folder(target, of_folder):
+            return outputs.named_in(target, source, format)
+        if format is not None:
+            raise AirlightError(f"--format says how outputs in a folder, or to -, are written: {target} says so itself, leave --format out")
         if len(given) > 1:
             raise AirlightError(f"{target}: {len(given)} pictures do not go into one file; name a folder or a pattern such as out.####.exr")
         return target
 
-    def beside(path: str | None, number: int | None) -> str | None:
+    def beside(path: str | None, number: int | None, source: str) -> str | None:
+        if path is not None and os.path.isdir(path):
+            return outputs.beside(path, source)
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
 
     def task(at: int, number: int | None, source: str, clip: int | None) -> PictureTask:
-        outputs = [place(target, number, source) for target in (output, layer, fraction)]
-        planes = beside(mask, number), beside(depth, number), beside(subject, number)
-        return PictureTask(at, outputs[0] or output, outputs[1], source, outputs[2], *planes, clip=clip)
+        places = [place(target, number, source) for target in (output, layer, fraction)]
+        planes = beside(mask, number, source), beside(depth, number, source), beside(subject, number, source)
+        return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, clip=clip)
 
     found = [task(at, *one) for at, one in enumerate(given)]
     refuse_collisions(found, [task.source for task in found])
@@ -140,10 +150,10 @@ def picture_tasks(
 def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:
     """Raise AirlightError where two outputs, or an output and an input, are one file."""
     seen: dict[str, str] = {}
-    read = {os.path.realpath(path) for path in inputs}
+    read = {os.path.realpath(path) for path in inputs if not standard.is_input(path)}
     for task in todo:
         for path in task.outputs:
-            key = os.path.realpath(path)
+            key = standard.NAME if standard.is_output(path) else os.path.realpath(path)
             if key in read:
                 raise AirlightError(f"{path}: is also an input; choose another output name")
             source = task.source if isinstance(task, PictureTask) else ""

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
 IMAGE_LIGHT_KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # a sun's disc, a window, a bright part, lamps; beyond the border
@@ -61,7 +62,8 @@ class ImageLight:
                 raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
             object.__setattr__(self, name, numbers)
         if self.kind is not None and self.kind not in IMAGE_LIGHT_KINDS:
-            raise AirlightError(f"light kind {self.kind!r}: there is {', '.join(IMAGE_LIGHT_KINDS)}")
+            hint = nearest(str(self.kind), IMAGE_LIGHT_KINDS, f": there is {', '.join(IMAGE_LIGHT_KINDS)}")
+            raise AirlightError(f"light kind {self.kind!r}{hint}")
         if max(abs(v) for v in self.position) > FAR_LIMIT:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         try:

@@ -1,6 +1,7 @@
 // From what emits to the bands of a light's rays: a sum along each line, then means over lines, the wide ones in groups of lines.
 // Twin: reference/look.py:scan. Twin: reference/look.py:smooth. Twin: reference/look.py:low. Twin: reference/look.py:bands.
 //! include "look/rays.wgsl"
+//! include "wgsl/unit_at.wgsl"
 const GROUPS = LINES / COARSE;
 const FIRST_LENGTH = 0.01; // diagonals of weighted path before the picture, on which emission is as at its border
 const FINE = 1.0;
@@ -17,8 +18,7 @@ const FINE = 1.0;
 
 /// Finds the unit direction of a line. Twin: reference/rays.py:direction_of.
 fn direction_of(line: u32) -> vec2f {
-    let angle = rays.start + (f32(line) + 0.5) * (rays.span / f32(LINES));
-    return vec2f(cos(angle), sin(angle));
+    return unit_at(rays.start + (f32(line) + 0.5) * (rays.span / f32(LINES)));
 }
 
 /// Tells whether a point lies in the picture. Twin: reference/rays.py:is_within.

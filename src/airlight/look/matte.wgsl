@@ -20,5 +20,6 @@ fn emit(@builtin(global_invocation_id) id: vec3u) {
     let y = luminance(mean_color(id.xy, size));
     let e = emission(y, rays) * textureSampleLevel(may_emit, bilinear, uv, 0.0).r;
     let level = exp2(log2(max(y, 1e-20)) / 3.0);
-    textureStore(matte, id.xy, vec4f(e * nearness_weight(distance - entry_distance(d / distance, rays)), e, level, 1.0));
+    let near = nearness_weight(distance - entry_distance(d / distance, rays));
+    textureStore(matte, id.xy, vec4f(e * near, e, min(level, 65504.0), 1.0)); // beyond a half some drivers store no number
 }

@@ -16,6 +16,7 @@ import msgspec
 from msgspec import Meta
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest
 from airlight.scatter import methods
 
 RGB = tuple[float, float, float]
@@ -88,6 +89,11 @@ class Option:
         if self.words and self.kind is not str:
             found = found | Literal[self.words]
         return found | None if self.default is None else found
+
+    def cure(self, value: Any) -> str:
+        """Say, to end a message, which word is most like a wrong value, or which there are; nothing of a number."""
+        known = self.choices or self.words
+        return nearest(value, known, f"; use {', '.join(known)}") if known and isinstance(value, str) else ""
 
     def convert(self, value: Any, strict: bool = True) -> Any:
         """Check a value, or with strict False read it from a text. Raises msgspec.ValidationError."""
@@ -171,7 +177,7 @@ class Options(msgspec.Struct, metaclass=_Declaring):
             try:
                 one.convert(value)
             except msgspec.ValidationError as error:
-                raise AirlightError(f"{one.name} = {value!r}: {error}") from None
+                raise AirlightError(f"{one.name} = {value!r}: {error}{one.cure(value)}") from None
 
     @classmethod
     def options(cls) -> tuple[Option, ...]:

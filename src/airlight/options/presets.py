@@ -3,13 +3,11 @@
 There are two kinds, in folders of these names: presets, of any parameters, and media, of a medium's.
 """
 
-import difflib
 import functools
 import json
 import os
 import stat
 import tomllib
-from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,9 @@ from typing import Any
 import msgspec
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest, nearest_file
 from airlight.options import ALL, Medium, build, declared
+from airlight.process import standard
 
 PRESETS, MEDIA = "presets", "media"
 LARGEST = 1 << 20  # bytes; a preset has a few hundred
@@ -47,9 +47,9 @@ def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
     name, known = os.fsdecode(preset), names(kind)
     if name in known:
         return _check(_folder(kind) / f"{name}.toml", kind)
-    if not name.lower().endswith(".toml"):
-        what = _what(kind)
-        raise AirlightError(f"there is no {what} {name!r}{_nearest(name, known)}; use {', '.join(known)} or a .toml file")
+    if not name.lower().endswith(".toml") and not standard.is_input(name):
+        hint = nearest(name, known, f"; use {', '.join(known)} or a .toml file")
+        raise AirlightError(f"there is no {_what(kind)} {name!r}{hint}")
     return _check(Path(name), kind)
 
 
@@ -80,14 +80,13 @@ def written(text: str) -> dict[str, Any]:
         if not equals:
             values |= load(key)
         elif key not in known_as:
-            raise AirlightError(f"unknown key {key!r}{_nearest(key, keys())}")
+            raise AirlightError(f"unknown key {key!r}{nearest(key, keys())}")
         else:
             one, said = known_as[key], value.split("/")
             try:
                 values[key] = one.convert((said * 3 if len(said) == 1 else said) if one.is_triple else value, strict=False)
             except msgspec.ValidationError as error:
-                known = one.choices or one.words
-                rest = f"{_nearest(value, known)}; use {', '.join(known)}" if known else ""
+                rest = one.cure(value)
                 rest += "; write three numbers as 0.1/0.2/0.3, or one" if one.is_triple else ""
                 raise AirlightError(f"{key} = {value!r}: {error}{rest}") from None
     return values
@@ -100,7 +99,7 @@ def _check(path: Path, kind: str) -> dict[str, Any]:
         raise AirlightError(f"{path}: description must be a text")
     for key in values:
         if key not in known:
-            other = "; it is none of a medium's" if key in keys() else _nearest(key, known)
+            other = "; it is none of a medium's" if key in keys() else nearest(key, known)
             raise AirlightError(f"{path}: unknown key {key!r}{other}")
     try:
         built = build(values)
@@ -111,20 +110,17 @@ def _check(path: Path, kind: str) -> dict[str, Any]:
 
 def _read(path: Path, kind: str) -> dict[str, Any]:
     try:
-        status = path.stat()
+        there = Path(standard.local(str(path)))
+        status = there.stat()
         if not stat.S_ISREG(status.st_mode) or status.st_size > LARGEST:
             raise AirlightError(f"{path}: is not a {_what(kind)} (a regular .toml file of at most {LARGEST} bytes)")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(there.read_text(encoding="utf-8"))
     except OSError as error:
-        raise AirlightError(f"{path}: cannot be read ({error.strerror}); give a {_what(kind)}'s name or a .toml file") from None
+        hint = nearest_file(str(path), f"; give a {_what(kind)}'s name or a .toml file")
+        raise AirlightError(f"{path}: cannot be read ({error.strerror}){hint}") from None
     except RecursionError:
         raise AirlightError(f"{path}: is nested too deeply; a {_what(kind)} is a list of key = value lines") from None
     except UnicodeDecodeError:
         raise AirlightError(f"{path}: is not TOML: it is no UTF-8 text") from None
     except ValueError as error:  # not TOML, a NUL in the name, a number of too many digits
         raise AirlightError(f"{path}: is not TOML: {error}") from None
-
-
-def _nearest(word: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""

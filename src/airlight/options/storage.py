@@ -1,12 +1,26 @@
 """Declare options of packing outputs: compression, quality, chroma subsampling."""
 
-import difflib
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest
 
+# Extension: OpenImageIO's format name and the bits that it can hold.
+OUTPUTS: dict[str, tuple[str, tuple[int, ...]]] = {
+    ".png": ("png", (8, 16)),
+    ".jpg": ("jpeg", (8,)),
+    ".jpeg": ("jpeg", (8,)),
+    ".tif": ("tiff", (8, 16, 32)),
+    ".tiff": ("tiff", (8, 16, 32)),
+    ".webp": ("webp", (8,)),
+    ".exr": ("openexr", (16, 32)),
+    ".hdr": ("hdr", (32,)),
+    ".dpx": ("dpx", (8, 16)),
+    ".jxl": ("jpegxl", (8, 16)),
+    ".avif": ("avif", (8,)),
+}
 EXR = ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab", "htj2k32", "htj2k256")
 LOSSY_EXR = ("pxr24", "b44", "b44a", "dwaa", "dwab")
 TIFF = ("none", "lzw", "zip", "packbits")
@@ -43,9 +57,8 @@ class Storage:
         name, _, level = self.compression.partition(":")
         for extensions, possible in (((".exr",), EXR), ((".tif", ".tiff"), TIFF)):
             if kinds & set(extensions) and name not in possible:
-                close = difflib.get_close_matches(name, possible, 1)
-                hint = f"did you mean {close[0]!r}? " if close else ""
-                raise AirlightError(f"--compression {self.compression} is none of {extensions[0]}: {hint}use one of {', '.join(possible)}")
+                hint = nearest(name, possible, f": use one of {', '.join(possible)}")
+                raise AirlightError(f"--compression {self.compression} is none of {extensions[0]}{hint}")
         if level and not (name in ("dwaa", "dwab") and level.replace(".", "", 1).isdecimal()):
             raise AirlightError(f"--compression {self.compression}: only dwaa and dwab take a level, a number from 0, as in dwaa:45")
 

@@ -138,9 +138,9 @@ def _watch(child: int, reader: int, noise: int) -> int:
     signal.setitimer(signal.ITIMER_REAL, 0)
     if code >= 0 and (stopped or names.endswith(b"\0\0") or names == b"\0"):
         return code
-    for name in names.split(b"\0")[:-1]:
+    for name in reversed(names.split(b"\0")[:-1]):  # a folder is announced before what is put into it
         with contextlib.suppress(OSError):
-            os.unlink(name)
+            os.rmdir(name) if os.path.isdir(name) else os.unlink(name)
     if stopped:
         say("stopped; nothing half-written is left")
         return 128 + stopped[0]

@@ -263,7 +263,7 @@ class Prepass:
         private.upload()
         discs = self._aim(camera, projection)
 
-        encoder = self.device.device.create_command_encoder()
+        encoder = self.device.encoder()
         run = encoder.begin_render_pass(**self._attachments(), **timing(timer, "prepass", encoder))
         for role, drawn in found.items():
             if role is VEIL and discs:
@@ -271,7 +271,7 @@ class Prepass:
             for _, pipelines in drawn:
                 pipelines.draw(run, self._states[role])
         run.end()
-        self.device.queue.submit([encoder.finish()])
+        self.device.submit(encoder)
 
     def _attachments(self) -> dict[str, Any]:
         clear = [0.0, 0.0, 0.0]

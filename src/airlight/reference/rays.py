@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from airlight.look.grid import LINES, RADII, Array
+from airlight.reference.angles import unit_at
 
 
 def direction_of(line: Array, start: float, span: float) -> Array:
     """Find the unit direction (..., 2) of lines of a light."""
-    angle = start + (line + 0.5) * span / LINES
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return unit_at(start + (line + 0.5) * span / LINES)
 
 
 def is_within(p: Array, box: Any) -> Array:

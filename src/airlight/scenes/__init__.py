@@ -3,6 +3,8 @@
 import os
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest, nearest_file
+from airlight.process import standard
 from airlight.scenes.names import A_FILE, MESHES, NAMES, VALIDATION, is_scene
 from airlight.scenes.stage import Stage
 
@@ -51,8 +53,9 @@ def open_scene(
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)
-    if not is_scene(name):
-        raise AirlightError(f"{name}: is not a scene; give table, flying, or {A_FILE}")
+    if not is_scene(name) and not standard.is_input(name):
+        hint = "" if os.path.lexists(name) else nearest(name, (*NAMES, *VALIDATION)) or nearest_file(name)
+        raise AirlightError(f"{name}: is not a scene{hint or f'; give table, flying, or {A_FILE}'}")
     if name.lower().endswith(MESHES):
         try:
             from airlight.scenes.meshfiles import load as meshfiles

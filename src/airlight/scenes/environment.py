@@ -15,6 +15,7 @@ import numpy as np
 from airlight.colour import srgb_encode
 from airlight.errors import AirlightError
 from airlight.luminance import REC709
+from airlight.messages import nearest
 from airlight.planes import block_means
 
 if TYPE_CHECKING:
@@ -196,7 +197,9 @@ def load_environment(name_or_path: str) -> Environment:
     if path in SHIPPED:
         path = str(resources.files("airlight") / "data" / "scenes" / f"{path}.exr")
     elif not path.lower().endswith((".exr", ".hdr")):
-        raise AirlightError(f"{path}: is not an environment; give {', '.join(SHIPPED)}, none, or an .exr or .hdr file")
+        known = (*SHIPPED, "none")
+        hint = nearest(path, known, f"; give {', '.join(known)}, or an .exr or .hdr file")
+        raise AirlightError(f"{path}: is not an environment{hint}")
     picture = read_image(path)
     if not 1.9 <= picture.width / picture.height <= 2.1 or picture.width < 16:
         raise AirlightError(f"{path}: {picture.width}x{picture.height} is not equirectangular; give a picture twice as wide as high")

@@ -2,7 +2,6 @@
 
 import contextlib
 import dataclasses
-import difflib
 import math
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,6 +14,7 @@ import pygfx as gfx
 from airlight.colour import srgb_decode
 from airlight.errors import AirlightError, warn
 from airlight.lights.punctual import Triple
+from airlight.messages import nearest
 from airlight.pygfx import SceneLight
 from airlight.scenes.exposure import PHYSICAL_CANDELA, PHYSICAL_LUX
 from airlight.scenes.gltf.materials import broken_driver, spare_maps
@@ -194,8 +194,7 @@ def named(scene: Any, name: str, option: str) -> list[Any]:
         if thing.name:
             found.setdefault(thing.name, []).append(thing)
     if name not in found:
-        close = difflib.get_close_matches(name, found, 1)
-        hint = f"; did you mean {close[0]!r}?" if close else f"; there is {', '.join(list(found)[:NAMES_TOLD]) or 'nothing with a name'}"
+        hint = nearest(name, found, f"; there is {', '.join(list(found)[:NAMES_TOLD]) or 'nothing with a name'}")
         raise AirlightError(f"{option} {name}: the scene has no object of that name{hint}")
     return found[name]
 

@@ -17,19 +17,19 @@ from airlight.scatter.methods import METHODS, check_picture
 from airlight.scenes import is_scene
 from airlight.viewer import controls
 from airlight.viewer import state as st
+from airlight.viewer.errands import Errands
+from airlight.viewer.following import Following
+from airlight.viewer.frames import AT_ONCE, IN_SLICES, Pace
+from airlight.viewer.marks import DOT, EDGE, Marks
 from airlight.viewer.saving import Saving
 from airlight.viewer.state import LightControl, ViewerState
 
 SIZE = (1280, 720)
 TITLE = "Airlight"
-LONGEST_STEP = 0.25  # s that time goes on between two frames at most
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "key_down", "key_up")
 WAKING = (*EVENTS, "char", "pointer_enter", "pointer_leave", "resize")  # by name: those of "*" come after the panel, which stops events
 LINGER = 3  # frames after an event, in which the panel follows it
 DOUBLE = 0.7  # s within which two clicks may be a double one
-DOT = 9  # logical px, the radius of a candidate's ring
-APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
-EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 SPLIT = 7  # logical px beside the split within which it is taken hold of
 MISSING = "pip install airlight[viewer]"
 
@@ -55,6 +55,7 @@ class Viewer:
         scene: str | None = None,
         up: str | None = None,
         lamps: Sequence[str] = (),
+        pace: Pace = IN_SLICES,
     ) -> None:
         from airlight.viewer.panel import Panel
 
@@ -63,13 +64,14 @@ class Viewer:
         self._lamps = lamps  # of that too
         self.device = shared_device(device)
         self.scene: Any = None
+        self.errands: Any = None
         self.picture: Any = None
         self.read: Any = None  # the picture as it was read
         self.dragging: int | str | None = None
         self.saving: Saving | None = None
         self.adapter = device
         self.linger = LINGER
-        self.last: float | None = None
+        self.following: Any = None
         path = source if isinstance(source, str) else source.path
         self.state = ViewerState(source=path, is_image=not isinstance(source, str) or not is_scene(source))
         if values and self.state.is_image:
@@ -82,9 +84,11 @@ class Viewer:
             check_picture(self.state.parameters.method)
         self.open(source, lights)
         context = canvas.get_wgpu_context()
-        self.format: str = context.get_preferred_format(self.device.device.adapter)
+        self.following = Following(self, context.get_preferred_format(self.device.device.adapter), pace)
         self.panel = Panel(self.device.device, canvas, self.state)
-        self.panel.overlay = self._marks
+        self.marks = Marks(self)
+        self.panel.overlay = self.marks.draw
+        self.errands = Errands(self)
         canvas.add_event_handler(self._woken, *WAKING, order=-100)  # before the panel's
         canvas.add_event_handler(self._handle, *EVENTS, order=-50)
         canvas.request_draw(self.draw)
@@ -99,6 +103,8 @@ class Viewer:
         state = self.state
         before = state.parameters.method
         path = source if isinstance(source, str) else source.path
+        if self.following is not None:
+            self.following.drop()
         if not isinstance(source, str) or not is_scene(path):
             from airlight.jobs.light_text import found_at
             from airlight.viewer.picture import PictureView
@@ -129,6 +135,8 @@ class Viewer:
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))
         state.doubt = ""
+        if self.errands is not None:
+            self.errands.opened()
         st.tell(state, "")
         if state.is_image and METHODS[before].lights_medium:
             st.tell(state, f"method {before} is for scenes: this picture is shown without it")
@@ -151,97 +159,28 @@ class Viewer:
     def draw(self) -> None:
         """Draw one frame: called by the canvas."""
         state = self.state
-        self._serve_requests()
+        self.errands.serve()
         self._follow_saving()
         width, height = self.canvas.get_physical_size()
         if width < 2 or height < 2:
             return
         state.size = (width, height)
-        now = time.perf_counter()
-        step = 0.0 if self.last is None else min(now - self.last, LONGEST_STEP)
-        self.last = now
-        if state.playing and state.duration:
-            state.time = (state.time + step) % state.duration
-        hurried = self.dragging is not None or self.panel.busy
-        again = False
         try:
-            if self.picture is not None:
-                again = self._draw_picture(hurried)
-            else:
-                again = self.scene.update(state, step)
-                self.scene.show(state)
+            again = self.following.go_on()
         except AirlightError as error:
             st.tell(state, str(error), error=True)
-            if self.picture is not None and self.picture.pair is not None:
-                self._show_picture()
+            again = False
+        self.following.frames.lay(self.canvas.get_wgpu_context().get_current_texture().create_view())
         self.panel.render()
+        self.errands.history.follow(state, self.dragging is not None or self.panel.busy)
         self.linger -= 1
-        settling = not state.is_image and state.composite.adapt > 0
-        if again or hurried or self.linger > 0 or state.requests or (state.playing and state.duration) or settling:
+        if again or self.hurried or self.linger > 0 or state.requests:
             self.canvas.request_draw()
 
-    def _draw_picture(self, hurried: bool) -> bool:
-        from airlight.viewer.picture import fitted
-
-        again: bool = self.picture.update(self.state, hurried, fitted(self.picture.size, self.room())[2:])
-        self._show_picture()
-        return again
-
-    def _show_picture(self) -> None:
-        from airlight.viewer.picture import fitted
-
-        target = self.canvas.get_wgpu_context().get_current_texture().create_view()
-        self.picture.show(self.state, target, self.format, fitted(self.picture.size, self.room()))
-
-    def _marks(self, draw: Any) -> None:
-        """Draw the lights and the split over the picture."""
-        from imgui_bundle import imgui
-
-        state, area = self.state, self.area()
-        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
-        for i, dot in self.dots():
-            mark, away = controls.clamped(dot, self.area(), EDGE)
-            draw.add_circle_filled(mark, DOT, dark)
-            draw.add_circle(mark, DOT, light, 0, 1.2)
-            size = imgui.calc_text_size(str(i + 1))
-            draw.add_text((mark[0] - size.x / 2, mark[1] - size.y / 2), light, str(i + 1))
-            _arrow(draw, mark, away, DOT, light)
-        for i, at in enumerate(self.marks()):
-            if at is not None:
-                mark, away = controls.clamped(at, self.picture_room(), EDGE) if state.is_image else (at, None)
-                radius = 8 if self.dragging == i else 6
-                draw.add_circle(mark, radius, dark, 0, 3.5)
-                draw.add_circle(mark, radius, light, 0, 1.5)
-                _arrow(draw, mark, away, radius, light)
-        if state.is_image and state.split is not None and state.is_lit and not state.debug:
-            x = area[0] + state.split * area[2]
-            draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
-            draw.add_line((x, area[1]), (x, area[1] + area[3]), light, 1)
-            draw.add_circle_filled((x, area[1] + area[3] / 2), 6, light)
-            draw.add_text((x - 50, area[1] + 8), light, "before")
-            draw.add_text((x + 10, area[1] + 8), light, "after")
-
-    def marks(self) -> list[tuple[float, float] | None]:
-        """Find where the lights that can be dragged are on the canvas, logical px."""
-        state, area = self.state, self.area()
-        if self.picture is not None:
-            return [controls.to_canvas(control.position, area) for control in state.lights]
-        marks: list[tuple[float, float] | None] = self.scene.marks(state, area)
-        return marks
-
-    def picture_room(self) -> controls.Area:
-        """Find where the picture is, logical px, and what is free above, below and beside it."""
-        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in self.room())
-        return x, y, width, height
-
-    def dots(self) -> list[tuple[int, tuple[float, float]]]:
-        """List the candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
-        state = self.state
-        if self.picture is None or not state.candidates_shown or self.dragging is not None or not state.is_smart:
-            return []
-        places = [control.position for control in state.lights]
-        free = [(i, c) for i, c in enumerate(state.candidates) if all(np.hypot(*np.subtract(c.position, p)) > APART for p in places)]
-        return [(i, controls.to_canvas(c.position, self.area())) for i, c in free]
+    @property
+    def hurried(self) -> bool:
+        """Tell whether something is dragged, or the panel is used."""
+        return self.dragging is not None or self.panel.busy
 
     # what the user does
 
@@ -269,6 +208,7 @@ class Viewer:
             return
         if self.picture is None and self.dragging is None and self.scene is not None:
             self.scene.handle(event)
+            self.following.stirred |= kind != "pointer_move" or bool(event.get("buttons"))
         beside = at[0] >= self.panel.width  # the panel lets double clicks through
         again = time.perf_counter() - self.taken < DOUBLE
         if kind == "double_click" and beside and state.is_image and len(state.lights) == 1 and not again:
@@ -282,8 +222,8 @@ class Viewer:
         state = self.state
         if key == " " and state.is_image:
             state.held = is_down
-        elif is_down and key == "s" and ("Control" in modifiers or "Meta" in modifiers) and state.is_image:
-            state.requests.append(("save", ""))
+        elif is_down and self.errands.key(key, modifiers):
+            pass
         elif is_down and key == "h":
             self.panel.visible = not self.panel.visible
         elif is_down and key == "b" and state.is_image:
@@ -291,10 +231,10 @@ class Viewer:
 
     def _grabbed(self, at: tuple[float, float]) -> int | str | None:
         area, state = self.area(), self.state
-        marks: Sequence[tuple[float, float] | None] = self.marks()
-        dots = self.dots()
+        marks: Sequence[tuple[float, float] | None] = self.marks.lights()
+        dots = self.marks.dots()
         if state.is_image:
-            room = self.picture_room()
+            room = self.marks.room()
             marks = [None if mark is None else controls.clamped(mark, room, EDGE)[0] for mark in marks]
             number = controls.nearest(at, [controls.clamped(dot, self.area(), EDGE)[0] for _, dot in dots], DOT + 2)
             if number is not None:
@@ -319,32 +259,7 @@ class Viewer:
         elif isinstance(self.dragging, int):
             st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
 
-    def _serve_requests(self) -> None:
-        state = self.state
-        requests, state.requests = state.requests, []
-        for request, argument in requests:
-            try:
-                if request == "open":
-                    self.open(argument)
-                elif request == "screenshot":
-                    st.tell(state, f"{self.screenshot()} saved")
-                elif request == "save":
-                    self._save()
-                elif request == "copy":
-                    self._copy(argument)
-            except AirlightError as error:
-                st.tell(state, str(error), error=True)
-
-    def _copy(self, text: str) -> None:
-        """Put text on the clipboard, where the canvas is a window; elsewhere the panel's line is there to be copied."""
-        st.tell(self.state, "the command stands below its button")
-        if type(self.canvas).__module__ == "rendercanvas.glfw":
-            import glfw
-
-            glfw.set_clipboard_string(None, text)  # type: ignore[arg-type]
-            st.tell(self.state, "the command is in the clipboard")
-
-    def _save(self) -> None:
+    def save(self) -> None:
         """Begin to write the whole picture with its shafts as a new file."""
         if self.saving is not None:
             st.tell(self.state, f"{self.saving.path} is still being saved")
@@ -363,6 +278,7 @@ class Viewer:
     def screenshot(self) -> str:
         """Write what is shown, without the panel, as a new numbered PNG, and return its name. Raises AirlightError, MachineError."""
         stem = os.path.splitext(os.path.basename(self.state.source))[0] or "airlight"
+        self.following.settle()
         number = 1
         while os.path.lexists(name := os.path.join(self.folder, f"{stem}-{number:04d}.png")):
             number += 1
@@ -371,15 +287,6 @@ class Viewer:
         else:
             write_image(name, self.scene.pixels_shown())
         return os.path.normpath(name)
-
-
-def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
-    """Draw a tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
-    if away is None:
-        return
-    (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
-    sides = [(x + base * dx + 5 * s * dy, y + base * dy - 5 * s * dx) for s in (-1, 1)]
-    draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
 
 
 def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any]) -> Any:
@@ -424,7 +331,8 @@ def offscreen(make: Any, frames: int = 8) -> Any:
     from rendercanvas.offscreen import RenderCanvas
 
     canvas = RenderCanvas(size=SIZE)
-    make(canvas).state.playing = False  # the same picture each time
+    viewer = make(canvas)
+    viewer.state.playing, viewer.following.frames.pace = False, AT_ONCE  # the same picture each time
     for _ in range(frames):
         pixels = canvas.draw()
     return np.asarray(pixels)

@@ -8,22 +8,24 @@ and encoded anew before rendercanvas sees them. The first client steers, the oth
 import asyncio
 import contextlib
 import errno
+import functools
 import hmac
 import ipaddress
-import math
 import secrets
 import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
 from importlib.resources import files
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
 from airlight.errors import AirlightError, warn
 from airlight.process.supervisor import STOPS
+from airlight.viewer.client_messages import Feedback, Paste, decode_message
+from airlight.viewer.upload import MOST_FILE, PATH, PageDesktop
 
 if TYPE_CHECKING:
     import uvicorn
@@ -33,7 +35,6 @@ SIZE = (1280, 720)  # until the first client tells its own
 MOST_CLIENTS = 8
 MOST_BYTES = 16 * 1024  # of a message
 RATE, BURST = 240, 480  # messages a second, and how many at once; our page sends at most about 200 a second
-MOST_PIXELS, MOST_SIDE = 3840 * 2160, 4096  # of the canvas, physical
 PATIENCE = 10.0  # s that a client may take to acknowledge a frame
 CLOSE_TIME = 0.5  # s for closing a connection
 SHUTDOWN = 0.3  # s for all clients when the program ends
@@ -53,139 +54,19 @@ HEADERS = [
     (b"cross-origin-opener-policy", b"same-origin"),
 ]
 
-# What a client may say. Anything else is dropped: other types (close, and what rendercanvas means for itself, with a "_"), other fields.
-
-Button = Annotated[int, msgspec.Meta(ge=0, le=6)]
-Buttons = Annotated[list[Button], msgspec.Meta(max_length=6)]
-Modifiers = Annotated[list[Literal["Alt", "Control", "Meta", "Shift"]], msgspec.Meta(max_length=4)]
-Word = Annotated[str, msgspec.Meta(max_length=32)]
-
-
-class _Message(msgspec.Struct, tag_field="type", forbid_unknown_fields=True):
-    timestamp: float
-
-
-class _At(_Message):
-    x: float
-    y: float
-    modifiers: Modifiers
-
-
-class _Pointer(_At):
-    button: Button
-    buttons: Buttons
-    ntouches: Literal[0] = 0
-    touches: Annotated[dict[str, None], msgspec.Meta(max_length=0)] = {}
-
-
-class _Down(_Pointer, tag="pointer_down"):
-    pass
-
-
-class _Up(_Pointer, tag="pointer_up"):
-    pass
-
-
-class _Move(_Pointer, tag="pointer_move"):
-    pass
-
-
-class _Enter(_Pointer, tag="pointer_enter"):
-    pass
-
-
-class _Leave(_Pointer, tag="pointer_leave"):
-    pass
-
-
-class _Double(_At, tag="double_click"):
-    button: Button
-    buttons: Buttons
-
-
-class _Wheel(_At, tag="wheel"):
-    dx: float
-    dy: float
-    buttons: Buttons
-
-
-class _Key(_Message):
-    key: Word
-    modifiers: Modifiers
-
-
-class _KeyDown(_Key, tag="key_down"):
-    pass
-
-
-class _KeyUp(_Key, tag="key_up"):
-    pass
-
-
-class _Char(_Message, tag="char"):
-    data: Word | None
-    is_composing: bool
-    input_type: Word
-
-
-class _Resize(_Message, tag="resize"):
-    width: float
-    height: float
-    pwidth: float
-    pheight: float
-    ratio: float
-
-
-class _Feedback(_Message, tag="_framefeedback"):
-    index: int
-    localtime: float
-
-
-ClientMessage = _Down | _Up | _Move | _Enter | _Leave | _Double | _Wheel | _KeyDown | _KeyUp | _Char | _Resize | _Feedback
-_DECODER = msgspec.json.Decoder(ClientMessage)
-_SPANS = {
-    **dict.fromkeys(("x", "y"), (-2.0 * MOST_SIDE, 2.0 * MOST_SIDE)),
-    **dict.fromkeys(("dx", "dy"), (-10_000.0, 10_000.0)),
-    **dict.fromkeys(("timestamp", "localtime"), (0.0, 1e10)),
-    "ratio": (0.1, 10.0),
-}
-
-
-def decode_message(text: str) -> ClientMessage | None:
-    """Decode a client's message, its numbers clamped; None where it is none that a client may send."""
-    try:
-        message: ClientMessage = _DECODER.decode(text)
-    except (msgspec.DecodeError, UnicodeError, RecursionError):
-        return None
-    for name in message.__struct_fields__:
-        if name in _SPANS:
-            low, high = _SPANS[name]
-            setattr(message, name, min(max(getattr(message, name), low), high))
-    if isinstance(message, _Resize):
-        _bound(message)
-    return message
-
-
-def _bound(size: _Resize) -> None:
-    """Give too large a canvas fewer pixels a point: the points stay, and so the pointer's coordinates."""
-    width, height = (min(max(v, 1.0), 1e6) for v in (size.pwidth, size.pheight))
-    shrunk = min(1.0, MOST_SIDE / max(width, height), math.sqrt(MOST_PIXELS / (width * height)))
-    size.pwidth, size.pheight = (max(1, math.floor(v * shrunk)) for v in (width, height))
-    size.ratio *= shrunk
-    size.width, size.height = size.pwidth / size.ratio, size.pheight / size.ratio
-
-
 class _Sent(msgspec.Struct):
     """Holds what matters of a message to a client."""
 
     type: str
     index: int = 0
+    value: Any = None
 
 
 class _Client:
     """Serves one websocket: passes its messages to rendercanvas, filtered, and counts the frames on their way to it."""
 
-    def __init__(self, app: Any, scope: Any, receive: Any, send: Any) -> None:
+    def __init__(self, app: Any, desktop: PageDesktop, scope: Any, receive: Any, send: Any) -> None:
+        self.desktop, self.is_active = desktop, False
         self.app, self.scope, self.take, self.give = app, scope, receive, send
         self.inbox: asyncio.Queue[Any] = asyncio.Queue(maxsize=16)
         self.sent = self.confirmed = 0
@@ -222,12 +103,15 @@ class _Client:
             if not self._may_speak():
                 return 1008, "too many messages"
             message = decode_message(event.get("text") or "")
-            if isinstance(message, _Feedback):
+            if isinstance(message, Feedback):
                 if not self.confirmed < message.index <= self.sent:
                     continue
                 self.confirmed = message.index
                 self._wait(PATIENCE if self.confirmed < self.sent else None)
-            if message is not None:
+            if isinstance(message, Paste):
+                if self.is_active:
+                    self.desktop.clipboard = message.text
+            elif message is not None:
                 await self.inbox.put({"type": "websocket.receive", "text": msgspec.json.encode(message).decode()})
 
     def _may_speak(self) -> bool:
@@ -248,17 +132,22 @@ class _Client:
                 if self.sent == self.confirmed:
                     self._wait(PATIENCE)
                 self.sent = message.index
+            elif message.type == "active":
+                self.is_active = message.value is True
         await self.give(event)
+        if self.is_active and "text" in event and message.type == "active":
+            told = {"type": "key", "value": self.desktop.grant(), "most": MOST_FILE}
+            await self.give({"type": "websocket.send", "text": msgspec.json.encode(told).decode()})
 
 
 class Guard:
     """Guards rendercanvas' own ASGI application, `app`.
 
-    loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name.
+    loopback: whether it listens to this machine only; host: as the user gave it; port: for the cookie's name; desktop: takes files.
     """
 
-    def __init__(self, app: Any, renderview: str, host: str, port: int, loopback: bool) -> None:
-        self.app, self.loopback = app, loopback
+    def __init__(self, app: Any, renderview: str, host: str, port: int, loopback: bool, desktop: PageDesktop | None = None) -> None:
+        self.app, self.loopback, self.desktop = app, loopback, desktop or PageDesktop()
         self.token, self.secret = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.cookie = f"airlight-{port}"  # browsers share cookies among the ports of a host
         own = socket.gethostname().lower()
@@ -269,19 +158,18 @@ class Guard:
             "/": ("text/html", page.joinpath("index.html").read_bytes()),
             "/view.css": ("text/css", page.joinpath("view.css").read_bytes()),
             "/view.js": ("text/javascript", page.joinpath("view.js").read_bytes()),
+            "/files.js": ("text/javascript", page.joinpath("files.js").read_bytes()),
             "/renderview.js": ("text/javascript", renderview.encode()),
         }
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         if scope["type"] == "http":
-            await self._answer(scope, send)
+            await (self._take(scope, receive, send) if scope["path"] == PATH else self._answer(scope, send))
         elif scope["type"] == "websocket":
             await self._connect(scope, receive, send)
 
     async def _connect(self, scope: Any, receive: Any, send: Any) -> None:
-        host = _header(scope, b"host")
-        ours = self.allows_host(host) and _header(scope, b"origin") == f"http://{host}"
-        if scope["path"] != PAGE or not ours or not self._is_known(scope):
+        if scope["path"] != PAGE or not self._is_ours(scope):
             await send({"type": "websocket.close"})  # before it is accepted: 403
             return
         if self.clients >= MOST_CLIENTS:
@@ -290,9 +178,24 @@ class Guard:
             return
         self.clients += 1
         try:
-            await _Client(self.app, scope, receive, send).run()
+            await _Client(self.app, self.desktop, scope, receive, send).run()
         finally:
             self.clients -= 1
+
+    async def _take(self, scope: Any, receive: Any, send: Any) -> None:
+        """Take a file from our page."""
+        if scope["method"] != "POST":
+            await _reply(send, 405, "A file is sent here by POST.\n")
+        elif not self._is_ours(scope):
+            await _reply(send, 403, "Files are taken from the page that Airlight serves, and from no other.\n")
+        else:
+            status, line = await self.desktop.take(functools.partial(_header, scope), receive)
+            await _reply(send, status, line and f"{line}\n", headers=[(b"connection", b"close")] if status != 200 else ())
+
+    def _is_ours(self, scope: Any) -> bool:
+        """Tell whether a request comes from our own page, which has the cookie."""
+        host = _header(scope, b"host")
+        return self.allows_host(host) and _header(scope, b"origin") == f"http://{host}" and self._is_known(scope)
 
     async def _answer(self, scope: Any, send: Any) -> None:
         token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
@@ -406,7 +309,8 @@ async def _serve(
 
     bound, port = listening.getsockname()[:2]
     loopback = ipaddress.ip_address(bound.partition("%")[0]).is_loopback
-    guard = Guard(remote.asgi, remote.RENDERVIEW, host, port, loopback)
+    desktop = PageDesktop()
+    guard = Guard(remote.asgi, remote.RENDERVIEW, host, port, loopback, desktop)
     server = Server(_config(uvicorn, guard, remote.Door, remote.Socket))
 
     def stop(*_: Any) -> None:
@@ -417,7 +321,7 @@ async def _serve(
             ours.call_soon_threadsafe(canvas.close)  # after the frame that is being drawn; none follows
 
     ours = asyncio.get_running_loop()
-    canvas = remote.RemoteCanvas(SIZE, TITLE, stop)
+    canvas = remote.RemoteCanvas(SIZE, TITLE, stop, desktop)
     try:
         await asyncio.sleep(0)  # in which rendercanvas' loop starts, and handles signals
         _handle(handlers)  # Ctrl-C ends `start` as it would end anything
@@ -436,6 +340,7 @@ async def _serve(
     finally:
         canvas.close()
         remote.loop.stop(force=True)
+        desktop.close()
 
 
 def _config(uvicorn: Any, guard: Guard, http: Any, ws: Any) -> "uvicorn.Config":

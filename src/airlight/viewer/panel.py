@@ -4,40 +4,45 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import imgui_bundle
 from imgui_bundle import imgui
 from wgpu.utils.imgui import ImguiRenderer
 
 from airlight.lights import IMAGE_LIGHT_KINDS
-from airlight.options import Option, presets
+from airlight.options import presets
 from airlight.viewer import state as st
+from airlight.viewer.command import as_text, command_line
+from airlight.viewer.rows import Rows
 from airlight.viewer.state import ViewerState
+from airlight.viewer.style import set_style
 
 WIDTH = 344  # logical px
-LABEL = 104
 FIRST = ("shafts", "medium")  # groups that stand at the top, open
 TITLES = {"scene": "Shafts in the scene", "look": "Look"}
 AUTO = "auto"  # a kind of light that is told by what is there
-HINT = "Drag the ring. Space: before. Ctrl+S: save."
+HINT = "Drag the ring. Space: before. Ctrl+S: save. Ctrl+Z: undo."
 DIM = (0.55, 0.58, 0.62, 1.0)
 OWN = "own"  # a medium that is none of those that come with Airlight
-ACCENT = (0.96, 0.70, 0.28)
-Rect = tuple[float, float, float, float]
 
 
-class Panel:
-    """Draws the panel of a state onto a canvas, over what is there; `places` holds where each widget lies, (x0, y0, x1, y1) logical px."""
+class Panel(Rows):
+    """Draws the panel of a state onto a canvas, over what is there."""
 
     def __init__(self, device: Any, canvas: Any, state: ViewerState) -> None:
-        self.state = state
-        self.places: dict[str, Rect] = {}
+        super().__init__(state)
         self.visible = True
         self.listing = False  # whether a list or a palette is open, which may reach beyond the panel
         self.overlay: Callable[[Any], None] = lambda draw: None  # draws on the picture, below the panel
         self.renderer = ImguiRenderer(device, canvas)
         self.renderer.set_gui(self._draw)
         imgui.set_current_context(self.renderer.imgui_context)
-        _style()
+        set_style()
+
+    def use_clipboard(self, copy: Callable[[str], Any], paste: Callable[[], str]) -> None:
+        """Let the panel's text fields copy to, and paste from, the clipboard that there is."""
+        imgui.set_current_context(self.renderer.imgui_context)
+        platform = imgui.get_platform_io()
+        platform.platform_set_clipboard_text_fn = lambda _, text: copy(text)
+        platform.platform_get_clipboard_text_fn = lambda _: paste()
 
     @property
     def width(self) -> float:
@@ -57,56 +62,6 @@ class Panel:
         """Decide whose a press is: Dear ImGui would go by where the pointer was in the last frame, which may be long ago."""
         if not self.listing:
             self.renderer.backend.io.want_capture_mouse = bool(at[0] < self.width)
-
-    # the pieces of a row
-
-    def _seen(self, name: str) -> None:
-        low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-        self.places[name] = (low.x, low.y, high.x, high.y)
-
-    def _label(self, text: str, about: str = "") -> None:
-        imgui.align_text_to_frame_padding()
-        imgui.text_unformatted(text)
-        if about and imgui.is_item_hovered(imgui.HoveredFlags_.delay_normal):
-            imgui.push_text_wrap_pos(320)
-            imgui.set_tooltip(about)
-            imgui.pop_text_wrap_pos()
-        imgui.same_line(LABEL)
-        imgui.set_next_item_width(-1)
-
-    def _button(self, name: str, text: str, width: float = 0) -> bool:
-        pressed = imgui.button(text, (width, 0))
-        self._seen(name)
-        return bool(pressed)
-
-    def _choose(self, name: str, now: str, choices: tuple[str, ...]) -> str | None:
-        """Draw a combo box; what was chosen, if it is another one."""
-        chosen = None
-        opened = imgui.begin_combo(f"##{name}", now, imgui.ComboFlags_.height_largest)
-        self._seen(name)
-        if opened:
-            for choice in choices:
-                if imgui.selectable(choice, choice == now)[0] and choice != now:
-                    chosen = choice
-                self._seen(f"{name}:{choice}")
-            imgui.end_combo()
-        return chosen
-
-    def _toggle(self, name: str, text: str, on: bool) -> bool:
-        _, on = imgui.checkbox(text, on)
-        self._seen(name)
-        return on
-
-    def _header(self, name: str, opened: bool) -> bool:
-        flags = imgui.TreeNodeFlags_.default_open if opened else 0
-        shown = imgui.collapsing_header(f"{name}##{opened}", flags)
-        self._seen(f"group {name}")
-        return bool(shown)
-
-    def _text(self, name: str, text: str, hint: str) -> str:
-        _, text = imgui.input_text_with_hint(f"##{name}", hint, text)
-        self._seen(name)
-        return str(text)
 
     # sections
 
@@ -128,6 +83,7 @@ class Panel:
             wide = imgui.get_content_region_avail().x
             foot = imgui.calc_text_size(message, wrap_width=wide).y + 3 * imgui.get_style().item_spacing.y
         imgui.begin_child("all", (0, -foot))
+        self._tools()
         if self.state.is_smart:
             self._smart()
         else:
@@ -143,6 +99,21 @@ class Panel:
             imgui.pop_style_color()
             self._seen("message")
         imgui.end()
+
+    def _tools(self) -> None:
+        """Draw what is there whatever is shown."""
+        s = self.state
+        gap = imgui.get_style().item_spacing.x
+        third = (imgui.get_content_region_avail().x - 2 * gap) / 3
+        if self._button("choose", "Open ...", third):
+            s.requests.append(("choose", ""))
+        for request, text, there in (("undo", "Undo", s.can_undo), ("redo", "Redo", s.can_redo)):
+            imgui.same_line()
+            imgui.begin_disabled(not there)
+            if self._button(request, text, third):
+                s.requests.append((request, ""))
+            imgui.end_disabled()
+        imgui.spacing()
 
     def _smart(self) -> None:
         """Draw what a picture with the smart look needs: little of it open."""
@@ -221,113 +192,22 @@ class Panel:
         if chosen:
             st.load_medium(self.state, "" if chosen == OWN else chosen)
 
-    def _parameter(self, d: Option) -> None:
-        about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
-        self._label(d.name.replace("_", " ").capitalize(), about)
-        now = st.value(self.state, d.name)
-        new: Any = None
-        if d.choices or (d.kind is str and d.words) or (d.slider and len(d.slider) > 2):
-            new = self._listed(d, now)
-        elif d.kind is bool:
-            on = self._toggle(d.name, f"##{d.name}", now)
-            new = on if on != now else None
-        elif d.default is None:
-            new = self._optional(d, now)
-        else:
-            new = self._number(d, now)
-        if new is not None:
-            st.change(self.state, d.name, None if new == () else new)
-
-    def _listed(self, d: Option, now: Any) -> Any:
-        """Draw one of a few values; () for unset."""
-        known = self.state.allowed.get(d.name, d.choices or d.words)
-        read = {f"{v:g}": d.kind(v) for v in d.slider or ()} or {name: name for name in known}
-        names = tuple(read)
-        if d.default is None:
-            automatic = self.state.automatic.get(d.name)
-            unset = "auto" if automatic is None else f"auto ({automatic})"
-            read, names = {unset: (), **read}, (unset, *names)
-        name = unset if now is None else f"{now:g}" if d.slider else now
-        chosen = self._choose(d.name, name, names)
-        return None if chosen is None else read[chosen]
-
-    def _number(self, d: Option, now: Any) -> Any:
-        """Draw a slider, or three side by side; what it was moved to, or None."""
-        low, high = d.slider or (0, 1)
-        flags = imgui.SliderFlags_.logarithmic if d.is_log else 0
-        digits = 2 if high - low > 1 or d.is_triple else 3 if high - low > 0.2 else 4
-        form = "%.4g" if d.is_log else f"%.{digits}f"  # which also says how near to 0 ratios end
-        new: Any
-        v: Any
-        if d.is_triple:
-            changed, v = imgui.slider_float3(f"##{d.name}", list(now), low, high, form, flags)
-            new = tuple(self._bounded(d, float(f"{part:.5g}")) for part in v)
-        elif d.kind is int:
-            changed, v = imgui.slider_int(f"##{d.name}", now, int(low), int(high), "%d", flags)
-            new = self._bounded(d, v)
-        else:
-            changed, v = imgui.slider_float(f"##{d.name}", now, low, high, form, flags)
-            new = self._bounded(d, float(f"{v:.5g}"))
-        self._seen(d.name)
-        return new if changed and new != now else None
-
-    def _bounded(self, d: Option, v: Any) -> Any:
-        """Clamp a number: by ctrl + click any may be typed."""
-        return d.kind(max(v if d.low is None else d.low, min(v if d.high is None else d.high, v)))
-
-    def _tick(self, name: str, text: str, on: bool) -> bool:
-        """Draw a tick, and tell whether it was changed."""
-        changed, _ = imgui.checkbox(f"{text}##{name}", on)
-        self._seen(f"{name} {text}")
-        return bool(changed)
-
-    def _optional(self, d: Option, now: Any) -> Any:
-        """Draw a parameter that may be unset: () is that."""
-        unset = now is None
-        guess: Any = "#101010" if d.kind is str else self.state.automatic.get(d.name, d.slider[1] / 2 if d.slider else 0.0)
-        if self._tick(d.name, "auto", unset):
-            if not unset:
-                return ()
-            return guess if isinstance(guess, (str, tuple)) else d.kind(float(f"{guess:.4g}"))
-        shown: Any = d.kind(guess) if unset and d.kind is int else guess if unset else now
-        if not d.is_triple:  # whose sliders take the whole row below
-            imgui.same_line()
-        imgui.begin_disabled(unset)
-        try:
-            for word in d.words:
-                if self._tick(d.name, word, shown == word):
-                    return self._plain(d) if shown == word else word
-                imgui.same_line()
-            imgui.set_next_item_width(-1)
-            if d.kind is not str:
-                imgui.begin_disabled(shown in d.words)
-                try:
-                    return self._number(d, self._plain(d) if shown in d.words else shown)
-                finally:
-                    imgui.end_disabled()
-            rgb = [int(shown[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-            changed, rgb = imgui.color_edit3(f"##{d.name}", rgb)
-            self._seen(d.name)
-            return "#" + "".join(f"{round(255 * v):02x}" for v in rgb) if changed else None
-        finally:
-            imgui.end_disabled()
-
-    @staticmethod
-    def _plain(d: Option) -> Any:
-        """Choose a number for what was a word."""
-        low, high = d.slider or (0, 1)
-        return d.kind(high / 4 if high / 4 > low else high)
-
     def _source(self, opened: bool) -> None:
         s = self.state
+        wanted, s.path_wanted = s.path_wanted, False
+        if wanted:
+            imgui.set_next_item_open(True)
         if not self._header("Picture" if s.is_image else "Scene", opened):
             return
         self._label("Show")
-        chosen = self._choose("source", Path(s.source).name, tuple(dict.fromkeys((*s.sources,))))
+        names = {s.received.get(source, source): source for source in s.sources}
+        chosen = self._choose("source", s.received.get(s.source, Path(s.source).name), tuple(names))
         if chosen:
-            s.requests.append(("open", chosen))
+            s.requests.append(("open", names[chosen]))
         self._label("Open")
         imgui.set_next_item_width(-52)
+        if wanted:
+            imgui.set_keyboard_focus_here()
         s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
         imgui.same_line()
         if self._button("open", "Open", -1) and s.path:
@@ -407,12 +287,11 @@ class Panel:
             s.requests.append(("screenshot", ""))
         imgui.same_line()
         if self._button("copy", "Copy command", -1):
-            s.command = st.as_text(st.command_line(s))  # which from now on is kept up to date
-            s.requests.append(("copy", s.command))
+            s.requests.append(("copy", ""))
         if s.is_image and not s.is_smart and self._button("save picture", "Save picture", -1):
             s.requests.append(("save", ""))
         if s.command:
-            s.command = st.as_text(st.command_line(s))
+            s.command = as_text(command_line(s))
             imgui.set_next_item_width(-1)
             imgui.input_text("##command", s.command, imgui.InputTextFlags_.read_only)
             self._seen("command")
@@ -455,38 +334,3 @@ class Panel:
                 imgui.text_unformatted(f"{ms:7.2f} ms")
             imgui.end_table()
             self._seen("passes")
-
-
-def _style() -> None:
-    """Set colours, spacing and the font of the current context."""
-    imgui.style_colors_dark()
-    style = imgui.get_style()
-    style.window_border_size = style.child_border_size = 0
-    style.frame_rounding = style.grab_rounding = style.popup_rounding = 3
-    style.scrollbar_size = 10
-    style.window_padding = imgui.ImVec2(10, 10)
-    style.item_spacing = imgui.ImVec2(6, 5)
-    r, g, b = ACCENT
-    colors = {
-        "window_bg": (0.09, 0.10, 0.115, 0.94),
-        "popup_bg": (0.12, 0.13, 0.15, 0.98),
-        "frame_bg": (0.17, 0.185, 0.21, 1),
-        "frame_bg_hovered": (0.22, 0.24, 0.27, 1),
-        "frame_bg_active": (0.25, 0.27, 0.30, 1),
-        "header": (0.145, 0.16, 0.185, 1),
-        "header_hovered": (0.20, 0.22, 0.25, 1),
-        "header_active": (0.24, 0.26, 0.30, 1),
-        "button": (0.20, 0.22, 0.25, 1),
-        "button_hovered": (0.26, 0.285, 0.32, 1),
-        "button_active": (0.32, 0.34, 0.38, 1),
-        "slider_grab": (r, g, b, 0.5),
-        "slider_grab_active": (r, g, b, 0.75),
-        "check_mark": (r, g, b, 1),
-        "text": (0.90, 0.91, 0.92, 1),
-        "text_selected_bg": (r, g, b, 0.35),
-    }
-    for name, color in colors.items():
-        style.set_color_(getattr(imgui.Col_, name), color)
-    font = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
-    if font.is_file():  # else the built-in one
-        imgui.get_io().fonts.add_font_from_file_ttf(str(font), 15)

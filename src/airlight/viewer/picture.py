@@ -121,6 +121,13 @@ class PictureView:
 
     # what is computed
 
+    def forget(self) -> None:
+        """Compute all anew, where it was left unfinished."""
+        self.done, self.scaled_of = None, None
+        for view in (self.whole, self.draft):
+            if view is not None:
+                view.forget()
+
     def _plan(self, p: Parameters, fraction: bool = False) -> ImagePlan:
         """Plan the passes for such parameters; their lights and the rest are set later."""
         key = p.occlusion, p.border, METHODS[p.method].stencilled, fraction

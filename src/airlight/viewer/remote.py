@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import Callable
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from rendercanvas import http
@@ -12,6 +13,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 
 from airlight.errors import MachineError
 from airlight.files.atomic import scratch
+from airlight.viewer.upload import PageDesktop
 
 QUALITY = 90  # of the JPEG of a frame that others follow
 LOSSLESS = 100  # rendercanvas asks for this where nothing has changed for 0.3 s
@@ -43,17 +45,25 @@ def encode(array: np.ndarray, quality: int = QUALITY) -> tuple[str, bytes]:
 
 
 class RemoteCanvas(http.HttpRenderCanvas):
-    """The canvas that browsers show. `closed` is called once it is closed, by the application or by the loop's end."""
+    """The canvas that browsers show; `desktop` is that of its page.
+
+    `closed` is called once it is closed, by the application or by the loop's end.
+    """
 
     _quality = QUALITY
     _is_closed: bool
 
-    def __init__(self, size: tuple[int, int], title: str, closed: Callable[[], None]) -> None:
+    def __init__(self, size: tuple[int, int], title: str, closed: Callable[[], None], desktop: PageDesktop) -> None:
         http.encode_array = encode  # theirs takes 120 ms for a PNG of 1280x720, unless a package more is there
-        self._closed = closed
+        self._closed, self.desktop = closed, desktop
+        desktop.say = self.say
         self._titled = ""
         super().__init__(size=size, title=title)
         self._size_info.set_physical_size(*size, 1.0)  # until a client tells its own: theirs would draw 1x1
+
+    def say(self, message: dict[str, Any]) -> None:
+        """Send the page that steers a message of our own."""
+        asgi.send_to(message, [], self._active_client)
 
     def _rc_set_title(self, title: str) -> None:
         self._titled = title

@@ -9,7 +9,7 @@ from typing import Any
 
 from airlight.files import Picture, write_image
 from airlight.jobs.image import run_image
-from airlight.viewer import state as st
+from airlight.viewer import command
 from airlight.viewer.state import ViewerState
 
 
@@ -24,11 +24,12 @@ class Saving(threading.Thread):
         self.outcome: tuple[str, bool] | None = None
         self.then = then
         is_array = picture.spec is None  # there is no file that the command could read
-        self.path = free_name(os.path.join(folder, st.output(state)) if is_array else st.output(state), folder)
+        is_homeless = is_array or state.source in state.received
+        self.path = free_name(os.path.join(folder, command.output(state)) if is_homeless else command.output(state), folder)
         if is_array:
             self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
-        request = st.image_request(state, self.path, device)
+        request = command.image_request(state, self.path, device)
         self.write = functools.partial(run_image, request)
 
     def run(self) -> None:

@@ -55,6 +55,12 @@ class LookView:
         self.plan.lights.clear()
         self._seen.clear()
 
+    def forget(self) -> None:
+        """Compute all anew, where it was left unfinished."""
+        self.done = None
+        self._seen.clear()
+        self._held.clear()
+
     @property
     def size(self) -> tuple[int, int]:
         return self.plan.size

@@ -5,12 +5,16 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
 from airlight.lights.punctual import Triple, triple
+from airlight.options import March, Parameters, SceneOptions
+from airlight.options.scene import RESOLUTION
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.divided import DividedRenderer
 from airlight.pygfx.origin import near_origin
 from airlight.pygfx.private import extent
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, may_need
@@ -20,6 +24,18 @@ from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
 Area = tuple[float, float, float, float]
+DRAFT_STEPS, DRAFT_MAP = 32, 1024  # of a march: no more steps, and no larger shadow maps
+
+
+def drafts(parameters: Parameters, scene: SceneOptions, march: March) -> tuple[Parameters, SceneOptions, March]:
+    """Make quicker ones, for pictures while things move."""
+    steps = march.steps if isinstance(march.steps, int) else DRAFT_STEPS
+    size = DRAFT_MAP if march.shadow_size is None else march.shadow_size
+    return (
+        msgspec.structs.replace(parameters, quality="draft"),
+        msgspec.structs.replace(scene, resolution=min(scene.share(parameters), RESOLUTION)),
+        msgspec.structs.replace(march, steps=min(steps, DRAFT_STEPS), shadow_size=min(size, DRAFT_MAP)),
+    )
 
 
 class SceneView:
@@ -27,7 +43,7 @@ class SceneView:
 
     def __init__(self, canvas: Any) -> None:
         self.canvas = canvas
-        self.renderer = gfx.WgpuRenderer(canvas, pixel_scale=1, ppaa="none", enable_events=False)
+        self.renderer = DividedRenderer(canvas, pixel_scale=1, ppaa="none", enable_events=False)
         use_hdr(self.renderer)
         self.viewport = Viewport.from_viewport_or_renderer(self.renderer)
         self.shafts: Any = None
@@ -55,6 +71,7 @@ class SceneView:
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
+            self.shafts.doubts = False  # the panel tells
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
@@ -162,14 +179,24 @@ class SceneView:
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
-    def show(self, state: ViewerState) -> None:
-        """Draw onto the canvas. Raises AirlightError for parameters that do not go together."""
-        shafts = self.shafts
-        shafts.parameters, shafts.composite, shafts.in_scene, shafts.medium, shafts.march = state.structs[:5]
-        shafts.enabled, shafts.debug, shafts.dt, shafts.timing = state.shafts or bool(state.debug), state.debug, self.dt, state.timing
-        stage = self.stage
+    def key(self, state: ViewerState) -> tuple[Any, ...]:
+        """Collect what says what is seen, but for what the state says."""
+        return id(self.stage), self.camera.world.matrix.tobytes(), self.camera.projection_matrix.tobytes()
+
+    def show(self, state: ViewerState, texture: Any, share: float = 1.0, settles: bool = False) -> None:
+        """Draw onto a texture of the canvas's size. share: of its width and height, that is drawn, below 1 a draft; settles: light
+        adaptation does at once. Raises AirlightError for parameters that do not go together."""
+        shafts, stage = self.shafts, self.stage
+        parameters, shafts.composite, scene, shafts.medium, march = state.structs[:5]
+        if share < 1:
+            parameters, scene, march = drafts(parameters, scene, march)
+        shafts.parameters, shafts.in_scene, shafts.march = parameters, scene, march
+        shafts.enabled, shafts.debug, shafts.timing = state.shafts or bool(state.debug), state.debug, state.timing
+        shafts.dt = 0.0 if settles else self.dt
+        self.renderer.pixel_scale, self.renderer.texture = share, texture
+        self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
         with near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), shafts.lights):
-            self.renderer.render(stage.scene, self.camera)
+            self.renderer.render(stage.scene, self.camera, clear=True)  # whatever became of the one before
         if state.timing:
             state.passes = shafts.profile()
 

@@ -3,16 +3,13 @@
 import functools
 import math
 import os
-import shlex
 from dataclasses import dataclass, field
 from typing import Any
 
 from airlight import scenes
+from airlight.composite.view import check as check_view
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
-from airlight.files import OUTPUTS
-from airlight.jobs.image import AUTO, ImageRequest
-from airlight.jobs.light_text import LightText, read_light
 from airlight.lights import ImageLight
 from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
@@ -31,7 +28,6 @@ from airlight.options import (
     presets,
     refuse_look,
 )
-from airlight.options.declare import as_text as value_as_text
 from airlight.scatter.methods import METHODS
 
 DEBUG = ("occlusion", "source", "lines")
@@ -115,7 +111,11 @@ class ViewerState:
     is_error: bool = False
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
-    # what the app has to do: ("open", path), ("screenshot", ""), ("save", ""), ("copy", text)
+    path_wanted: bool = False  # there is no file dialog, so the field for a path is shown
+    can_undo: bool = False
+    can_redo: bool = False
+    received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with
+    # what the app has to do: ("open", path), ("choose", ""), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
@@ -175,6 +175,7 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     if state.is_image and new.get("look") is None and not OF_SUM.isdisjoint(new):
         new = {**new, "look": "classic"}
     built = build(state.scene_defaults | {name: v for name, v in new.items() if v is not None or name not in state.scene_defaults})
+    check_view(built[SceneOptions].view_transform)
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
 
@@ -274,89 +275,6 @@ def save(state: ViewerState, path: str) -> None:
         tell(state, str(error), error=True)
     else:
         tell(state, f"{path} saved")
-
-
-def light_words(state: ViewerState) -> list[str]:
-    """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
-    own = not state.is_image and state.lights == state.lights_before
-    if (own and not any(control.written for control in state.lights)) or (state.is_smart and state.unplaced):
-        return []
-    words = []
-    for i, control in enumerate(state.lights):
-        name, numbers = "--light", control.position
-        if control.written is not None:
-            before, rest = state.lights_before[i], control.written.partition(";")[1:]
-            if control == before or (control.color, control.strength) == (before.color, before.strength):
-                place = control.written if control == before else ",".join(_number(v) for v in numbers) + "".join(rest)
-                words.append(f"{name}={place}")
-                continue
-        if control.direction:
-            x, y, z = control.position
-            name, numbers = "--sun", (math.degrees(math.atan2(x, -z)), math.degrees(math.atan2(y, math.hypot(x, z))))
-        if state.is_image:
-            x, y, width, height = state.frame
-            numbers = (x + numbers[0] * width, y + numbers[1] * height)
-        kind = control.kind if state.is_smart else None
-        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
-        words.append(f"{name}={text}")
-    return words
-
-
-def _number(v: float) -> str:
-    return f"{v:.5f}".rstrip("0").rstrip(".") if abs(v) < 1e4 else repr(float(v))
-
-
-def written_values(state: ViewerState) -> dict[str, Any]:
-    """Collect the parameters that the command writes: those that mean something with what is shown and differ from the defaults."""
-    found = {d.name: value(state, d.name) for d in shown(state) if value(state, d.name) != default(state, d)}
-    if state.is_smart:
-        found.pop("look", None)
-    if not state.is_image and state.automatic.get("ev"):  # which another camera would change
-        found.setdefault("ev", state.automatic["ev"])
-    return found
-
-
-def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
-    """Request what the command line requests, written to a path."""
-    lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
-    return ImageRequest([state.source], path, lights or AUTO, written_values(state), device=device)
-
-
-def command_line(state: ViewerState) -> list[str]:
-    """Write the command that makes what is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    words = ["airlight", "image" if state.is_image else "render", state.source, "-o", output(state)]
-    words += light_words(state)
-    if not state.is_image:
-        words += [*state.opening, *_view(state)]
-    for name, v in written_values(state).items():
-        option = name.replace("_", "-")
-        words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]
-    return words
-
-
-def output(state: ViewerState) -> str:
-    """Name what the command writes: of a picture's format and beside it, so that nothing unset is decided otherwise."""
-    stem, kind = os.path.splitext(state.source)
-    if not state.is_image:
-        return f"{os.path.basename(stem)}-shafts.png"
-    return f"{stem}-shafts{kind if kind.lower() in OUTPUTS else '.png'}"
-
-
-def _view(state: ViewerState) -> list[str]:
-    words = ["--width", str(state.size[0]), "--height", str(state.size[1])]
-    eye = state.eye
-    if eye.moved:
-        words += [f"--{name}={','.join(_number(v) for v in at)}" for name, at in (("eye", eye.eye), ("target", eye.target))]
-        words.append(f"--fov={eye.fov:.4g}")
-    elif eye.names and eye.name != eye.names[0]:
-        words += ["--camera", eye.name]
-    if state.duration:
-        words += ["--time", _number(state.time)]
-    return words
-
-
-def as_text(words: list[str]) -> str:
-    return shlex.join(words)
 
 
 def move(state: ViewerState, number: int, position: tuple[float, ...], held: bool = False) -> None:

@@ -7,6 +7,7 @@
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
 //! include "scatter/march/lights.wgsl"
 //! include "wgsl/jitter.wgsl"
+//! include "wgsl/unit_at.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
 override SNAP: bool = false;    // look-ups at the centres of texels
 override CASCADES: bool = false; // of a directional light, several
@@ -41,8 +42,7 @@ fn pcf(i: u32, position: vec2f, depth: f32) -> f32 {
 
 /// Place the k-th of PCSS_TAPS points on the unit disc, turned by a part of a full turn (Vogel 1979). Twin: reference/march.py:vogel_disc.
 fn vogel_disc(k: f32, turn: f32) -> vec2f {
-    let angle = GOLDEN_ANGLE * k + 2.0 * PI * turn;
-    return sqrt((k + 0.5) / PCSS_TAPS) * vec2f(cos(angle), sin(angle));
+    return sqrt((k + 0.5) / PCSS_TAPS) * unit_at(GOLDEN_ANGLE * k + 2.0 * PI * turn);
 }
 
 /// Estimate the share of a directional light's disc that is seen past occluders as far away as they are on the mean (Fernando 2005).
@@ -81,9 +81,15 @@ fn equiangular_angle(nearest: vec2f, t: f32) -> f32 {
     return atan2(t - nearest.x, nearest.y);
 }
 
+/// Compute the tangent of an angle below pi / 2, to 1e-6 of it. Twin: reference/angles.py:tangent.
+fn tangent(angle: f32) -> f32 {
+    let at = unit_at(angle);
+    return at.y / at.x;
+}
+
 /// Evaluate the integrand over t, times dt / d(angle) (Kulla and Fajardo 2012). Twin: reference/march.py:equiangular_integrand.
 fn equiangular_integrand(ray: Ray, nearest: vec2f, angle: f32) -> vec3f {
-    let slope = tan(angle);
+    let slope = tangent(angle);
     let longer = sqrt(1.0 + slope * slope); // than the nearest approach
     let d = nearest.y * longer;
     let t = nearest.x + nearest.y * slope;
@@ -151,7 +157,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         // Look up the sample's visibility
         let angle = start + (k + o) * each;
-        let at = line.b + min(nearest.x + nearest.y * tan(angle), last) * line.a;
+        let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
         let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
         // Add what the step scatters, but for the steps' angle
         total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);
@@ -164,11 +170,12 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
-    var sum = ambient_or_previous(id.xy, ray);
+    let pixel = id.xy + light_storage.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
+    var sum = ambient_or_previous(pixel, ray);
     let n = f32(light_storage.steps);
-    let o = offset(id.xy);
+    let o = offset(pixel);
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
         if (light_storage.views == 0u) { total = transmittance_integral(ray.reach, frame.sigma_t); }
@@ -184,5 +191,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (light_storage.views == 0u) { sum += integrate_punctual(ray, nearest, full_cone_range(ray, range), range); }
         for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, vec4f(sum, ray.reach));
 }

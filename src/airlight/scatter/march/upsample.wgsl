@@ -2,6 +2,7 @@
 // weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
 // a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled.
 //! include "scatter/march/ray.wgsl"
+//! include "wgsl/unit_at.wgsl"
 @group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
 const SHARPNESS = 24.0;         // decay of a neighbour's weight with the relative difference of the lengths
@@ -26,8 +27,7 @@ fn search_alike(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
     var k = 0.0;
     loop {
         if (off <= MAX_DIFFERENCE || k >= SEARCH_STEPS) { break; }
-        let angle = 2.3999632 * k;
-        let found = marched(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * vec2f(cos(angle), sin(angle)))));
+        let found = marched(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * unit_at(2.3999632 * k))));
         if (relative_difference(found.a, reach) < off) {
             best = found;
             off = relative_difference(found.a, reach);

@@ -142,9 +142,10 @@ fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -
 /// March the ray of a pixel exactly, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
-    var sum = ambient_or_previous(id.xy, ray);
+    let pixel = id.xy + light_storage.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
+    var sum = ambient_or_previous(pixel, ray);
     if (LIT) {
         var nearest = vec2f(0.0);
         var range = vec2f(0.0, ray.reach);
@@ -169,5 +170,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
         sum += total;
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, vec4f(sum, ray.reach));
 }

@@ -13,6 +13,8 @@ from urllib.parse import unquote
 import msgspec
 
 from airlight.errors import AirlightError
+from airlight.messages import nearest_file
+from airlight.process import standard
 from airlight.scenes.gltf import MAX_BYTES, MAX_JSON_VALUES
 from airlight.scenes.gltf.schema import Document
 
@@ -40,14 +42,16 @@ class Container:
             self.refuse(f"{name} makes it larger than the limit of {MAX_BYTES >> 20} MiB", "make it smaller first")
 
     def read(self, path: str, name: str) -> bytes:
-        """Read a regular file; other things (FIFOs, devices, folders) are refused without being read."""
+        """Read a regular file, or what is piped in; other things (FIFOs, devices, folders) are refused without being read."""
+        path = standard.local(path)
         try:
             if not stat.S_ISREG(os.stat(path).st_mode):  # before the opening: a device may act on being opened
                 self.refuse(f"{name} is not a regular file", "give the name of a .glb or .gltf file and keep what it names beside it")
             handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise AirlightError(f"{self.path}: {name} cannot be read ({reason}); check the name and the permissions") from error
+            hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
+            raise AirlightError(f"{self.path}: {name} cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
         with open(handle, "rb") as file:
             status = os.fstat(handle)
             if not stat.S_ISREG(status.st_mode):

@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 from airlight.errors import AirlightError, warn
+from airlight.messages import nearest
 from airlight.scenes.gltf import (
     MAX_BYTES,
     MAX_DEPTH,
@@ -159,7 +160,7 @@ class Gltf(Accessors):
             return alike[0]
         has = ", ".join(f"{i} ({shown(name)})" if name else f"{i} (no name)" for i, name in enumerate(names[:12])) or "none"
         more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-        self.refuse(f"has no {what} {shown(wanted)}", f"it has {has}{more}")
+        self.refuse(f"has no {what} {shown(wanted)}", f"it has {has}{more}{nearest(wanted, filter(None, names))}")
 
     def image(self, index: int) -> tuple[bytes | memoryview, str]:
         """Read an image that something uses: its bytes, and "png", "jpeg", "webp" or "avif"; more than MAX_PIXELS together are refused."""

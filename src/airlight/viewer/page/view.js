@@ -2,6 +2,8 @@
 // renderview.js, which comes with rendercanvas, turns the browser's events into its own.
 'use strict'
 
+import { onPaste, stopped, told as toldFiles } from './files.js'
+
 const SENT = new Set(['pointer_down', 'pointer_up', 'pointer_move', 'pointer_enter', 'pointer_leave', 'double_click', 'wheel',
   'key_down', 'key_up', 'char'])
 const THROTTLE = 20 // ms
@@ -38,9 +40,13 @@ function hold (event) {
   held = event.type === 'wheel' && same ? { ...event, dx: held.dx + event.dx, dy: held.dy + event.dy } : event
 }
 
+let pasting = null // the key that pastes, until it is known what
+
 class View extends window.BaseRenderView {
   onEvent (event) {
-    if (event.type === 'pointer_move' || event.type === 'wheel') {
+    if (event.type === 'key_down' && event.key.toLowerCase() === 'v' && event.modifiers.some(name => name === 'Control' || name === 'Meta')) {
+      pasting = event
+    } else if (event.type === 'pointer_move' || event.type === 'wheel') {
       hold(event)
     } else if (SENT.has(event.type)) {
       release()
@@ -48,6 +54,13 @@ class View extends window.BaseRenderView {
     }
   }
 }
+
+onPaste(text => {
+  if (pasting === null) return
+  send({ type: 'paste', text, timestamp: now() })
+  send(pasting)
+  pasting = null
+})
 
 // Full window; sizes are inline, or renderview.js would choose its own.
 Object.assign(picture.style, { width: '100vw', height: '100vh' })
@@ -77,12 +90,13 @@ try {
 }
 
 // Keys go to renderview.js' hidden field.
-const focus = () => document.querySelector('#rendercanvas-focus-element-container input').focus({ preventScroll: true })
+const OURS = 'soyz' // with Ctrl: save the picture, not the page; open a file; undo
+const focus = () => document.getElementById('copying').open || document.querySelector('#rendercanvas-focus-element-container input').focus({ preventScroll: true })
 window.addEventListener('focus', focus)
 window.addEventListener('keydown', event => {
   const bare = !event.altKey && !event.ctrlKey && !event.metaKey
-  const saves = event.key.toLowerCase() === 's' && (event.ctrlKey || event.metaKey) // the picture, not the page
-  if ((event.key === 'Tab' && bare) || saves) event.preventDefault()
+  const ours = event.key.length === 1 && OURS.includes(event.key.toLowerCase()) && (event.ctrlKey || event.metaKey)
+  if ((event.key === 'Tab' && bare && !document.getElementById('copying').open) || ours) event.preventDefault()
 }, { capture: true })
 focus()
 
@@ -119,6 +133,7 @@ document.addEventListener('visibilitychange', () => {
 })
 
 function told (message) {
+  if (toldFiles(message)) return
   if (message.type === 'framebufferdata') {
     header = message
   } else if (message.type === 'active') {
@@ -152,6 +167,7 @@ function connect () {
   }
   opened.onclose = event => {
     socket = null
+    stopped()
     status.textContent = (event.reason ? `Disconnected: ${event.reason}. ` : 'Disconnected. ') + 'Trying again …'
     setTimeout(connect, retry)
     retry = Math.min(2 * retry, LAST_RETRY)

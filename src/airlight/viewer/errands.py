@@ -1,0 +1,87 @@
+"""Do what panel, keys and desktop ask of the viewer: open files, take steps back, save, copy."""
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+from airlight.errors import AirlightError
+from airlight.viewer import state as st
+from airlight.viewer.command import as_text, command_line
+from airlight.viewer.desktop import desktop_of
+from airlight.viewer.undo import History
+
+COMMAND = ("Control", "Meta")
+
+
+class Errands:
+    """Serves the requests of a viewer's state, at the beginning of a frame."""
+
+    def __init__(self, viewer: Any) -> None:
+        self.viewer, self.state = viewer, viewer.state
+        self.desktop = desktop_of(viewer.canvas)
+        self.desktop.wake = viewer.canvas.request_draw
+        self.state.received = self.desktop.names
+        viewer.panel.use_clipboard(self.desktop.copy, self.desktop.paste)
+        self.history = History(self.state)
+
+    def opened(self) -> None:
+        """Begin anew with what is shown now."""
+        state = self.state
+        self.desktop.in_use = state.source
+        state.sources = tuple(source for source in state.sources if not self.desktop.lacks(source))
+        self.history.restart(state)
+
+    def key(self, key: str, modifiers: Sequence[str]) -> bool:
+        """Take a key that is pressed with Ctrl. False where it is not one of ours."""
+        if not set(COMMAND) & set(modifiers):
+            return False
+        again = key == "y" or (key == "z" and "Shift" in modifiers)
+        request = "redo" if again else {"s": "save" if self.state.is_image else "", "o": "choose", "z": "undo", "c": "copy"}.get(key)
+        if request:
+            self.state.requests.append((request, ""))
+        return request is not None
+
+    def serve(self) -> None:
+        state = self.state
+        while self.desktop.arrived:
+            paths = self.desktop.arrived.popleft()
+            state.requests.append(("open" if len(paths) == 1 else "open first", paths[0]))
+        requests, state.requests = state.requests, []
+        for request, argument in requests:
+            try:
+                self._serve(request, argument)
+            except AirlightError as error:
+                st.tell(state, self._named(str(error), argument), error=True)
+
+    def _serve(self, request: str, argument: str) -> None:
+        state = self.state
+        if request in ("open", "open first"):
+            self.viewer.open(argument)
+            if request == "open first":
+                st.tell(state, f"{os.path.basename(argument)} is shown, the first of the files")
+        elif request == "choose":
+            folder = os.path.dirname(os.path.abspath(state.source))
+            lacking = self.desktop.choose(folder if os.path.isdir(folder) else os.getcwd())
+            st.tell(state, lacking)
+            state.path_wanted = bool(lacking)
+        elif request == "undo":
+            self.history.undo(state)
+        elif request == "redo":
+            self.history.redo(state)
+        elif request == "screenshot":
+            st.tell(state, f"{self.viewer.screenshot()} saved")
+        elif request == "save":
+            self.viewer.save()
+        elif request == "copy":
+            state.command = as_text(command_line(state))  # which from now on is shown
+            st.tell(state, f"the command {self.desktop.copy(state.command)}")
+
+    def _named(self, text: str, path: str) -> str:
+        """Write an error about a file that came as bytes with the name that it came with."""
+        name = self.desktop.names.get(path)
+        if name is None:
+            return text
+        text = text.replace(path, name)
+        if name.lower().endswith((".gltf", ".obj")):
+            text += f"; the files that {name} names do not come with it: send a .glb"
+        return text

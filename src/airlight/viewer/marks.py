@@ -1,0 +1,84 @@
+"""Draw the lights, the candidates and the split over the picture, and find where they are on the canvas."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from airlight.viewer import controls
+
+if TYPE_CHECKING:
+    from airlight.viewer.app import Viewer
+
+DOT = 9  # logical px, the radius of a candidate's ring
+APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
+EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
+Place = tuple[float, float]
+
+
+class Marks:
+    """Finds and draws what stands over a viewer's picture, on the canvas, logical px."""
+
+    def __init__(self, viewer: "Viewer") -> None:
+        self.viewer = viewer
+
+    def draw(self, draw: Any) -> None:
+        """Draw the lights and the split over the picture."""
+        from imgui_bundle import imgui
+
+        viewer = self.viewer
+        state, area = viewer.state, viewer.area()
+        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
+        for i, dot in self.dots():
+            mark, away = controls.clamped(dot, area, EDGE)
+            draw.add_circle_filled(mark, DOT, dark)
+            draw.add_circle(mark, DOT, light, 0, 1.2)
+            size = imgui.calc_text_size(str(i + 1))
+            draw.add_text((mark[0] - size.x / 2, mark[1] - size.y / 2), light, str(i + 1))
+            _arrow(draw, mark, away, DOT, light)
+        for i, at in enumerate(self.lights()):
+            if at is not None:
+                mark, away = controls.clamped(at, self.room(), EDGE) if state.is_image else (at, None)
+                radius = 8 if viewer.dragging == i else 6
+                draw.add_circle(mark, radius, dark, 0, 3.5)
+                draw.add_circle(mark, radius, light, 0, 1.5)
+                _arrow(draw, mark, away, radius, light)
+        if state.is_image and state.split is not None and state.is_lit and not state.debug:
+            x = area[0] + state.split * area[2]
+            draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
+            draw.add_line((x, area[1]), (x, area[1] + area[3]), light, 1)
+            draw.add_circle_filled((x, area[1] + area[3] / 2), 6, light)
+            draw.add_text((x - 50, area[1] + 8), light, "before")
+            draw.add_text((x + 10, area[1] + 8), light, "after")
+
+    def lights(self) -> list[Place | None]:
+        """Find where the lights that can be dragged are on the canvas, logical px."""
+        viewer = self.viewer
+        state, area = viewer.state, viewer.area()
+        if viewer.picture is not None:
+            return [controls.to_canvas(control.position, area) for control in state.lights]
+        marks: list[Place | None] = viewer.scene.marks(state, area)
+        return marks
+
+    def room(self) -> controls.Area:
+        """Find where the picture is, logical px, and what is free above, below and beside it."""
+        x, y, width, height = (v / self.viewer.canvas.get_pixel_ratio() for v in self.viewer.room())
+        return x, y, width, height
+
+    def dots(self) -> list[tuple[int, Place]]:
+        """List the candidates that are drawn, by number, and where on the canvas: not those at which a light is, and none in a drag."""
+        viewer = self.viewer
+        state = viewer.state
+        if viewer.picture is None or not state.candidates_shown or viewer.dragging is not None or not state.is_smart:
+            return []
+        places = [control.position for control in state.lights]
+        free = [(i, c) for i, c in enumerate(state.candidates) if all(np.hypot(*np.subtract(c.position, p)) > APART for p in places)]
+        return [(i, controls.to_canvas(c.position, viewer.area())) for i, c in free]
+
+
+def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
+    """Draw a tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
+    if away is None:
+        return
+    (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
+    sides = [(x + base * dx + 5 * s * dy, y + base * dy - 5 * s * dx) for s in (-1, 1)]
+    draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
