@@ -37,7 +37,7 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 2, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.1, (64, 256), (10, 48), 4, 2, 1, 3, 2e-3, 1.47, (1920, 1440)),
+    "normal": Fineness(2.1, (64, 256), (10, 48), 4, 2, 1, 3, 2e-3, 1.47, (1920, 0)),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 2, 6e-4, 1.2, (1920, 1440)),
 }
 
@@ -150,7 +150,7 @@ class Grid:
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
         part = min(1.0, 0.6 * max(self.size) / u_max)
-        closer = 0.25 if self.at_edge else max(part**3, 0.25) if self.inside else max(part**2, 0.375)
+        closer = 0.28 if self.at_edge else max(part**3, 0.28) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
