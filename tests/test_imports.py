@@ -22,7 +22,7 @@ LAYERS = (
     "scatter reference",
     "shadows medium lights occlusion composite look detect reference.look reference.colour",
     "options gpu files notebook_image",
-    "errors alpha arrays colour luminance planes noise projection messages process scatter.methods",
+    "errors alpha arrays colour luminance planes noise progress projection messages process scatter.methods",
 )
 RANK = {name: -rank for rank, names in enumerate(LAYERS) for name in names.split()}
 HOLDS_MATHS = {"shadows", "medium", "lights", "occlusion", "composite", "look", "detect", "scatter", "reference", "gpu"}

@@ -12,7 +12,7 @@ from hypothesis import strategies as some
 from airlight.cli import image, main, render, view
 from airlight.cli.options import gather
 from airlight.errors import AirlightError
-from airlight.medium.resolve import EMPTY_DEPTH, OPAQUE_DEPTH, doubt, resolve
+from airlight.medium.resolve import EMPTY_DEPTH, HIDING_DEPTH, doubt, resolve
 from airlight.options import ALL, OF_PICTURES, OF_SCENES, March, Medium, SceneOptions, build, declared, presets
 from airlight.options.declare import as_text
 from airlight.scatter.methods import of_medium, of_screen
@@ -79,7 +79,7 @@ def test_values_are_written_and_read(sigma_t: Any, steps: Any, snap: bool) -> No
 
 @pytest.mark.parametrize("text", ["0.25", "0.25,0.25,0.25", " 0.25, .25 ,2.5e-1"])
 def test_one_number_for_all_three(text: str) -> None:
-    assert asked("--albedo", text) == {"albedo": (0.25, 0.25, 0.25)}
+    assert asked("--albedo", text) == {"method": "march", "albedo": (0.25, 0.25, 0.25)}
 
 
 def test_defaults_are_what_is_declared() -> None:
@@ -116,7 +116,7 @@ def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:
         ("--medium haze --samples 20", "--samples means nothing with method march, which --medium haze asks for: leave one of the two out"),
         ("--medium haze --method radial", "--medium means nothing with method radial"),
         ("--medium haze --preset vesper", "--method march"),
-        ("--sigma-t 1", "--sigma-t means nothing with method epipolar: leave it out, or use --method march"),
+        ("--sigma-t 1 --method epipolar", "--sigma-t means nothing with method epipolar: leave it out, or use --method march"),
         ("--method march --samples 20", "--samples means nothing with method march"),
         ("--method article --steps 20", "--steps means nothing with method article"),
         ("--method march --article-cap 1", "--article-cap means nothing with method march: leave it out, or use --method article-prose"),
@@ -237,15 +237,15 @@ def test_bad_texts_of_variants(text: str, says: str) -> None:
 @pytest.mark.parametrize("distance", [0.0, 50.0])
 @given(depth=some.floats(1e-5, 100))
 def test_a_medium_that_is_too_thin_or_too_dense_is_told(distance: float, color: Any, depth: float) -> None:
-    way = max(distance, 20.0)
-    sigma_t = tuple(depth / way * c for c in color)
+    near, far = max(distance, 10.0), max(distance, 20.0)
+    sigma_t = tuple(depth / near * c for c in color)
     said = doubt(resolve(Medium(sigma_t=sigma_t, max_distance=1e6), March(), "normal", 10.0), distance, 10.0)
-    least, most = depth * min(color), depth * max(color)
-    if least > OPAQUE_DEPTH * (1 + 1e-9):
+    least, most = depth * min(color), depth * max(color) * far / near
+    if least > HIDING_DEPTH * (1 + 1e-9):
         assert said is not None and "hides" in said
     elif most < EMPTY_DEPTH * (1 - 1e-9):
         assert said is not None and "thin" in said
-    elif most > EMPTY_DEPTH * (1 + 1e-9) and least < OPAQUE_DEPTH * (1 - 1e-9):
+    elif most > EMPTY_DEPTH * (1 + 1e-9) and least < HIDING_DEPTH * (1 - 1e-9):
         assert said is None
     if said is not None:
         assert "\n" not in said
@@ -262,5 +262,5 @@ def test_where_there_is_no_doubt() -> None:
     assert said() is None  # unset
     assert said(sigma_t=0) is None  # it is meant to be empty
     assert said(sigma_t=10) and said(sigma_t=10, extinction=False) is None  # surfaces are seen
-    assert said(sigma_t=10, max_distance=0.5) is None  # it ends before
+    assert said(sigma_t=10, max_distance=0.3) is None  # it ends before
     assert said(sigma_t=(10, 10, 0.01)) is None  # blue is seen

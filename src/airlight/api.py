@@ -23,7 +23,7 @@ from airlight.luminance import luminance
 from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
-from airlight.options import Composite, Look, Parameters, chosen_look
+from airlight.options import Composite, Look, Parameters, chosen_look, refuse_medium
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
 
@@ -197,6 +197,7 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
     known = [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
     if unknown:
+        refuse_medium(unknown, lambda one: one.name)
         raise AirlightError(f"unknown parameter {unknown[0]!r}{nearest(unknown[0], known, ': there is ' + ', '.join(known))}")
 
 

@@ -85,7 +85,7 @@ def _guarded(work: Callable[[], Any]) -> int:
         say("stopped; nothing half-written is left")
         return 130
     except click.ClickException as error:
-        say(line_of(error))
+        say(_of_scenes(error) or line_of(error))
         return 2
     except AirlightError as error:
         say(str(error))
@@ -105,6 +105,19 @@ def _guarded(work: Callable[[], Any]) -> int:
             traceback.print_exc()
         say(f"unexpected {type(error).__name__}: {error} (please report; AIRLIGHT_TRACEBACK=1 shows the trace)")
     return 1
+
+
+def _of_scenes(error: click.ClickException) -> str:
+    """Word what to do where `airlight image` is given an option of a medium; else ""."""
+    from airlight.options import refuse_medium
+
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None or error.ctx.command is not image.image:
+        return ""
+    try:
+        refuse_medium([error.option_name.lstrip("-").replace("-", "_")])
+    except AirlightError as refused:
+        return str(refused)
+    return ""
 
 
 def _flush() -> None:

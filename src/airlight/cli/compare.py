@@ -20,11 +20,13 @@ from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.jobs.verdict import tell_compared
 from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
+from airlight.progress import showing
 from airlight.scenes.names import A_FILE, is_scene
 
 if TYPE_CHECKING:
     from airlight.compare.result import Comparison, Row
     from airlight.compare.variants import Variant
+    from airlight.progress import Work
 
 WIDTH = 480  # of a scene
 _PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "depth_near", "input_layer", "view", "colorspace"}
@@ -152,10 +154,8 @@ def _chosen(texts: Sequence[str], base: dict[str, Any], in_scene: bool = False, 
     return variants
 
 
-def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None]], Comparison]") -> "Comparison":
+def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row], None], Work], Comparison]") -> "Comparison":
     """Measure, and print each row as it is complete."""
-    from rich.console import Console
-
     from airlight.compare import words
 
     wide = max(len(v.name) for v in variants)
@@ -164,8 +164,8 @@ def _measured(variants: "Sequence[Variant]", measure: "Callable[[Callable[[Row],
         error, p99, worst, cost = words.figures(row)
         click.echo(f"{row.variant.name:{wide}}  error {error:>8}  99 % {p99:>8}  max {worst:>8}  {cost}")
 
-    with Console(stderr=True).status("measuring"):  # shows on a terminal only
-        return measure(say)
+    with showing("measuring") as work:
+        return measure(say, work)
 
 
 def _named(source: str, size: tuple[int, int], what: str) -> str:
@@ -192,8 +192,8 @@ def _on_picture(ctx: click.Context, source: str, output: str, texts: Sequence[st
     if not lights:
         raise AirlightError(f"{source}: without a light there is nothing to compare; give --light X,Y")
 
-    def measured(say: Any) -> "Comparison":
-        return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say)
+    def measured(say: Any, work: Any) -> "Comparison":
+        return measure.compare(picture, lights, variants, mask=emits, depth=far, device=o["device"], runs=o["runs"], say=say, work=work)
 
     result = _measured(variants, measured)
     return result, _named(source, result.size, "light shafts compared")
@@ -225,5 +225,6 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
         _chosen([text], base, True)
     view = scenes.ComparedView(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
     variants = _chosen(texts, base, True, view.lacks)
-    result = _measured(variants, lambda say: scenes.compare(view, variants, against=o["against"], runs=o["runs"], say=say))
+    options = {"against": o["against"], "runs": o["runs"]}
+    result = _measured(variants, lambda say, work: scenes.compare(view, variants, **options, say=say, work=work))
     return result, _named(source, result.size, "light in the air compared")

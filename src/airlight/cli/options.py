@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem
 from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.messages import nearest
-from airlight.options import NOT_IN_SCENES, Option, declared, presets
+from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
 from airlight.options.declare import as_text
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 
@@ -108,14 +108,14 @@ def given(ctx: click.Context, name: str) -> bool:
 def gather(ctx: click.Context, preset: str | None, medium: str | None = None) -> dict[str, Any]:
     """Collect the values that are set: those of `--settings-from`, over them the preset's, the medium's, and those of the command line.
 
-    A medium is lit by march if no method is said. Raises AirlightError.
+    A medium, or an option of one, is lit by march if no method is said. Raises AirlightError.
     """
     options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
     recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = recalled | (presets.load(preset) if preset is not None else {})
     written = {name: ctx.params[name] for name in options if given(ctx, name)}
     if medium is None:
-        return values | written
+        return ({} if of_medium_alone(written) is None else {"method": FOR_MEDIUM}) | values | written
     found = {"method": FOR_MEDIUM} | values | presets.load(medium, presets.MEDIA) | written
     if "medium" not in METHODS[found["method"]].options:
         raise AirlightError(f"--medium means nothing with method {found['method']}: leave it out, or give --method march too")

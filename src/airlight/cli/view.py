@@ -9,9 +9,10 @@ import click
 from airlight.cli.compare import SourceLightType
 from airlight.cli.help import Command
 from airlight.cli.light import LightText
-from airlight.cli.options import gather, parameter_options
+from airlight.cli.options import gather, given, parameter_options
 from airlight.cli.shared import SCENE, check_source, file_scene_options, medium_options, option, preset_option, to_stdout
 from airlight.errors import AirlightError
+from airlight.options import refuse_medium
 
 
 @click.command(cls=Command)
@@ -72,6 +73,8 @@ def view(
     of_scene = is_scene(source)
     if not of_scene and (animation, scene_of_file, up) != (None, None, None):
         raise AirlightError("--animation, --scene and --up are for the file of a scene: leave them out for a picture")
+    if not of_scene:
+        refuse_medium(name for name in ctx.params if given(ctx, name))
     more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
     more |= {"animation": animation, "scene": scene_of_file, "up": up}
 

@@ -19,12 +19,14 @@ from airlight.layers import gpu_inputs
 from airlight.lights import ImageLight
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import Parameters
+from airlight.progress import SILENT, Work
 from airlight.reference import radial as reference
 from airlight.scatter.render import PictureRenderer, emitted, plan
 
 Array = npt.NDArray[Any]
 POINTS = 4000  # random pixels at which the error is measured
 DISC = 0.02  # of the width: nearer to a light, where shafts are a small part of what is seen, nothing is measured
+LIMIT_DRAWINGS = 5.0  # variants that the converged sum takes as long as, for what is left
 FEW = 1e7  # taps of the reference up to which it is evaluated at all pixels, some 10 s
 
 
@@ -79,8 +81,9 @@ def compare(
     runs: int = 5,
     box: int = 960,
     say: Callable[[PictureRow], None] = lambda row: None,
+    work: Work = SILENT,
 ) -> PictureComparison:
-    """Measure the variants on a picture; say gets each row when it is complete. Pictures fit into box x box pixels.
+    """Measure the variants on a picture; say gets each row when it is complete, work what is done. Pictures fit into box x box pixels.
 
     Error: outside a disc of 2 % of the width around each light, at random pixels or, where that takes not too long, at all. Cost: the
     wall time of the scattering passes (without the source's, which is the same for all) over that of a one-tap copy, medians of
@@ -139,6 +142,9 @@ def compare(
         own = float(np.sqrt(np.mean((rough - truth[some]) ** 2))) / mean
         return _Limit(truth, mean, own, best, errors(best.reshape(-1, 3)[at], truth)[0])
 
+    targets = len({limit_key(p) for p in parameters})
+    work.total = len(variants) * 2 + targets * LIMIT_DRAWINGS
+    work.part("timing", len(variants))
     records = [recorded(p) for p in parameters]
     copy = Passes(gpu, next(iter(sources.values()))[0], layer).copy()
     copy_times, *times = _times(gpu, [copy, *(record for record, _ in records)], runs)
@@ -149,7 +155,9 @@ def compare(
     for v, p, record, spent in zip(variants, parameters, records, times, strict=True):
         key = limit_key(p)
         if key not in limits:
+            work.part(f"the converged sum, {len(limits) + 1} of {targets}", LIMIT_DRAWINGS)
             limits[key] = limit_of(p)
+        work.part(v.name, 1)
         target = limits[key]
         own = rendered(*record)
         ms = float(np.median(spent))

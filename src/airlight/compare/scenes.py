@@ -19,6 +19,7 @@ from airlight.gpu.timing import run_ms
 from airlight.luminance import REC709_F32
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters, SceneOptions
+from airlight.progress import SILENT, Work
 from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
@@ -35,6 +36,8 @@ Array = npt.NDArray[Any]
 MAX_TRACED = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
 MAX_SHADOW_SIDE, MAX_SHADOW_BYTES = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
 CASCADES = 4  # of it
+# how many drawings of a variant take as long as a truth, if nothing better is known; triangles x lights x pixels that take as long as one
+TRUTH_DRAWINGS, TRACED_PER_DRAWING = 10.0, 2e6
 
 
 class ComparedView:
@@ -111,8 +114,10 @@ class ComparedView:
 
     # ------------------------------------------------------------ truths
 
-    def truth(self, medium: ResolvedMedium, against: str | None) -> tuple[Layer, str]:
-        """Compute the true layer, and say by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk."""
+    def truth(self, medium: ResolvedMedium, against: str | None, work: Work = SILENT) -> tuple[Layer, str]:
+        """Compute the true layer, and say by what. against: tracer, walk or mitsuba; None: the tracer where it can, else the walk.
+
+        work: of which it is a part."""
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
         try:
@@ -133,7 +138,8 @@ class ComparedView:
             return layer, about
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
-        layer = tracer.layer(view, projection, size, *what)
+        work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
+        layer = tracer.layer(view, projection, size, *what, work.share)
         return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit segments of each ray"
 
     def _walked(self, medium: ResolvedMedium, why: str) -> tuple[Layer, str]:
@@ -159,8 +165,9 @@ def compare(
     runs: int = 5,
     box: int = 960,
     say: Callable[[SceneRow], None] = lambda row: None,
+    work: Work = SILENT,
 ) -> SceneComparison:
-    """Measure the variants; say gets each row when it is complete. Pictures fit into box x box pixels.
+    """Measure the variants; say gets each row when it is complete, work what is done. Pictures fit into box x box pixels.
 
     Error: by `rule`, of the light against the truth of the variant's own medium; of methods without units,
     after the one factor that fits best. Cost: the passes of shadow maps, source and shafts over the wall time of a one-tap copy, medians of
@@ -170,10 +177,13 @@ def compare(
         mitsuba.ready()
     found: dict[Medium, tuple[int, Array, Array, float]] = {}
     truths: list[Truth] = []
+    media = len({v.medium for v in variants})
+    work.total = media * TRUTH_DRAWINGS + len(variants) * (1 + runs)
     for v in variants:
         if v.medium in found:
             continue
-        layer, about = view.truth(view.resolved(v), against)
+        work.part(f"truth {len(found) + 1} of {media}", TRUTH_DRAWINGS)
+        layer, about = view.truth(view.resolved(v), against, work)
         true, where = layer.radiance, rule.clear(layer.path_length)
         if not where.any():
             raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
@@ -183,8 +193,11 @@ def compare(
         found[v.medium] = len(truths), true, where, mean
         shown = fit(view.composited(layer, v), box)
         truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
-    lights = [view.light(v) for v in variants]
-    copy_ms, costs = _costs(view, variants, runs)
+    lights = []
+    for v in variants:
+        work.part(f"light of {v.name}", 1)
+        lights.append(view.light(v))
+    copy_ms, costs = _costs(view, variants, runs, work)
     rows = []
     for v, (light, picture), parts in zip(variants, lights, costs, strict=True):
         number, true, where, mean = found[v.medium]
@@ -228,13 +241,14 @@ def part_of(label: str) -> str | None:
     return "shadow maps" if label == "shadows" else label if label in of_medium() else "shafts"
 
 
-def _costs(view: ComparedView, variants: Sequence[Variant], runs: int) -> tuple[float, list[dict[str, float]]]:
+def _costs(view: ComparedView, variants: Sequence[Variant], runs: int, work: Work) -> tuple[float, list[dict[str, float]]]:
     """Time a copy, and each variant's parts: (ms, a dict of ms each), medians of runs."""
     size = view.shot.width, view.shot.height
     copy = Passes(view.device, *(view.device.texture(*size, "rgba16float") for _ in range(2))).copy()
     copies: list[float] = []
     times: list[dict[str, list[float]]] = [{} for _ in variants]
-    for _ in range(runs):
+    for turn in range(runs):
+        work.part(f"timing, run {turn + 1} of {runs}", len(variants))
         copies.append(run_ms(view.device, copy))
         for v, own in zip(variants, times, strict=True):
             whole, passes = view.replay(v).spent()

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError, MachineError, warn
+from airlight.errors import AirlightError, MachineError
 from airlight.jobs import tasks
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.run import run
@@ -17,8 +17,21 @@ from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
 from airlight.jobs.verdict import OfScene
 from airlight.messages import say
-from airlight.options import NOT_IN_SCENES, Composite, March, Medium, Parameters, SceneOptions, build, declared, presets, refuse_look
+from airlight.options import (
+    NOT_IN_SCENES,
+    Composite,
+    March,
+    Medium,
+    Parameters,
+    SceneOptions,
+    build,
+    declared,
+    of_medium_alone,
+    presets,
+    refuse_look,
+)
 from airlight.options.storage import Storage
+from airlight.progress import showing
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -209,7 +222,6 @@ def run_frames(request: FramesRequest) -> bool:
         video.check_film(r.output, *r.size, r.overwrite)
     with needing_scenes():
         from airlight.gpu.device import shared_device
-        from airlight.medium.resolve import resolve
         from airlight.scenes import offline
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
@@ -253,8 +265,6 @@ def run_frames(request: FramesRequest) -> bool:
     if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
         say(exposure.line())
         values["ev"] = exposure.ev
-    if method.has_units:
-        _doubt(stage, shot, resolve(built[Medium], built[March], parameters.quality, stage.radius))
     settings = r.settings(stage.settings, values)
     work = _Work(studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
     if r.is_film:
@@ -264,7 +274,10 @@ def run_frames(request: FramesRequest) -> bool:
         work.verdict.tell()
         return True
     if not r.is_sequence:
-        work.write(todo[0], None, work.render(todo[0], None))
+        with showing("drawing", 2, is_timed=False) as told:
+            frame = work.render(todo[0], None)
+            told.step("writing")
+            work.write(todo[0], None, frame)
         work.verdict.tell()
         return True
     failed = run(todo, work.read, work.render, work.write)
@@ -289,21 +302,11 @@ def _chooser(r: FramesRequest, values: dict[str, Any], stage: "Stage") -> str:
     if r.medium is not None:
         return f"--medium {r.medium}"
     if "method" in values:
-        return f"--preset {r.preset}" if r.preset is not None and "method" in presets.load(r.preset) else "--settings-from"
+        if r.preset is not None and "method" in presets.load(r.preset):
+            return f"--preset {r.preset}"
+        implying = of_medium_alone(r.explicit)
+        return "--settings-from" if implying is None else implying.flag
     return f"the scene {stage.name}" if "method" in stage.settings else ""
-
-
-def _doubt(stage: "Stage", shot: "Shot", medium: Any) -> None:
-    """Warn of a medium that hides the scene or cannot be seen."""
-    import numpy as np
-
-    from airlight.medium.resolve import doubt
-
-    camera = stage.cameras.get(shot.camera or "", next(iter(stage.cameras.values())))
-    eye = camera.world.position if shot.eye is None else shot.eye
-    message = doubt(medium, float(np.linalg.norm(np.asarray(eye) - stage.center)), stage.radius)
-    if message is not None:
-        warn(message)
 
 
 def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:

@@ -23,6 +23,7 @@ from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
 from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
 from airlight.options.storage import Storage
+from airlight.progress import showing
 from airlight.scatter.methods import check_picture
 
 if TYPE_CHECKING:
@@ -197,8 +198,12 @@ def run_image(request: ImageRequest) -> bool:
         failed = run(todo, work.read, work.render, work.write)
         say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     else:
-        loaded = work.read(todo[0])
-        work.write(todo[0], loaded, work.render(todo[0], loaded))
+        with showing("reading", 3, is_timed=False) as told:
+            loaded = work.read(todo[0])
+            told.step("rendering")
+            rendered = work.render(todo[0], loaded)
+            told.step("writing")
+            work.write(todo[0], loaded, rendered)
     if request.profile:
         _show_profile(work.spent, work.passes or [])
     return not failed

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from airlight.errors import AirlightError, MachineError
 from airlight.messages import say
+from airlight.progress import showing
 
 T = TypeVar("T")
 AHEAD = 2  # pictures that are read, and that are written (at once) or wait for it, beyond the one that is rendered
@@ -29,7 +30,7 @@ def run(
     reading: deque[tuple[T, Future[Any]]] = deque()
     writing: deque[tuple[T, Future[Any]]] = deque()
     waiting = iter(todo)
-    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(writers) as writer, _progress(len(todo)) as advance:
+    with ThreadPoolExecutor(1) as reader, ThreadPoolExecutor(writers) as writer, showing("airlight", len(todo), counts=True) as work:
 
         @contextlib.contextmanager
         def told(task: T) -> Iterator[None]:
@@ -40,13 +41,13 @@ def run(
             except AirlightError as error:
                 failed.append((task, error))
                 say(str(error))
-                advance()
+                work.advance()
 
         def finish() -> None:
             task, future = writing.popleft()
             with told(task):
                 future.result()
-                advance()
+                work.advance()
 
         try:
             for _ in range(AHEAD):
@@ -66,19 +67,3 @@ def run(
             for pool in (reader, writer):
                 pool.shutdown(wait=False, cancel_futures=True)
     return failed
-
-
-@contextlib.contextmanager
-def _progress(total: int) -> Iterator[Callable[[], None]]:
-    """Show a bar on a terminal, nothing elsewhere."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda: None
-        return
-    columns = TextColumn("airlight"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(elapsed_when_finished=True)
-    with Progress(*columns, console=console) as bar:
-        task = bar.add_task("pictures", total=total)
-        yield lambda: bar.advance(task)

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from airlight.errors import warn
+from airlight.jobs.seen import BLACK_LINEAR, Lamps, doubt_of_frame
 from airlight.messages import say
 
 if TYPE_CHECKING:
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 NEARLY_ALL = 0.95  # of the pixels
 CODES = 2  # of 8 bits: what changes by no more is not seen, nor what lies no farther from black
-WHITE_LINEAR, BLACK_LINEAR = 0.987, 6e-4  # codes 253.5 and 2 of 255
+WHITE_LINEAR = 0.987  # code 253.5 of 255
 FAR_STOPS = 2  # from the measured exposure: the user's own is amiss
 LOOKED_AT = 50_000  # pixels, about
 
@@ -83,6 +85,7 @@ class OfScene:
     ev: float = 0.0  # with which they are shown
     measured: float | None = None  # the automatic one of physical lights
     seen: bool = False  # something of the scene, in any frame
+    lamps: Lamps = field(default_factory=Lamps)
 
     @property
     def _is_light(self) -> bool:
@@ -96,7 +99,13 @@ class OfScene:
         if found is not None:
             self.flat[found[0]] += 1
             self.least = min(self.least, found[1])
-        self.seen = self.seen or sees(studio)
+        self.lamps.look(studio)
+        if self.seen:
+            return
+        depth = frame.depth if frame.depth is not None else studio.depth()
+        self.seen = sees(studio, depth)
+        if self.frames == 1 and (doubt := doubt_of_frame(studio, frame, depth)) is not None:  # at once: a film may take hours
+            warn(doubt)
 
     def tell(self) -> None:
         """Say what all frames have in common that nobody wants, with its cure."""
@@ -104,6 +113,7 @@ class OfScene:
         if self.frames and not self.seen:
             say(f"{of}nothing of the scene is seen: place the camera by --eye x,y,z and --target x,y,z, or name one by --camera", prefix="")
             return
+        self.lamps.tell()
         darker, brighter = f"--ev {self.ev - 4:g} darkens it", f"--ev {self.ev + 4:g} brightens it, "
         if self.measured is not None and abs(self.ev - self.measured) > FAR_STOPS:  # four stops would not do
             darker = f"its lights want --ev {self.measured:g}, which it gets without --ev"
@@ -114,15 +124,16 @@ class OfScene:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
 
 
-def sees(studio: "Studio") -> bool:
-    """Tell whether anything of the stage was drawn in the last frame; what is seen through leaves no depth, and is taken to be seen."""
-    import numpy as np
+def sees(studio: "Studio", depth: "np.ndarray") -> bool:
+    """Tell whether anything of the stage was drawn in the last frame; what is seen through leaves no depth, and is taken to be seen.
 
+    depth: (H, W) of 0..1.
+    """
     def shows_through(thing: Any) -> bool:
         material = getattr(thing, "material", None)
         return material is not None and thing.visible and not material.depth_write
 
-    if (studio.read(studio.shafts.depths, np.float32)[..., 0] < 1).any():
+    if (depth < 1).any():
         return True
     background = {id(thing) for thing in studio.stage.scene.iter() if type(thing).__name__ == "Background"}
     return any(shows_through(thing) for thing in studio.stage.scene.iter() if id(thing) not in background)

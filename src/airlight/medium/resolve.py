@@ -1,5 +1,6 @@
 """Resolves `options.Medium` and `options.March` for a scene: coefficients, and a value for all that is unset."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,9 @@ from airlight.options.declare import as_text
 OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
 MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
-OPAQUE_DEPTH, EMPTY_DEPTH = 6.0, 1e-3  # optical depths across a scene: from here nothing is seen through it, up to here nothing of it
+VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
+HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
+EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which no usual lamp shows in it
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in medium/phase.wgsl
 
 
@@ -68,14 +71,31 @@ def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
 
     distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
     """
-    path_length = min(max(distance, 2 * radius), medium.max_distance)
-    depths = medium.sigma_t * path_length
-    if path_length <= 0 or not depths.any():
+    near, far = (min(max(distance, size), medium.max_distance) for size in (radius, 2 * radius))
+    if near <= 0 or not medium.sigma_t.any():
         return None
-    suits = as_text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * (OPTICAL_DEPTH / depths.mean())))
-    across = f"an optical depth of {depths.mean():.2g} over {path_length:.3g} m"
-    if depths.min() > OPAQUE_DEPTH and medium.settings.extinction:
-        return f"the medium hides the scene: {across}; it would be seen with a sigma_t of about {suits} 1/m"
-    if depths.max() < EMPTY_DEPTH:
-        return f"the medium is too thin to be seen: {across}; it would be seen with a sigma_t of about {suits} 1/m"
-    return None
+    if medium.settings.extinction and (medium.sigma_t * near).min() > HIDING_DEPTH:
+        return hides(medium, near)
+    return is_too_thin(medium, far) if (medium.sigma_t * far).max() < EMPTY_DEPTH else None
+
+
+def hides(medium: ResolvedMedium, path_length: float) -> str:
+    """Words that a medium hides what lies behind so many metres of it."""
+    beyond = f"{_across(medium, path_length)}, and beyond {HIDING_DEPTH:.1f} nothing is seen"
+    return f"the medium hides the scene: {beyond}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+
+
+def is_too_thin(medium: ResolvedMedium, path_length: float) -> str:
+    """Words that a medium is not seen over so many metres of it."""
+    across = _across(medium, path_length)
+    return f"the medium is too thin to be seen: {across}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+
+
+def _across(medium: ResolvedMedium, path_length: float) -> str:
+    return f"an optical depth of {(medium.sigma_t * path_length).mean():.2g} over {path_length:.3g} m"
+
+
+def _suiting(medium: ResolvedMedium, path_length: float) -> str:
+    """Writes the extinction that gives OPTICAL_DEPTH over so many metres, in the medium's own hue."""
+    scale = OPTICAL_DEPTH / (medium.sigma_t * path_length).mean()
+    return as_text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * scale))

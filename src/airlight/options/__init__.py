@@ -1,8 +1,10 @@
 """Every parameter, declared once, a module a group; command line, panel, presets and docs follow from it."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
+from airlight.errors import AirlightError
 from airlight.options.composite import Composite
 from airlight.options.declare import Option, Options
 from airlight.options.look import OF_LOOK, OF_SUM, Look, chosen_look, refuse_look
@@ -14,7 +16,8 @@ from airlight.scatter import methods
 
 __all__ = [
     "ALL", "NOT_IN_SCENES", "OF_LOOK", "OF_SCENES", "OF_SUM", "Composite", "Look", "March", "Medium", "Option", "Options", "Parameters",
-    "SceneOptions", "build", "chosen_look", "declared", "refuse_look",
+    "SceneOptions", "build", "chosen_look", "declared", "of_medium_alone",
+    "refuse_look", "refuse_medium",
 ]  # fmt: skip
 
 OF_PICTURES: tuple[type[Options], ...] = (Look, Parameters, Composite)
@@ -30,6 +33,20 @@ def declared(scenes: bool = False) -> tuple[Option, ...]:
     if scenes:
         return tuple(found)
     return tuple(replace(one, choices_of=methods.of_screen) if one.name == "method" else one for one in found)
+
+
+def of_medium_alone(names: Iterable[str]) -> Option | None:
+    """Find the first of some options that only methods that light a medium read, as sigma_t: whoever writes it wants such a method."""
+    some, screen = set(names), set(methods.of_screen())
+    return next((one for one in declared(scenes=True) if one.name in some and one.methods and not screen & set(one.methods)), None)
+
+
+def refuse_medium(names: Iterable[str], write: Callable[[Option], str] = lambda one: one.flag) -> None:
+    """Raise AirlightError for an option of a medium, which a picture does not have. write: how the user wrote it."""
+    one = of_medium_alone(names)
+    if one is not None:
+        of_scene = "is for the air of a 3-D scene, as of `airlight render SCENE`"
+        raise AirlightError(f"{write(one)} {of_scene}: leave it out; the shafts of a picture have strength and length")
 
 
 def build(values: dict[str, Any]) -> dict[type, Any]:

@@ -23,7 +23,7 @@ from airlight.pygfx.private import use_hdr
 from airlight.pygfx.screen_effect import ScreenSpaceState
 from airlight.pygfx.surface_shadows import SurfaceShadows
 from airlight.pygfx.uniforms import WHOLE, Region, Uniforms
-from airlight.scatter.methods import METHODS, check_ray
+from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_ray
 
 
 @lru_cache(maxsize=4)
@@ -50,14 +50,15 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
-    medium, march: with methods that light a medium, through shadow maps; of `in_scene` these take the resolution and the
-    tones, of `exclude` what casts no shadow.
+    medium, march: with methods that light a medium, through shadow maps; without parameters they ask for march. Of
+    `in_scene` these take the resolution and the tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
     unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
     which light adaptation follows (0: it settles at once); `pre_exposure`: factor that the scene's own radiances hold already, of which the
     exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or occlusion (of a medium: what is seen
-    through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile` is wanted. `source`, `layer`:
+    through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile` is wanted; `doubts`: whether
+    a medium that hides all or cannot be seen is told, by one AirlightWarning. `source`, `layer`:
     textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-
     scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere.
     Raises AirlightError.
@@ -83,13 +84,14 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         super().__init__()
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
-        self.parameters = parameters or Parameters()
+        of_medium = medium is not None or march is not None
+        self.parameters = parameters or (Parameters(method=FOR_MEDIUM) if of_medium else Parameters())
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
         self.radius: float | None = None
         self.debug: str | None = None
-        self.dt, self.timing = 0.0, False
+        self.dt, self.timing, self.doubts = 0.0, False, True
         self.pre_exposure, self.automatic_ev = 1.0, 0.0
         self.device = _device(renderer.device)
         self._uniforms = Uniforms(self.device)

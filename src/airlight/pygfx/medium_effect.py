@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.composite.scene import SceneLayer
+from airlight.errors import warn
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
-from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.pygfx.casters import Casters
 from airlight.pygfx.punctual import punctual_lights
 from airlight.scatter.methods import METHODS
@@ -38,12 +39,21 @@ class MediumState:
         casters, p = self.casters, shafts.parameters
         casters.scene, casters.lights, casters.exclude = shafts.scene, shafts.lights, shafts.exclude
         gathered = casters.gather()
-        radius = fit.ball(gathered[1])[1] if shafts.radius is None else shafts.radius
+        ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
+        radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]
         settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0).exposed(shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled)
+        if ball is not None and shafts.doubts and METHODS[p.method].has_units:
+            self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered)
         share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         self.march.record(encoder, depth, timer)
+
+    def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float) -> None:
+        """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen. center, radius: of that, metres."""
+        if radius > 0 and (line := doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius)) is not None:
+            shafts.doubts = False
+            warn(line, level=2)

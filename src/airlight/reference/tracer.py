@@ -7,7 +7,7 @@ t + d = t0 + h e^v, dt / d^2 = dv / (h cosh v), and every phase function is anal
 anisotropy.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,11 +35,13 @@ def layer(
     lights: Sequence[PunctualLight],
     medium: ResolvedMedium,
     casters: Array | None = None,
+    told: Callable[[float], None] = lambda share: None,
 ) -> Layer:
     """Computes the layer of a medium: radiance that it scatters to the eye, transmittance, and the distance to which these are summed.
 
     view, projection: (4, 4) of the camera; size: (width, height), one ray through the centre of each pixel. triangles: (N, 3, 3), world,
     what the eye sees; casters: (M, 3, 3) what hides light, None: the same. Both sides of them do.
+    told: is called with the share that is done.
     """
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
@@ -49,6 +51,7 @@ def layer(
     near, far = _depths(projection)
     found, reach = np.zeros((height, width, 3)), np.zeros((height, width))
     for top in range(0, height, TILE_PX):
+        told(top / height)
         for left in range(0, width, TILE_PX):
             rows, columns = np.arange(top, min(top + TILE_PX, height)), np.arange(left, min(left + TILE_PX, width))
             y, x = (k.ravel() for k in np.meshgrid(rows, columns, indexing="ij"))

@@ -90,9 +90,10 @@ class Frame:
         height, width = self.depth.shape
         n = self.samples
         nearest = self.depth.reshape(height // n, n, width // n, n).min(axis=(1, 3))
-        return self._axial(nearest)
+        return self.axial(nearest)
 
-    def _axial(self, depth: np.ndarray) -> np.ndarray:
+    def axial(self, depth: np.ndarray) -> np.ndarray:
+        """Computes float32 metres along the view's axis of depths 0..1, an array of any shape; FAR_METRES where nothing is drawn."""
         a, b, c, e = self.terms
         with np.errstate(divide="ignore", invalid="ignore"):
             z = (a * depth.astype(np.float64) + b) / (c * depth.astype(np.float64) + e)
@@ -111,7 +112,7 @@ class Frame:
         if self.reach > 0 and self.depth is not None:
             x = self.rays[0] * (np.arange(width) + 0.5) / width + self.rays[2]
             y = self.rays[1] * (np.arange(height) + 0.5) / height + self.rays[3]
-            distance = self._axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
+            distance = self.axial(self.depth) * np.sqrt(1 + x * x + (y * y)[:, None])
             full *= np.where(self.depth < 1, 1 - np.exp(-distance / self.reach), 1)[..., None].astype(np.float32)
         return box(full, self.samples)
 
@@ -197,7 +198,7 @@ class Studio:
         self.ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
-        self.shafts.radius = stage.radius
+        self.shafts.radius, self.shafts.doubts = stage.radius, False
         self.shafts.pre_exposure = self.exposure.pre
         self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
@@ -227,7 +228,7 @@ class Studio:
             exposure=float(2.0**self.ev),
         )
         if depth or (layer and reach > 0):
-            found.depth = self.read(shafts.depths, np.float32)[..., 0]
+            found.depth = self.depth()
         if layer:
             found.layer, found.region = self.read(shafts.layer, np.float32 if medium else np.float16), shafts.region
             if medium:
@@ -272,7 +273,7 @@ class Studio:
                 composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
                 scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
                 shafts = LightShafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
-                shafts.radius = self.stage.radius
+                shafts.radius, shafts.doubts = self.stage.radius, False
                 small.effect_passes = [shafts]
                 made.append((small, shafts))
             small, shafts = made[0]
@@ -284,6 +285,10 @@ class Studio:
             return np.concatenate(found)
 
         return luminances
+
+    def depth(self) -> np.ndarray:
+        """Reads the last frame's depth: (H, W) float32, 0..1."""
+        return self.read(self.shafts.depths, np.float32)[..., 0]
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size

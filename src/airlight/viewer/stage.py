@@ -71,6 +71,7 @@ class SceneView:
         self.camera = self.controller = self.posed = None
         if self.shafts is None:
             self.shafts = LightShafts(self.renderer, stage.scene, stage.cameras[names[0]], stage.lights)
+            self.shafts.doubts = False  # the panel tells
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius

@@ -1,0 +1,118 @@
+"""Tells how much of long work is left: on a terminal a line that is rewritten, elsewhere a line a minute; always on stderr."""
+
+import contextlib
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+from airlight.messages import say
+
+SILENT_S = 1.0  # seconds: quicker work says nothing
+EVERY_S = 60.0  # seconds between lines, where stderr is no terminal
+
+
+class Work:
+    """Counts what is done of some work, in any unit. This one tells nobody.
+
+    total: of that unit. is_timed: whether what is left takes as long as it says, so that time can be told.
+    """
+
+    def __init__(self, name: str = "", total: float = 1.0, is_timed: bool = True) -> None:
+        self.name, self.total, self.is_timed = name, total, is_timed
+        self.begun = time.monotonic()
+        self.text, self.done = name, 0.0
+        self._part: tuple[float, float] = (0.0, 0.0)  # where it begins, and how much it is
+
+    def advance(self, amount: float = 1.0) -> None:
+        self.done += amount
+        self.tell()
+
+    def step(self, text: str) -> None:
+        """Begin the next of steps, each 1 of the total."""
+        self.text = text
+        self.advance()
+
+    def part(self, text: str, planned: float) -> None:
+        """Begin a part of the work, so much of the total; the one before is done."""
+        self._part = sum(self._part), planned
+        self.text, self.done = text, self._part[0]
+        self.tell()
+
+    def weigh(self, amount: float) -> None:
+        """Correct how much the part is that was begun."""
+        begins, planned = self._part
+        self.total += amount - planned
+        self._part = begins, amount
+
+    def share(self, share: float) -> None:
+        """Tell how much of the part is done, 0..1."""
+        begins, amount = self._part
+        self.done = begins + share * amount
+        self.tell()
+
+    def left(self) -> str:
+        """Write how long the rest takes, by what was done until now; "" where nothing says so."""
+        if not self.is_timed or self.done <= 0:
+            return ""
+        seconds = (time.monotonic() - self.begun) * max(self.total - self.done, 0.0) / self.done
+        return f"about {seconds:.0f} s left" if seconds < 100 else f"about {seconds / 60:.0f} min left"
+
+    def tell(self) -> None:
+        """Tell nobody."""
+
+
+SILENT = Work()
+
+
+class _Lines(Work):
+    """Says a line a minute."""
+
+    def tell(self) -> None:
+        now = time.monotonic()
+        if now - getattr(self, "told", self.begun) < EVERY_S:
+            return
+        self.told = now
+        parts = self.text, f"{100 * min(self.done / self.total, 1):.0f} % done", self.left()
+        say(", ".join(part for part in parts if part))
+
+
+class _Bar(Work):
+    """Rewrites a line with a bar, by rich."""
+
+    def __init__(self, console: Any, name: str, total: float, is_timed: bool, counts: bool) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        super().__init__(name, total, is_timed)
+        columns: list[Any] = [TextColumn("{task.description}"), BarColumn()]
+        columns += [MofNCompleteColumn()] if counts else []
+        columns += [TextColumn("{task.fields[left]}")] if is_timed else [TimeElapsedColumn()]
+        # rich would write on stderr what goes to stdout, even into a file
+        options: dict[str, Any] = {"transient": True, "redirect_stdout": sys.stdout is not None and sys.stdout.isatty()}
+        self.bar = Progress(*columns, console=console, **options)
+        self.task = self.bar.add_task(name, total=total, left="")
+
+    def tell(self) -> None:
+        self.bar.update(self.task, description=self.text, completed=self.done, total=self.total, left=self.left())
+
+
+@contextlib.contextmanager
+def showing(name: str, total: float = 1.0, *, is_timed: bool = True, counts: bool = False) -> Iterator[Work]:
+    """Show how far some work is while the block lasts, see `Work`; nothing stays of it. counts: whether it is of things to be counted."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(name, total, is_timed)
+        return
+    work = _Bar(console, name, total, is_timed, counts)
+    start = threading.Timer(SILENT_S, work.bar.start)
+    start.daemon = True
+    start.start()
+    try:
+        yield work
+    finally:
+        start.cancel()
+        start.join()
+        work.bar.stop()
