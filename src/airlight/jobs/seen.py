@@ -35,7 +35,7 @@ def doubt_of_medium(
     """
     import numpy as np
 
-    from airlight.medium.resolve import HIDING_DEPTH, VISIBLE_CONTRAST, hides, is_too_thin  # help needs no NumPy
+    from airlight.medium.resolve import HIDING_DEPTH, VISIBLE_CONTRAST, hides, is_too_thin
 
     depths = length[:, None] * medium.sigma_t
     if not depths.size or not depths.any():  # an empty one is meant so
