@@ -307,7 +307,7 @@ class _Work:
         self.spent.add("render", begun)
         real = outputs.is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell)
+            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell, self.composite.mix)
         doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
         return Settled(written, parameters, done.held, done, shines)
