@@ -47,10 +47,11 @@ test: lint vulkan chromium
 
 validate: .build/validate.stamp vulkan chromium
 	$(RUN)/python -m pytest -m slow
-	$(RUN)/python scripts/adapters.py
+	$(MAKE) adapters
 
 adapters: env vulkan chromium
 	$(RUN)/python scripts/adapters.py
+	$(RUN)/python scripts/vulkan_layer.py
 
 bench: .build/bench.stamp vulkan
 	$(RUN)/airlight bench

@@ -1,6 +1,6 @@
 """Runs two dozen commands under the Khronos validation layer on each driver; exit code 1 for a message that is not a known one of upstream.
 
-    python scripts/vulkan_layer.py [NAME ...]      NAME: only these commands
+    python scripts/vulkan_layer.py [NAME ...]      NAME: only these drivers and commands
 
 Silence proves nothing where the layer is not loaded. So a program that uses Vulkan wrongly must be found out first, each command's log must
 begin with what the layer looks at, synchronisation among it, and between them the commands must run every entry point of the shaders.
@@ -262,7 +262,16 @@ def main(names: list[str]) -> int:
     if library is None:
         print("no validation layer: 'apt-get install chromium' brings one")
         return 1
-    return int(sum(checked(driver, env, names, library) for driver, env in drivers().items()) > 0)
+    found = drivers()
+    if unknown := [name for name in names if name not in found and name not in COMMANDS]:
+        print(f"{unknown[0]}: no such driver or command; there is {', '.join((*found, *COMMANDS))}")
+        return 2
+    chosen = [name for name in names if name in found] or list(found)
+    commands = [name for name in names if name in COMMANDS]
+    if not chosen:
+        print("no driver: install one (Debian: mesa-vulkan-drivers, and chromium for SwiftShader)")
+        return 1
+    return int(sum(checked(driver, found[driver], commands, library) for driver in chosen) > 0)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,22 @@ import numpy as np
 
 from airlight.errors import AirlightError, MachineError
 from airlight.files import atomic, write_image
+from airlight.files.video import film
 from airlight.process import supervisor
 
 CALLS = ("open", "fsync", "chmod", "link", "replace", "unlink", "stat")
+MOST = 100  # calls for one output
 PIXELS = np.random.default_rng(4).random((40, 60, 3)).astype(np.float32)
+
+
+def write(target: Path, overwrite: bool = False) -> None:
+    """Write an output of the extension's kind: the picture, or a film of three frames of it."""
+    if target.suffix != ".mp4":
+        write_image(target, PIXELS, overwrite=overwrite)
+        return
+    with film(target, 60, 40, Fraction(24), overwrite=overwrite) as add:
+        for _ in range(3):
+            add((255 * PIXELS).astype(np.uint8))
 
 
 class Fault:
@@ -45,16 +58,16 @@ class Fault:
 
         class File:
             def write(self, data: Any) -> int:
-                file.write(bytes(data)[: len(data) // 2])
+                half = file.write(bytes(data)[: len(data) // 2])
                 fault.call("write")
-                return file.write(bytes(data)[len(data) // 2 :])
+                return half + file.write(bytes(data)[len(data) // 2 :])
 
             def flush(self) -> None:
                 fault.call("flush")
                 file.flush()
 
-            def fileno(self) -> int:
-                return file.fileno()
+            def __getattr__(self, name: str) -> Any:  # read, seek and fileno
+                return getattr(file, name)
 
             def __enter__(self) -> "File":
                 return self
@@ -67,7 +80,7 @@ class Fault:
     def run(self, target: Path, overwrite: bool) -> None:
         atomic.os, atomic.open = self, self.file
         try:
-            write_image(target, PIXELS, overwrite=overwrite)
+            write(target, overwrite)
         finally:
             atomic.os, atomic.open = os, builtins.open
 
@@ -94,9 +107,9 @@ def tried(folder: Path, extension: str, overwrite: bool, number: int) -> tuple[i
     """(calls, faults found) of one format and error; number 0: SIGKILL, in a child process."""
     target = folder / f"out.{extension}"
     if number:
-        write_image(target, PIXELS)
+        write(target)
     else:  # in a child: a fork after the codecs' threads were started would hang
-        supervisor.supervised(lambda: write_image(target, PIXELS) or 0)
+        supervisor.supervised(lambda: write(target) or 0)
     new, old = target.read_bytes(), b"old" if overwrite else None
     wrong, at = [], 0
     while True:
@@ -125,12 +138,16 @@ def tried(folder: Path, extension: str, overwrite: bool, number: int) -> tuple[i
                     path.unlink()
         if raised is None and (number or done) and (not target.exists() or target.read_bytes() != new):
             problem = "no error, and not the new file"
+        if done and raised is not None:
+            problem = f"an error without a fault: {raised}"
         of_machine = number in (errno.ENOSPC, errno.EIO) and fault.failed in ("open", "write", "flush", "fsync", "replace")
         if of_machine and raised is not None and not isinstance(raised, MachineError):
             problem = f"not a failure of the machine: {raised}"
         if problem:
             wrong.append(f"{extension} {number or 'kill'} at call {at} ({fault.failed}): {problem}")
-        if done:
+        if at == MOST:
+            wrong.append(f"{extension} {number or 'kill'}: fails at every call, or without a fault")
+        if done or at == MOST:
             return at - 1, wrong
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pygfx as gfx
 
 HALF, HEIGHT = (3.0, 4.0), 3.0  # along x and z; it stands on y = 0
+OVER = 0.01  # metres by which the sheets around the window reach over others
 WINDOW = ((1.0, 2.2), (-2.5, -0.5))  # in its wall at x = 3, along y and z
 
 
@@ -20,6 +21,7 @@ def _sheet(*corners: tuple[float, float, float]) -> Any:
 
 
 def room(window: bool = False) -> list[Any]:
+    """List its sheets. Those around a window reach over each other: where a corner lies on an edge, drivers may leave a gap of a texel."""
     (x, z), y = HALF, HEIGHT
     (low, high), (back, front) = WINDOW
 
@@ -35,7 +37,9 @@ def room(window: bool = False) -> list[Any]:
     ]
     if not window:
         return [*sheets, wall(0, y, -z, z)]
-    return [*sheets, wall(0, low, -z, z), wall(high, y, -z, z), wall(low, high, -z, back), wall(low, high, front, z)]
+    across = -z - OVER, z + OVER
+    beside = wall(low - OVER, high + OVER, -z - OVER, back), wall(low - OVER, high + OVER, front, z + OVER)
+    return [*sheets, wall(-OVER, low, *across), wall(high, y + OVER, *across), *beside]
 
 
 def in_beam(points: np.ndarray, direction: np.ndarray, wider: float = 0.0) -> np.ndarray:

@@ -182,8 +182,9 @@ def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     assert np.allclose(transmittance, np.exp(-way[..., None] * air.sigma_t), rtol=1e-5)
     assert "2048 texels, as --against walk asks" in about
     truth, far = traced("window")
-    errors = rule.errors(light, truth, rule.clear(far))
-    assert errors.rmse < 0.01 and np.allclose(way, far, rtol=1e-3)
+    clear = rule.clear(far)  # of edges, which drivers place to 1/512 or to 1/32 of a pixel
+    assert rule.errors(light, truth, clear).rmse < 0.01 and np.allclose(way[clear], far[clear], rtol=1e-3)
+    assert np.isclose(way, far, rtol=1e-3).mean() > 0.99
     monkeypatch.setattr(scenes, "MAX_TRACED", 0)
     (again, *_), about = view().truth(air, None)
     assert "276 triangles are too many" in about and np.array_equal(again, light)

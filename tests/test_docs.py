@@ -1,6 +1,7 @@
 """What documents name is there: paths, `path:name` in them, links, commands, the README's figures."""
 
 import contextlib
+import itertools
 import re
 import shlex
 from functools import cache
@@ -87,7 +88,7 @@ COMMANDS = [page for page in PAGES if re.search(r"^    airlight \w", page.read_t
 def test_commands_are_understood(page: Path) -> None:
     lines = re.findall(r"^    airlight ((?:.*\\\n)*.*)$", page.read_text(encoding="utf-8"), re.M)
     for line in lines:
-        name, *words = shlex.split(line.replace("\\\n", " "), comments=True)
+        name, *words = itertools.takewhile(lambda word: word not in "|>", shlex.split(line.replace("\\\n", " "), comments=True))
         command = cli.commands.get(name)
         assert command is not None, line
         with contextlib.suppress(click.exceptions.Exit):  # which a list of presets ends with

@@ -19,6 +19,7 @@ from airlight.scatter.radial import radial
 
 FAULTING = Path(__file__).with_name("faulting.py")
 FORMATS = ("png", "jpg", "tif", "webp", "exr", "hdr", "dpx", "jxl", "avif")
+OUTPUTS = (*FORMATS, "mp4")
 COMMAND = [sys.executable, "-m", "airlight"]
 linux = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the command has no process of its own")
 
@@ -38,7 +39,7 @@ def faults(tmp_path, capsys, kind, formats):
 
 
 def test_an_error_at_every_call_leaves_the_old_file_or_the_new_one(tmp_path, capsys):
-    faults(tmp_path, capsys, "error", FORMATS)
+    faults(tmp_path, capsys, "error", OUTPUTS)
 
 
 @linux
@@ -49,7 +50,7 @@ def test_a_kill_at_every_call_leaves_the_old_file_or_the_new_one(tmp_path, capsy
 @linux
 @pytest.mark.slow
 def test_a_kill_at_every_call_of_every_format(tmp_path, capsys):
-    faults(tmp_path, capsys, "kill", FORMATS)
+    faults(tmp_path, capsys, "kill", OUTPUTS)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no such limit")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 gfx = pytest.importorskip("pygfx")
+from rasterising import edge_error  # noqa: E402
 from room import camera, in_beam, room, seen  # noqa: E402
 
 from airlight.options import March, Medium, Parameters, SceneOptions  # noqa: E402
@@ -76,6 +77,7 @@ def test_light_through_a_window_is_in_its_beam_alone(way: str, direction: Any) -
     lit = in_beam(points, towards) * np.exp(-SIGMA * t)
     truth = LUX * SIGMA * ALBEDO / (4 * np.pi) * lit.mean(axis=-1) * reach
     inside = ends[..., 0] < 2.99  # whose ends are not seen through the window
-    assert found[inside].mean() == pytest.approx(truth[inside].mean(), rel=4e-3)
+    off_by_rows = 3.6e-3 + 0.12 * edge_error()  # of texels, where an edge lies along them
+    assert found[inside].mean() == pytest.approx(truth[inside].mean(), rel=off_by_rows)
     if way == "exact":
         assert np.sqrt(np.mean((found - truth)[inside] ** 2)) < 0.025 * truth[inside].mean()

@@ -39,7 +39,7 @@ def test_nearest_file(tmp_path, monkeypatch):
         (["image", "a.png", "--method", "epipoler"], "epipolar"),
         (["image", "a.png", "--look", "smrt"], "smart"),
         (["image", "a.png", "--quality", "finel"], "final"),
-        (["image", "a.png", "--depth-near", "wite"], "white"),
+        (["image", "a.png", "--depth-near", "whte"], "white"),
         (["image", "a.png", "--blend", "screan"], "screen"),
         (["image", "a.png", "--on-damage", "warm"], "warn"),
         (["image", "a.png", "--debug", "masks"], "mask"),
@@ -55,14 +55,14 @@ def test_nearest_file(tmp_path, monkeypatch):
         (["image", "a.png", "-o", "foldr/out.png"], "{here}/folder"),
         (["image", "a.png", "-o", "x.exr", "--compression", "zps"], "zips"),
         
-        (["render", "tabel"], "table"),
+        (["render", "tble"], "table"),
         (["render", "romm.glb"], "room.glb"),
         (["render", "table", "--medium", "hase"], "haze"),
         (["render", "table", "--camera", "frnt"], None),
         (["view", "flyng"], "flying"),
         (["compare", "a.pmg"], "a.png"),
         (["compare", "a.png", "--against", "tracr"], "tracer"),
-        (["compare", "a.png", "--variant", "sampels=3"], "samples"),
+        (["compare", "a.png", "--variant", "samplse=3"], "samples"),
         (["bench", "--jsn", "a"], "--json"),
     ],
 )
@@ -80,6 +80,20 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
         assert f"did you mean {meant.format(here=tmp_path)!r}?" in said
     else:
         assert "it has " in said
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (["image", "a.png", "--sun", "1,1"], "--sun is no option of `airlight image`; `airlight render` and `airlight compare` have it"),
+        (["view", "a.png", "--browsr"], "--browsr is no option of `airlight view`; did you mean '--browser'?"),
+        (["info", "--qwertz"], "--qwertz is no option of `airlight info`; --help-all shows all"),
+        (["--sun"], "--sun is no option of `airlight`; `airlight render` and `airlight compare` have it"),
+        (["fly"], "there is no command 'fly'; there is image, render, view, compare, info, bench"),
+    ],
+)
+def test_options_of_other_commands(args, says, capsys):
+    assert main(args) == 2 and capsys.readouterr().err == f"airlight: {says}\n"
 
 
 def test_what_was_meant_in_python(tmp_path):

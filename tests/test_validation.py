@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("pygfx")
 import numpy as np
 import validating
+from rasterising import edge_error
 
 from airlight.options import March, Medium, Parameters, SceneOptions, build
 from airlight.scenes import VALIDATION, open_scene
@@ -16,7 +17,7 @@ from airlight.scenes.offline import Shot, Studio
 def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
     drawn = validating.draw(name, 96, 54, shadow_size=2048)
     rmse, bias = validating.error(drawn.layer, *drawn.traced())
-    assert rmse < 0.01
+    assert rmse < 0.0095 + 0.1 * edge_error()  # edges of shadows
     assert abs(bias) < 0.005
 
 

@@ -81,7 +81,7 @@ def test_entry_points_that_no_command_runs_are_noticed() -> None:
 
 
 def test_the_page_names_the_commands_and_what_is_let_pass() -> None:
-    page = re.sub(r"\s+", " ", (ROOT / "docs" / "drivers.md").read_text(encoding="utf-8"))
+    page = re.sub(r"\s+", " ", (ROOT / "docs" / "vulkan-layer.md").read_text(encoding="utf-8"))
     for name, command in vulkan_layer.COMMANDS.items():
         assert f"`{name}`" in page, f"{name}: {' '.join(command)}"
     for id in vulkan_layer.UPSTREAM:

@@ -16,6 +16,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from airlight.files import read_image
 from airlight.viewer import browser, remote
 
 SIZE = {"type": "resize", "width": 64, "height": 48, "pwidth": 64, "pheight": 48, "ratio": 1, "timestamp": 1}
@@ -76,6 +77,10 @@ class Live:
         self.thread.join(10)
         assert not self.thread.is_alive() and self.failed is None, self.failed
 
+    def call(self, what):
+        """Do something in the server's thread."""
+        remote.loop.call_soon_threadsafe(what)
+
     def get(self, path, host=None, cookie=None, method="GET"):
         """(status, headers, body) of a request, its path sent as it is."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=5)
@@ -114,6 +119,11 @@ class Live:
 
     def kinds(self):
         return [event["event_type"] for event in self.events]
+
+
+def shot(page, path):
+    page.screenshot(path=path)
+    return read_image(path).codes[..., :3].astype(int)
 
 
 @contextmanager

@@ -1,7 +1,5 @@
 """The page in a real browser."""
 
-import os
-import shutil
 import signal
 import socket
 import threading
@@ -9,34 +7,13 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from browser_server import Where, process, sockets, until
+from browser_server import Where, process, shot, sockets, until
 from rendercanvas import http as theirs
 
-from airlight.files import read_image
 from airlight.viewer import remote
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        assert os.environ.get("CI") != "true", "no chromium: scripts/ensure_chromium.sh installs it"
-        pytest.skip("no chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield started
-        started.close()
-
 
 SIZE_SHOWN = "(() => { const p = document.getElementById('picture'); return [p.naturalWidth, p.naturalHeight] })()"
 STATUS = "document.getElementById('status').textContent"
-
-
-def shot(page, path):
-    page.screenshot(path=path)
-    return read_image(path).codes[..., :3].astype(int)
 
 
 @pytest.mark.parametrize("ratio", [1, 2])

@@ -15,7 +15,7 @@ from airlight.cli.help import screen
 from airlight.cli.types import line_of
 from airlight.errors import AirlightError, CommonWarning
 from airlight.messages import say
-from airlight.process import supervisor
+from airlight.process import standard, supervisor
 
 
 class _Stopped(Exception):
@@ -66,7 +66,9 @@ def main(args: Sequence[str] | None = None) -> int:
         for text, of in told.items():
             if len(of) > 1:
                 say(f"warning: {len(of) - 1} more: {text}")
-        return _guarded(_flush) or code
+        code = _guarded(_flush) or code
+        standard.release()
+        return code
 
 
 def _guarded(work: Callable[[], Any]) -> int:

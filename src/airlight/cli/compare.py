@@ -12,7 +12,7 @@ from airlight.cli import image, render
 from airlight.cli.help import Command
 from airlight.cli.light import LightType
 from airlight.cli.options import given
-from airlight.cli.shared import LIGHT, check_source, flag_option, option
+from airlight.cli.shared import LIGHT, SCENE, check_source, flag_option, option, to_stdout
 from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
@@ -58,8 +58,8 @@ class SourceLightType(click.ParamType):
         return (render.SceneLightType(PLACE) if scene else LightType()).convert(value, param, ctx)
 
 
-@click.command(cls=Command, context_settings={"show_default": True}, params=_shared())
-@click.argument("source", metavar="IN|SCENE", type=click.Path(), is_eager=True)  # before --light, which depends on it
+@click.command(cls=Command, params=_shared())
+@click.argument("source", metavar="IN|SCENE", type=SCENE, is_eager=True)  # before --light, which depends on it
 @option("--output", "-o", panel="Files", required=True, type=click.Path(), metavar="FILE", help="A picture, or a page: .html.")
 @flag_option("--html", None, "Files", "Write a page, whatever the output's name ends with.")
 @option(
@@ -105,6 +105,7 @@ def compare(
     On the picture IN, whose truth is the converged sum; or in SCENE (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or
     .stl file), whose truth is the light that its medium scatters.
     """
+    ctx.params["output"] = output = to_stdout(output, "html" if ctx.params["html"] and output == "-" else None)
     scene = is_scene(source)
     if not scene:
         check_source(source)

@@ -133,7 +133,7 @@ class Command(rich_click.RichCommand):
     """Is a command with a screen of help, and the rest behind --help-all."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
-        super().__init__(*args, **more)
+        super().__init__(*args, **more | {"context_settings": {"help_option_names": ["-h", "--help"], "show_default": True}})
         more = {"is_flag": True, "is_eager": True, "expose_value": False, "callback": self._show_all}
         option: Any = rich_click.RichOption
         self.params.append(option(["--help-all"], help="Show every option and exit.", **more))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from airlight.jobs.image import ImageRequest
 
 
-@click.command(cls=Command, context_settings={"show_default": True})
+@click.command(cls=Command)
 @click.argument("sources", metavar="IN...", type=click.Path(), nargs=-1, required=True)
 @file_option("--output", "-o", FILES, "The picture to write; the extension says the format. For many: a folder, or a pattern. -: stdout.")
 @option("--frames", panel=FILES, metavar="1-100x2", help="Frames of the pattern IN (shot.####.exr, shot.%04d.exr); else all there are.")

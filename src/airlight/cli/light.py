@@ -3,6 +3,7 @@
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from airlight.errors import AirlightError
 from airlight.jobs.light_text import LightText, read_light
@@ -11,6 +12,10 @@ from airlight.jobs.light_text import LightText, read_light
 class LightType(click.ParamType):
     name = "X,Y|auto"
     parallel = False
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        words = ("auto", "auto:1", "auto:2", "auto:3+") if not self.parallel else ()
+        return [CompletionItem(word) for word in words if word.startswith(incomplete)]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> LightText:
         if isinstance(value, LightText):

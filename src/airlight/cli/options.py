@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 import click
 import rich_click
+from click.shell_completion import CompletionItem
 
 from airlight.cli.types import Choice
 from airlight.errors import AirlightError
@@ -39,6 +40,9 @@ class _Numbers(click.ParamType):
     def __init__(self, of: click.ParamType, triple: bool, words: tuple[str, ...]) -> None:
         self.of, self.triple, self.words = of, triple, words
         self.name = "r,g,b" if triple else "|".join(("n", *words))
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(word) for word in self.words if word.startswith(incomplete)]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not self.triple:

@@ -12,14 +12,18 @@ from airlight.cli.settings import recalled_preset
 from airlight.cli.shared import (
     FILES,
     LIGHT,
+    SCENE,
     file_option,
     file_scene_options,
     flag_option,
+    format_option,
     medium_options,
     option,
     preset_options,
     storage_options,
+    to_stdout,
 )
+from airlight.cli.types import NameOrFile
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -29,6 +33,9 @@ if TYPE_CHECKING:
     from airlight.jobs.frames import FramesRequest
 
 CAMERA, TIME = "Camera", "Time"  # panels of the help
+
+
+SURROUNDINGS = NameOrFile(lambda: [("sunrise", "a sky"), ("sky", "a sky"), ("none", "black")])
 
 
 class _Numbers(click.ParamType):
@@ -72,9 +79,9 @@ class _Fps(click.ParamType):
         return found
 
 
-@click.command(cls=Command, context_settings={"show_default": True})
-@click.argument("scene", metavar="SCENE")
-@file_option("--output", "-o", FILES, "What to write: a picture, numbered pictures (shot.####.png), or a film (.mp4).", required=True)
+@click.command(cls=Command)
+@click.argument("scene", metavar="SCENE", type=SCENE)
+@file_option("--output", "-o", FILES, "What to write: a picture, numbered ones (shot.####.png), a film (.mp4). -: stdout.", required=True)
 @file_scene_options
 @option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
 @option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
@@ -108,7 +115,13 @@ class _Fps(click.ParamType):
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light, "
     "in units 68300lx or 100W/m2.",
 )
-@option("--environment", panel=LIGHT, metavar="NAME|FILE", help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.")
+@option(
+    "--environment",
+    panel=LIGHT,
+    type=SURROUNDINGS,
+    metavar="NAME|FILE",
+    help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.",
+)
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
@@ -121,6 +134,7 @@ class _Fps(click.ParamType):
 )
 @file_option("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
 @option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
+@format_option
 @storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
@@ -142,6 +156,7 @@ def frames_request(ctx: click.Context, scene: str) -> "FramesRequest":
     """Make of the command line what is wanted of a scene, for this command and for comparisons."""
     from airlight.jobs.frames import FramesRequest
 
+    ctx.params["output"] = to_stdout(ctx.params["output"], ctx.params.get("format"))
     names = {one.name for one in dataclasses.fields(FramesRequest)} & ctx.params.keys() - {"scene"}
     explicit = names | {one.name for one in declared(scenes=True)} & ctx.params.keys()
     return FramesRequest(

@@ -10,11 +10,12 @@ import rich_click
 
 from airlight.cli.options import F
 from airlight.cli.settings import recall
-from airlight.cli.types import Choice
+from airlight.cli.types import Choice, NameOrFile
 from airlight.errors import AirlightError
 from airlight.messages import nearest, nearest_file
 from airlight.options import presets
 from airlight.options.storage import OUTPUTS, SUBSAMPLING
+from airlight.process import standard
 from airlight.scenes import names
 
 
@@ -45,10 +46,22 @@ def flag_option(name: str, short: str | None, panel: str | None, help: str) -> A
 
 def check_source(source: str) -> None:
     """Raise AirlightError for what is neither a scene, nor a file, nor named like one."""
-    if not names.is_scene(source) and not os.path.lexists(source) and not os.path.splitext(source)[1]:
+    if not (names.is_scene(source) or standard.is_input(source)) and not os.path.lexists(source) and not os.path.splitext(source)[1]:
         known = (*names.NAMES, *names.VALIDATION)
         hint = nearest(source, known) or nearest_file(source, f"; scenes are {', '.join(known)}, {', '.join(names.FILES)} files")
         raise AirlightError(f"{source}: there is no such picture or scene{hint}")
+
+
+def to_stdout(output: str, format: str | None, usual: str = "png") -> str:
+    """Write `-` with the ending of its format, by which a format is told everywhere; other outputs as they are.
+
+    usual: the format that is meant if none is given. Raises AirlightError for a format beside a name.
+    """
+    if output == standard.NAME:
+        return f"{output}.{format or usual}"
+    if format is not None:
+        raise AirlightError(f"--format says how what goes to - is written: {output} says so itself, leave --format out")
+    return output
 
 
 def format_option(command: F) -> F:
@@ -81,6 +94,17 @@ def storage_options(command: F) -> F:
     return compression(quality(subsampling(command)))
 
 
+def _described(kind: str) -> list[tuple[str, str]]:
+    return [(name, presets.description(name, kind)) for name in presets.names(kind)]
+
+
+PRESET, MEDIUM = (NameOrFile(functools.partial(_described, kind)) for kind in (presets.PRESETS, presets.MEDIA))
+SCENE = NameOrFile(lambda: [(name, "a scene that comes with Airlight") for name in (*names.NAMES, *names.VALIDATION)])
+preset_option = option(
+    "--preset", panel="Presets", type=PRESET, metavar="NAME|FILE.toml", help="Values to start from; options given here go before them."
+)
+
+
 def preset_options(command: F) -> F:
     """Decorator: the options that give others their values."""
     recalling = option(
@@ -94,8 +118,7 @@ def preset_options(command: F) -> F:
         help="Repeat the settings, lights included, that a picture or film written by this command holds; "
         "options and presets given here go before them.",
     )
-    preset = option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
-    return recalling(preset(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
+    return recalling(preset_option(_listing("--list-presets", presets.PRESETS, "Show the presets.")(command)))
 
 
 def file_scene_options(command: F) -> F:
@@ -116,6 +139,7 @@ def medium_options(command: F) -> F:
     medium = option(
         "--medium",
         panel="Presets",
+        type=MEDIUM,
         metavar="NAME|FILE.toml",
         help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
     )

@@ -31,16 +31,23 @@ class NameOrFile(click.ParamType):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found = [CompletionItem(name, help=about) for name, about in self.names() if name.startswith(incomplete)]
-        return [*found, CompletionItem(incomplete, type="file")]
+        return [CompletionItem(incomplete, type="file"), *found]  # click's script for bash forgets what comes before the files
+
+
+def _flags(command: click.Command) -> list[str]:
+    return [one for param in command.params for one in (*param.opts, *param.secondary_opts) if one.startswith("-")]
 
 
 def line_of(error: click.ClickException) -> str:
-    """Write click's error as a line of ours: an unknown option or command with the one that is most like it."""
+    """Write click's error as a line of ours: an unknown option with the commands that have it, or with what is most like it."""
     if isinstance(error, click.NoSuchOption):
-        params = error.ctx.command.params if error.ctx is not None else []
-        known = [one for param in params for one in (*param.opts, *param.secondary_opts) if one.startswith("-")]
-        where = f" of `{error.ctx.command_path}`" if error.ctx is not None else ""
-        return f"{error.option_name} is no option{where}{nearest(error.option_name, known, '; --help-all shows all')}"
+        if error.ctx is None:
+            return error.format_message()
+        commands = getattr(error.ctx.find_root().command, "commands", {})
+        having = [f"`airlight {name}`" for name, command in commands.items() if error.option_name in _flags(command)]
+        hint = f"; {' and '.join(having)} {'have' if len(having) > 1 else 'has'} it" if having else ""
+        hint = hint or nearest(error.option_name, _flags(error.ctx.command), "; --help-all shows all")
+        return f"{error.option_name} is no option of `{error.ctx.command_path}`{hint}"
     if isinstance(error, click.NoSuchCommand):
         commands = getattr(error.ctx.command, "commands", {}) if error.ctx is not None else {}
         return f"there is no command {error.command_name!r}{nearest(error.command_name, commands, '; there is ' + ', '.join(commands))}"

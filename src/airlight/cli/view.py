@@ -10,13 +10,13 @@ from airlight.cli.compare import SourceLightType
 from airlight.cli.help import Command
 from airlight.cli.light import LightText
 from airlight.cli.options import gather, given, parameter_options
-from airlight.cli.shared import check_source, file_scene_options, medium_options, option
+from airlight.cli.shared import SCENE, check_source, file_scene_options, medium_options, option, preset_option, to_stdout
 from airlight.errors import AirlightError
 from airlight.options import refuse_medium
 
 
-@click.command(cls=Command, context_settings={"show_default": True})
-@click.argument("source", metavar="SCENE|IMAGE", default="table", is_eager=True)  # before --light, which depends on it
+@click.command(cls=Command)
+@click.argument("source", metavar="SCENE|IMAGE", type=SCENE, default="table", is_eager=True)  # before --light, which depends on it
 @option("--browser", is_flag=True, help="Show it in a web browser instead of a window; the address is printed.")
 @option("--host", default="127.0.0.1", help="With --browser: the address to listen on; other machines see it only if you say so.")
 @option("--port", type=click.IntRange(0, 65535), default=0, help="With --browser: the port; 0: any that is free.")
@@ -33,7 +33,7 @@ from airlight.options import refuse_medium
     "Unset: it is found. Of a scene as in `airlight render`: x,y,z or a mesh by name.",
 )
 @file_scene_options
-@option("--preset", panel="Presets", metavar="NAME|FILE.toml", help="Values to start from; options given here go before them.")
+@preset_option
 @medium_options
 @functools.partial(parameter_options, scenes=True)
 @option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
@@ -64,6 +64,7 @@ def view(
     from airlight.scenes import is_scene
 
     if screenshot is not None:
+        screenshot = to_stdout(screenshot, None)
         check_output(screenshot, [source], overwrite)
     try:
         from airlight.viewer import app

@@ -14,7 +14,7 @@ from typing import BinaryIO
 from airlight.errors import AirlightError, MachineError
 from airlight.messages import nearest, nearest_file
 from airlight.options.storage import OUTPUTS
-from airlight.process import temporaries
+from airlight.process import standard, temporaries
 
 
 def output_format(path: str) -> tuple[str, tuple[int, ...]]:
@@ -39,6 +39,9 @@ def check_output(
         raise AirlightError(f"{name!r}: is not a file name; name the output file")
     if image and output_format(name)[0] == "avif" and find_spec("PIL") is None:
         raise AirlightError(f"{name}: writing AVIF needs an extra: pip install airlight[avif]")
+    if standard.is_output(name):
+        standard.claim(image or name.lower().endswith(".mp4"))
+        return
     target = os.path.realpath(name)
     folder = os.path.dirname(target)
     if not os.path.isdir(folder):
@@ -66,10 +69,16 @@ def check_output(
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str], overwrite: bool = False) -> Iterator[BinaryIO]:
     """Open a binary file to write to; at the end of the block it becomes `path`, whole, or after an exception nothing is left.
+    Standard output, see `process.standard`, gets all of it then.
 
     Raises MachineError when the disk is full or fails, AirlightError when the target appeared meanwhile.
     """
     name = os.fsdecode(path)
+    if standard.is_output(name):
+        with tempfile.TemporaryFile() as file:
+            yield file
+            standard.send(file)
+        return
     target = os.path.realpath(name)  # a link stays a link
     folder = os.path.dirname(target)
     temporary = ""

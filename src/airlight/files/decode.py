@@ -11,11 +11,13 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
-from airlight.messages import nearest_file
+from airlight.messages import nearest, nearest_file
+from airlight.process import standard
 
 MAX_PIXELS = 2**27
 MAX_BYTES = 2**32
 MAX_CHANNELS = 256
+DAMAGE = ("error", "warn", "ignore")  # what is done with a damaged file
 # The settings of a run in an output's metadata: an attribute of EXR and PNG; in JPEG and TIFF, after MARK, the name of the software.
 SETTINGS, SOFTWARE, MARK = "airlight:settings", "Software", "Airlight "
 
@@ -54,11 +56,12 @@ _FOREIGN = {"raw": extras.decode_raw, "heic": extras.decode_heic, "avif": by_pil
 @contextlib.contextmanager
 def opened(path: str) -> Iterator[tuple[str, bytes]]:
     """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+    there = standard.local(path)
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        if not stat.S_ISREG(os.stat(there).st_mode):
             kind = "a folder" if os.path.isdir(path) else "not a regular file"
             raise AirlightError(f"{path}: is {kind}; give the name of an image file")
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(there, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         hint = nearest_file(path) if isinstance(error, FileNotFoundError) else ""
@@ -68,7 +71,7 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
             raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
         head = os.read(handle, 4096)
         name = f"/proc/self/fd/{handle}"
-        yield (name if os.path.exists(name) else path), head
+        yield (name if os.path.exists(name) else there), head
     finally:
         os.close(handle)
 
@@ -120,13 +123,10 @@ def _sniff(head: bytes, path: str) -> str:
     raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
 
 
-def is_picture(path: str) -> bool:
-    """Tell whether a file begins as those that can be read do, damaged ones too."""
-    try:
-        with opened(path) as (_, head):
-            return extras.kind(path, head) is not None or bool(_sniff(head, path))
-    except AirlightError:
-        return False
+def format_of(path: str) -> str:
+    """Tell the format of a picture, damaged or not, by its first bytes. Raises AirlightError for what is none."""
+    with opened(path) as (_, head):
+        return extras.kind(path, head) or _sniff(head, path)
 
 
 def _is_animated(png: str) -> bool:
@@ -259,7 +259,7 @@ def _refusal(path: str) -> str:
     import OpenImageIO as oiio
 
     with contextlib.suppress(UnicodeError, TypeError), _QUIET:  # a name that is not UTF-8
-        if oiio.ImageInput.open(path) is None:
+        if oiio.ImageInput.open(standard.local(path)) is None:
             return problem(oiio)
     return ""
 
@@ -268,8 +268,8 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
     """Decode all channels of the picture, those of an EXR's further parts included, with spec, format name and the file's first bytes."""
     import OpenImageIO as oiio
 
-    if on_damage not in ("error", "warn", "ignore"):
-        raise AirlightError(f"on-damage is {on_damage!r}; use error, warn or ignore")
+    if on_damage not in DAMAGE:
+        raise AirlightError(f"on-damage is {on_damage!r}{nearest(on_damage, DAMAGE)}; use error, warn or ignore")
     oiio.attribute("limits:imagesize_MB", MAX_BYTES >> 20)
     oiio.attribute("limits:resolution", 1 << 20)
     oiio.attribute("limits:channels", MAX_CHANNELS)

@@ -3,16 +3,18 @@
 import contextlib
 from importlib import import_module
 from pathlib import PurePath
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.atomic import scratch
+from airlight.process import standard
 
 # RAW files of most makers begin as a TIFF does, and hold a small preview that would be read in their place.
 RAW = ".3fr .arw .cr2 .cr3 .crw .dcr .dng .erf .fff .iiq .kdc .mef .mos .nef .nrw .orf .pef .raf .raw .rw2 .rwl .sr2 .srf .srw .x3f"
 _RAW_MAGIC = (b"FUJIFILMCCD-RAW", b"IIRO", b"IIRS", b"MMOR", b"IIU\0", b"FOVb", b"\0MRM")
+_DNG_VERSION, _SUBFILE_TYPE = 50706, 254  # tags of TIFF
 _AVIF = {b"avif", b"avis"}
 _BRANDS = {b"heic", b"heix", b"heim", b"heis", b"hevc", b"hevx", b"mif1", b"msf1", b"mif2"}
 
@@ -27,7 +29,19 @@ def kind(path: str, head: bytes) -> str | None:
     if head.startswith(_RAW_MAGIC):
         return "raw"
     tiff = head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
-    return "raw" if tiff and PurePath(path).suffix.lower() in RAW.split() else None
+    named = PurePath(path).suffix.lower() in RAW.split() or (standard.is_input(path) and _is_raw_tiff(head))
+    return "raw" if tiff and named else None
+
+
+def _is_raw_tiff(head: bytes) -> bool:
+    """Tell a camera's TIFF, where it has no name: Canon's mark, a version of DNG, or a first picture that is a smaller copy of another."""
+    order: Literal["little", "big"] = "little" if head[:2] == b"II" else "big"
+    at = int.from_bytes(head[4:8], order)
+    for entry in range(at + 2, at + 2 + 12 * int.from_bytes(head[at : at + 2], order), 12):
+        tag, value = int.from_bytes(head[entry : entry + 2], order), int.from_bytes(head[entry + 8 : entry + 12], order)
+        if tag == _DNG_VERSION or (tag == _SUBFILE_TYPE and value & 1):
+            return True
+    return head[8:10] == b"CR"
 
 
 def _library(module: str, extra: str, path: str) -> Any:

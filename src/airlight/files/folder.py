@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 
 from airlight.errors import AirlightError
-from airlight.files.decode import is_picture
+from airlight.files.decode import format_of
 from airlight.files.sequence import Numbered
 
 FEWEST_FRAMES = 3  # whose numbers follow each other, to be taken for a clip's
@@ -15,6 +15,13 @@ _FRAME = re.compile(r"(.*?)(\d+)(\.\w+)")
 def natural(name: str) -> list[tuple[int, int, str]]:
     """Make the key by which names are put in order, numbers in them by their value: a2 before a10."""
     return [(1, int(part), "") if part.isdecimal() else (0, 0, part.lower()) for part in re.split(r"(\d+)", name)]
+
+
+def _is_picture(path: str) -> bool:
+    try:
+        return bool(format_of(path))
+    except AirlightError:
+        return False
 
 
 def pictures_in(folder: str) -> tuple[list[str], int, int]:
@@ -30,7 +37,7 @@ def pictures_in(folder: str) -> tuple[list[str], int, int]:
     for path in (os.path.join(folder, name) for name in names):
         if os.path.isdir(path):
             folders += 1
-        elif is_picture(path):
+        elif _is_picture(path):
             found.append(path)
         else:
             files += 1

@@ -21,6 +21,7 @@ from airlight.files.statements import NAMES, PREFIXES, finish, keeps_own, keeps_
 from airlight.files.storage import describe
 from airlight.options.storage import Storage
 from airlight.planes import by_rows
+from airlight.process import standard
 
 HALF_MOST, FLOAT_MOST = 65504.0, float(np.finfo(np.float32).max)
 # Metadata that describes the old file's storage, or the run that made it, not the picture.
@@ -355,8 +356,9 @@ def _copied(memory: str, like: Picture | None, codes: np.ndarray, format: str) -
     if "K" in like.spec.get_string_attribute("jpeg:ColorSpace"):  # CMYK becomes RGB
         return False
     with contextlib.suppress(OSError, AirlightError):  # damaged, or changed since it was read: encoded anew
-        if os.path.getsize(like.path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
-            shutil.copyfile(like.path, memory)
+        path = standard.local(like.path)
+        if os.path.getsize(path) <= codes.nbytes and like.spec.get_int_attribute("oiio:subimages", 1) == 1:
+            shutil.copyfile(path, memory)
             pixels, spec, _, _ = decode(memory, "error")
             return np.array_equal(upright(pixels, spec.get_int_attribute("Orientation", 1)), codes)
     return False

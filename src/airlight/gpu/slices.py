@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 
 PART = 0.015  # s that a part of a pass takes, about
+STRIPS = 4  # side by side
 FASTER = 2  # times as large a part may be than the one before it
 
 
@@ -99,3 +100,10 @@ def parts(total: int) -> Iterator[tuple[int, int]]:
         first += count
         if work:
             count = max(1, int(count * min(FASTER, PART / max(work.worked() - start, 1e-6))))
+
+
+def strips(total: int) -> Iterator[tuple[int, int]]:
+    """Divide the columns of a pass into (first, count): STRIPS where the work is sliced, lest a row alone takes too long, else one."""
+    wide = -(-total // STRIPS) if current() else total
+    for first in range(0, total, wide):
+        yield first, min(wide, total - first)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from airlight.errors import AirlightError
 from airlight.jobs.light_text import LightText, found_at, resolved
 from airlight.messages import say
+from airlight.process import standard
 
 if TYPE_CHECKING:
     import numpy as np
@@ -90,7 +91,7 @@ def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overw
 
     if len(sources) != 1 or numbered(sources[0]) is not None or os.path.isdir(sources[0]):
         raise AirlightError("--candidates shows one picture; name one")
-    is_list = path.lower().endswith(".json")
+    is_list = path.lower().endswith(".json") or path == standard.NAME
     files.check_output(path, list(sources), overwrite, image=not is_list)
     picture = reading.picture(sources[0])
     coarse = picture.rec709(picture.linear(coarse=True))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from airlight.errors import AirlightError
 from airlight.messages import nearest_file, say
 from airlight.options.storage import OUTPUTS
+from airlight.process import standard
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +23,7 @@ def expanded(sources: Sequence[str]) -> list[str]:
     found: list[str] = []
     for source in sources:
         if not os.path.isdir(source):
-            if not os.path.splitext(source)[1] and not os.path.lexists(source):
+            if not (os.path.splitext(source)[1] or os.path.lexists(source) or standard.is_input(source)):
                 raise AirlightError(f"{source}: there is no such folder or picture{nearest_file(source)}")
             found.append(source)
             continue
@@ -48,6 +49,15 @@ def named_in(folder: str, source: str, format: str | None) -> str:
     if format is not None:
         return os.path.join(folder, f"{root}.{format}")
     return os.path.join(folder, name if extension.lower() in OUTPUTS else f"{root}.{HOLDS_ALL}")
+
+
+def to_stdout(source: str, format: str | None) -> str:
+    """Write `-` with an ending, by which formats are told: that of `format`, or of the input's own by its bytes, or of PNG."""
+    from airlight.files.decode import format_of
+
+    kind = format_of(source) if format is None else ""
+    own = next((extension for extension, (name, _) in OUTPUTS.items() if name == kind), f".{HOLDS_ALL}")
+    return standard.NAME + (own if format is None else f".{format}")
 
 
 def is_folder(target: str, of_folder: bool) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 from airlight.errors import AirlightError
 from airlight.jobs import outputs
 from airlight.messages import say
+from airlight.process import standard
 
 if TYPE_CHECKING:
     from airlight.files.sequence import Numbered
@@ -120,6 +121,8 @@ def picture_tasks(
             return pattern.frame(number)
         if pattern is not None and is_explicit_pattern(target):
             raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
+        if target == standard.NAME and len(given) == 1:
+            return outputs.to_stdout(source, format)
         if outputs.is_folder(target, of_folder):
             return outputs.named_in(target, source, format)
         if format is not None:
@@ -147,10 +150,10 @@ def picture_tasks(
 def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:
     """Raise AirlightError where two outputs, or an output and an input, are one file."""
     seen: dict[str, str] = {}
-    read = {os.path.realpath(path) for path in inputs}
+    read = {os.path.realpath(path) for path in inputs if not standard.is_input(path)}
     for task in todo:
         for path in task.outputs:
-            key = os.path.realpath(path)
+            key = standard.NAME if standard.is_output(path) else os.path.realpath(path)
             if key in read:
                 raise AirlightError(f"{path}: is also an input; choose another output name")
             source = task.source if isinstance(task, PictureTask) else ""

@@ -17,6 +17,7 @@ import msgspec
 from airlight.errors import AirlightError
 from airlight.messages import nearest, nearest_file
 from airlight.options import ALL, Medium, build, declared
+from airlight.process import standard
 
 PRESETS, MEDIA = "presets", "media"
 LARGEST = 1 << 20  # bytes; a preset has a few hundred
@@ -46,7 +47,7 @@ def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
     name, known = os.fsdecode(preset), names(kind)
     if name in known:
         return _check(_folder(kind) / f"{name}.toml", kind)
-    if not name.lower().endswith(".toml"):
+    if not name.lower().endswith(".toml") and not standard.is_input(name):
         hint = nearest(name, known, f"; use {', '.join(known)} or a .toml file")
         raise AirlightError(f"there is no {_what(kind)} {name!r}{hint}")
     return _check(Path(name), kind)
@@ -109,10 +110,11 @@ def _check(path: Path, kind: str) -> dict[str, Any]:
 
 def _read(path: Path, kind: str) -> dict[str, Any]:
     try:
-        status = path.stat()
+        there = Path(standard.local(str(path)))
+        status = there.stat()
         if not stat.S_ISREG(status.st_mode) or status.st_size > LARGEST:
             raise AirlightError(f"{path}: is not a {_what(kind)} (a regular .toml file of at most {LARGEST} bytes)")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return tomllib.loads(there.read_text(encoding="utf-8"))
     except OSError as error:
         hint = nearest_file(str(path), f"; give a {_what(kind)}'s name or a .toml file")
         raise AirlightError(f"{path}: cannot be read ({error.strerror}){hint}") from None

@@ -11,6 +11,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
+from airlight.gpu.slices import parts
 from airlight.gpu.timing import Timer, timing
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -153,10 +154,13 @@ class Casters:
         private.upload()
         encoder = self.device.encoder()
         target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
-        run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
-        for pipelines, state in drawn:
-            pipelines.draw(run, state)
-        run.end()
+        for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
+            run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
+            for pipelines, state in drawn[first : first + count]:
+                pipelines.draw(run, state)
+            run.end()
+            encoder.divide()
+            target["depth_load_op"] = "load"
         self.device.submit(encoder)
 
     def gather(self) -> Gathered:

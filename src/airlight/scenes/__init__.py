@@ -4,6 +4,7 @@ import os
 
 from airlight.errors import AirlightError
 from airlight.messages import nearest, nearest_file
+from airlight.process import standard
 from airlight.scenes.names import A_FILE, MESHES, NAMES, VALIDATION, is_scene
 from airlight.scenes.stage import Stage
 
@@ -52,7 +53,7 @@ def open_scene(
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)
-    if not is_scene(name):
+    if not is_scene(name) and not standard.is_input(name):
         hint = "" if os.path.lexists(name) else nearest(name, (*NAMES, *VALIDATION)) or nearest_file(name)
         raise AirlightError(f"{name}: is not a scene{hint or f'; give table, flying, or {A_FILE}'}")
     if name.lower().endswith(MESHES):

@@ -6,6 +6,7 @@ from typing import Any
 
 from airlight.errors import AirlightError
 from airlight.viewer import state as st
+from airlight.viewer.command import as_text, command_line
 from airlight.viewer.desktop import desktop_of
 from airlight.viewer.undo import History
 
@@ -35,7 +36,7 @@ class Errands:
         if not set(COMMAND) & set(modifiers):
             return False
         again = key == "y" or (key == "z" and "Shift" in modifiers)
-        request = "redo" if again else {"s": "save" if self.state.is_image else "", "o": "choose", "z": "undo"}.get(key)
+        request = "redo" if again else {"s": "save" if self.state.is_image else "", "o": "choose", "z": "undo", "c": "copy"}.get(key)
         if request:
             self.state.requests.append((request, ""))
         return request is not None
@@ -72,7 +73,8 @@ class Errands:
         elif request == "save":
             self.viewer.save()
         elif request == "copy":
-            st.tell(state, f"the command {self.desktop.copy(argument)}")
+            state.command = as_text(command_line(state))  # which from now on is shown
+            st.tell(state, f"the command {self.desktop.copy(state.command)}")
 
     def _named(self, text: str, path: str) -> str:
         """Write an error about a file that came as bytes with the name that it came with."""

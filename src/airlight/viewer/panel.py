@@ -287,8 +287,7 @@ class Panel(Rows):
             s.requests.append(("screenshot", ""))
         imgui.same_line()
         if self._button("copy", "Copy command", -1):
-            s.command = as_text(command_line(s))  # which from now on is kept up to date
-            s.requests.append(("copy", s.command))
+            s.requests.append(("copy", ""))
         if s.is_image and not s.is_smart and self._button("save picture", "Save picture", -1):
             s.requests.append(("save", ""))
         if s.command:

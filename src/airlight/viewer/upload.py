@@ -62,7 +62,7 @@ class PageDesktop(Desktop):
         self.busy = True
         path = ""
         try:
-            path = self._place(name)
+            path = self.place(name)
             with open(path, "xb") as file:
                 if not await _copied(receive, file.write, int(length)):
                     return 400, f"{name}: did not arrive whole; send it again"
@@ -78,7 +78,7 @@ class PageDesktop(Desktop):
         self.receive([next(reversed(self.names))])
         return 200, ""
 
-    def _place(self, name: str) -> str:
+    def place(self, name: str) -> str:
         """Make a folder of its own for a file of this name."""
         if not self.folder:
             folder = os.path.join(tempfile.gettempdir(), f"airlight-{secrets.token_hex(8)}")
@@ -100,7 +100,7 @@ class PageDesktop(Desktop):
             number += 1
             name = f"{stem} ({number}){ending}"
         self.names[path] = name
-        for old in [one for one in self.names if one != self.in_use][: len(self.names) - MOST_KEPT]:
+        for old in [one for one in self.names if one != self.in_use][: max(0, len(self.names) - MOST_KEPT)]:
             del self.names[old]
             shutil.rmtree(os.path.dirname(old), ignore_errors=True)
 

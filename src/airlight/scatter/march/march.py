@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from airlight.gpu.device import Device, Recording
-from airlight.gpu.slices import parts
+from airlight.gpu.device import Device
+from airlight.gpu.slices import parts, strips
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -17,7 +17,7 @@ from airlight.shadows import Shadow
 SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
 WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
 FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
-FIRST_ROW = dict(LIGHT.fields or {})["first_row"][1]  # bytes from the start of a light's record
+BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
 
@@ -57,7 +57,7 @@ class March:
         self._path = WALK
         self._names: list[str] = []
         self.marched_layers = [self.layer, self.layer]  # of `size`, written in turn by light after light
-        self._rows: dict[int, int] = {}  # at which the next pass of a light begins, where that is not the first
+        self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
 
     @staticmethod
@@ -95,7 +95,7 @@ class March:
         self._names = [light.word for light, _ in lights] or ["ambient"]
         self._pipelines = []
         for i, (light, shadow) in enumerate(lights):
-            self._rows.pop(i, None)
+            self._begins.pop(i, None)
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
@@ -147,11 +147,10 @@ class March:
             self._build_hierarchy(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
-            for first, rows in parts(counts[1]):
-                self._begin_at(i, first * GROUP)
-                compute(encoder, pipeline, self._of_light(i, depth), (counts[0], rows), f"march {name}", timer)
-                if isinstance(encoder, Recording):
-                    encoder.divide()
+            for column, across in strips(counts[0]):
+                for row, down in parts(counts[1]):
+                    self._begin_at(i, (column * GROUP, row * GROUP))
+                    compute(encoder, pipeline, self._of_light(i, depth), (across, down), f"march {name}", timer)
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit")
@@ -163,11 +162,11 @@ class March:
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
 
-    def _begin_at(self, i: int, row: int) -> None:
-        """Let the next pass of the i-th light begin at a row of pixels."""
-        if row != self._rows.get(i, 0):
-            self._rows[i] = row
-            self.device.queue.write_buffer(self._lights[i], FIRST_ROW, np.uint32(row).tobytes())
+    def _begin_at(self, i: int, pixel: tuple[int, int]) -> None:
+        """Let the next pass of the i-th light begin at a pixel."""
+        if pixel != self._begins.get(i, (0, 0)):
+            self._begins[i] = pixel
+            self.device.queue.write_buffer(self._lights[i], BEGIN, np.array(pixel, np.uint32).tobytes())
 
     def _build_hierarchy(self, encoder: Any, timer: Timer | None) -> None:
         """Records the passes that build each shadow map's depth hierarchy."""

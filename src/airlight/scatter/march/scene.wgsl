@@ -39,6 +39,6 @@ struct Light {
     disc_tangent: f32,          // tangent of a directional light's angular radius
     blend: f32,                 // the last part of a cascade, over which it passes into the next
     steps: u32,                 // along a ray, 0: exact
-    first_row: u32,             // of pixels, at which a pass begins
+    begin: vec2u,               // pixel at which a pass begins
     view: array<ShadowView, 6>,
 }

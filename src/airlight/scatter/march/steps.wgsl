@@ -170,7 +170,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = vec2u(id.x, id.y + light_storage.first_row);
+    let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
     var sum = ambient_or_previous(pixel, ray);

@@ -14,6 +14,7 @@ import msgspec
 
 from airlight.errors import AirlightError
 from airlight.messages import nearest_file
+from airlight.process import standard
 from airlight.scenes.gltf import MAX_BYTES, MAX_JSON_VALUES
 from airlight.scenes.gltf.schema import Document
 
@@ -41,7 +42,8 @@ class Container:
             self.refuse(f"{name} makes it larger than the limit of {MAX_BYTES >> 20} MiB", "make it smaller first")
 
     def read(self, path: str, name: str) -> bytes:
-        """Read a regular file; other things (FIFOs, devices, folders) are refused without being read."""
+        """Read a regular file, or what is piped in; other things (FIFOs, devices, folders) are refused without being read."""
+        path = standard.local(path)
         try:
             if not stat.S_ISREG(os.stat(path).st_mode):  # before the opening: a device may act on being opened
                 self.refuse(f"{name} is not a regular file", "give the name of a .glb or .gltf file and keep what it names beside it")
