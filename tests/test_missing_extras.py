@@ -7,7 +7,7 @@ import pytest
 
 ABSENT = {
     "scenes": ("pygfx", "import airlight.pygfx"),
-    "notebook": ("imgui_bundle", "import airlight; airlight.view('table')"),
+    "notebook": ("anywidget", "import airlight; airlight.view('table')"),
     "scenes, a part": ("pylinalg", "from airlight.pygfx import LightShafts"),
 }
 
