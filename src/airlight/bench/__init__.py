@@ -28,7 +28,8 @@ def _commit() -> str:
         return "unknown"
 
 
-def _processes(device_name: str | None, say: Any, is_quick: bool = False) -> list[dict[str, Any]]:
+def processes(device_name: str | None, say: Any, is_quick: bool = False) -> list[dict[str, Any]]:
+    """Time whole processes, see `process`; say a line of each. is_quick: fewer, and no frames."""
     times = process.measure(device_name, 1 if is_quick else 5)
     alone = float(np.median(times["read and write alone"]))
     records = []
@@ -86,7 +87,7 @@ def run(
     say(f"adapter: {device.described}; 1 copy = the fastest of {measure.KERNELS} one-tap rgba16f kernels")
     if is_quick:
         say(LEFT_OUT)
-    parts = (*(QUICK if is_quick else WHOLE), (lambda _, tell: _processes(device_name, tell, is_quick), *PROCESSES[is_quick]))
+    parts = (*(QUICK if is_quick else WHOLE), (lambda _, tell: processes(device_name, tell, is_quick), *PROCESSES[is_quick]))
     records: list[dict[str, Any]] = []
     with showing("timing", sum(seconds for _, seconds, _ in parts)) as work:
         for part, seconds, lines in parts:
