@@ -78,6 +78,13 @@ def test_the_exposure_is_kept_and_the_same_when_it_is_asked_for(tmp_path: Path, 
     assert (codes(tmp_path / "a.png") == codes(tmp_path / "d.png")).all()
 
 
+def test_what_is_far_too_bright_is_white(tmp_path: Path) -> None:
+    """Beyond what a half float holds: some drivers write infinity for it, some no number, which would be black."""
+    scene = room(tmp_path)
+    assert render(scene, "-o", tmp_path / "a.png", "--method", "march", "--ev", 20, "--view-transform", "none") == 0
+    assert (codes(tmp_path / "a.png")[..., :3] == 255).mean() > 0.99
+
+
 def test_lights_of_order_1_keep_their_exposure(tmp_path: Path, capsys: Any) -> None:
     scene = room(tmp_path, intensity=8)
     assert render(scene, "-o", tmp_path / "a.png") == 0 and render(scene, "-o", tmp_path / "b.png", "--ev", 0) == 0
