@@ -1,4 +1,4 @@
-# make demo | test | validate | adapters | bench | lint | wheel | clean: each makes what it needs first. PYTHON=... chooses the interpreter.
+# make demo | test | validate | adapters | mutants | bench | lint | wheel | clean: each makes what it needs first. PYTHON=... chooses the interpreter.
 
 PHOTO ?= examples/photos/beacon-street-sunset.jpg
 OUT ?= out/demo.jpg
@@ -12,7 +12,7 @@ ifneq ($(shell cat .build/env.stamp 2>/dev/null),$(if $(wildcard .venv/bin/airli
 $(shell rm -f .build/*.stamp)
 endif
 
-.PHONY: help demo test validate adapters bench lint wheel env vulkan chromium clean
+.PHONY: help demo test validate adapters mutants bench lint wheel env vulkan chromium clean
 .NOTPARALLEL:
 
 help:
@@ -26,7 +26,7 @@ env: .build/env.stamp
 	@scripts/make_env.sh
 	@printf '%s\n' "$(CURDIR)" > $@
 
-.build/bench.stamp .build/validate.stamp: .build/%.stamp: .build/env.stamp requirements-%.lock
+.build/bench.stamp .build/validate.stamp .build/mutants.stamp: .build/%.stamp: .build/env.stamp requirements-%.lock
 	@$(RUN)/python -m pip install --quiet --disable-pip-version-check --only-binary :all: -r requirements-$*.lock
 	@touch $@
 
@@ -53,6 +53,9 @@ adapters: env vulkan chromium
 	$(RUN)/python scripts/adapters.py
 	$(RUN)/python scripts/vulkan_layer.py
 
+mutants: .build/mutants.stamp vulkan
+	$(RUN)/python scripts/mutants.py
+
 bench: .build/bench.stamp vulkan
 	$(RUN)/airlight bench
 
@@ -66,4 +69,4 @@ wheel: env
 	@ls -l dist/*.whl
 
 clean:
-	rm -rf .venv .build build dist
+	rm -rf .venv .build build dist mutants

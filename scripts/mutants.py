@@ -1,13 +1,14 @@
 """Runs mutmut over a sample of each module of the numeric core, and prints the share of mutants that tests notice, and the survivors.
 
-`.venv/bin/mutmut show NAME` shows one. What is mutated, and which tests try it: [tool.mutmut] in pyproject.toml. mutmut keeps in mutants/
-what it has tried, so a run over more of each module goes on from the last. Set aside is what changes no value: see SAME.
+`.venv/bin/mutmut show NAME` shows one. What is mutated, and which tests try it: [tool.mutmut] in pyproject.toml. Set aside is what changes
+no value: see SAME. With --continue, what the last run did not notice or did not come to is tried, by the tests as they are now.
 """
 
 import argparse
 import json
 import random
 import re
+import shutil
 import subprocess
 import sys
 from functools import cache
@@ -18,6 +19,7 @@ from mutmut.stats import status_by_exit_code
 FOLDER = Path("mutants/src/airlight")
 MUTMUT = [sys.executable, "-m", "mutmut"]
 NUMBERS = r"(?:float|int|bool|None|image\.dtype|np\.u?(?:float|int)\d+)"
+NOTICED = "killed", "timeout"
 SAME = [  # two functions that agree after these differ in precision or in checks alone
     (rf"dtype={NUMBERS}", ""), (rf", (?:dtype=)?{NUMBERS}(?=\))", ""), (r", (?=\))", ""),
     (r"\.astype\((?:[\w.]+(?:, copy=\w+)?|copy=\w+)\)", ""),
@@ -36,7 +38,7 @@ def verdicts() -> dict[str, dict[str, int | None]]:
         for name, code in codes.items():
             own = name.rpartition(".")[2]
             original = own.rpartition("__mutmut_")[0] + "__mutmut_orig"
-            if bodies[own] != bodies[original]:
+            if own in bodies and bodies[own] != bodies[original]:
                 kept[name] = code
         if kept:
             found[path.relative_to(FOLDER).as_posix().removesuffix(".meta")] = kept
@@ -71,7 +73,7 @@ def report(names: list[str]) -> str:
     lines, survivors, whole = ["| module | mutants | tried | noticed |", "|---|--:|--:|--:|"], [], [0, 0, 0]
     for module, codes in verdicts().items():
         tried = {name: status_by_exit_code[codes[name]] for name in names if codes.get(name) is not None}
-        left = [name for name, status in tried.items() if status in ("survived", "no tests")]
+        left = [name for name, status in tried.items() if status not in NOTICED]
         survivors += left
         counts = len(codes), len(tried), len(tried) - len(left)
         whole = [a + b for a, b in zip(whole, counts, strict=True)]
@@ -86,11 +88,17 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=30, help="mutants of each module; 0: all")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--continue", dest="go_on", action="store_true", help="keep what the last run noticed, in mutants/")
     options = parser.parse_args()
+    if not options.go_on:  # mutmut copies shaders and data once
+        shutil.rmtree("mutants", ignore_errors=True)
     run = [*MUTMUT, "run", "--max-children", str(options.processes)]
     subprocess.run([*run, "airlight.luminance*"], check=True)  # generates all, and finds which test runs which function
-    names = sampled(verdicts(), options.each, options.seed)
-    subprocess.run([*run, *names], check=True)
+    mutants = verdicts()
+    names = sampled(mutants, options.each, options.seed)
+    known = {name for codes in mutants.values() for name, code in codes.items() if status_by_exit_code[code] in NOTICED}
+    if rest := [name for name in names if name not in known]:
+        subprocess.run([*run, *rest], check=True)
     print(report(names))
 
 

@@ -6,15 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from airlight.alpha import straight_codes
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
 from airlight.lights.spot import SpotLight
 from airlight.look.grid import LINES
 from airlight.medium.resolve import resolve
 from airlight.options import March, Medium
-from airlight.reference import colour, jitter, radial, rays, tone
+from airlight.projection import project
+from airlight.reference import colour, jitter, radial, rays, tone, tracer
 from airlight.reference.medium import in_scattered, mean_transmittance
-from airlight.shadows.fit import MARGIN_TEXELS
+from airlight.shadows.fit import MARGIN_TEXELS, NEAR_SHARE, RUNG_RATIO, ball, held_half, near_plane, rung, splits, with_border
 
 RNG = np.random.default_rng(17)
 WHITE = (1.0, 1.0, 1.0)
@@ -136,3 +138,98 @@ def test_lines_number_the_angle_from_the_first_to_either_side(span: float) -> No
     np.testing.assert_allclose(found[:, 1], turn / span * LINES - 0.5, rtol=1e-9, atol=1e-9)
     round_about = rays.polar(points, (-0.3, 0.2), start, 2 * np.pi, inside=True)
     np.testing.assert_allclose(round_about[:, 1], turn % (2 * np.pi) / (2 * np.pi) * LINES - 0.5, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(("side", "ahead"), [((2.0, 0.0), 1.0), ((-3.0, 0.3), 1.0), ((0.1, 3.5), 1.0), ((0.0, -1.7), 0.5)])
+def test_a_light_beside_the_view_fades_from_the_border_on_its_side(side: tuple[float, float], ahead: float) -> None:
+    """The camera's middle is shifted, so that each border has its own angle, that of the point of it that lies towards the light."""
+    projection = np.array([[1.5, 0, 0.2, 0], [0, 2.0, -0.3, 0], [0, 0, -1, -0.1], [0, 0, -1, 0]])
+    ray = np.array([*side, -ahead])
+    ndc = np.array([1.5 * side[0] / ahead - 0.2, 2 * side[1] / ahead + 0.3])
+    border = (ndc / np.abs(ndc).max() + (0.2, -0.3)) / (1.5, 2)
+    share = ahead / np.linalg.norm(ray) * math.hypot(1, *border)
+    found = project(np.append(7 * ray, 1), np.eye(4), projection)
+    assert math.isclose(found.fade, share * share * (3 - 2 * share), rel_tol=1e-9) and 0 < found.fade < 1
+    np.testing.assert_allclose(found.position, (0.5 + ndc[0] / 2, 0.5 - ndc[1] / 2))
+    np.testing.assert_allclose(found.direction, ray / np.linalg.norm(ray))
+    assert math.isclose(found.distance, 7 * np.linalg.norm(ray)) and math.isinf(project(np.append(ray, 0), np.eye(4), projection).distance)
+
+
+@pytest.mark.parametrize(("across", "factor"), [(0.0, 0.0), (0.025, 5 / 32), (0.05, 0.5), (0.075, 27 / 32), (0.1, 1.0), (0.6, 1.0)])
+def test_without_perspective_a_direction_along_the_axis_has_no_side(across: float, factor: float) -> None:
+    flat = np.diag([0.5, 0.5, -0.1, 1.0])
+    found = project((0.0, across, -math.sqrt(1 - across**2), 0.0), np.eye(4), flat)
+    assert math.isclose(found.fade, factor, abs_tol=1e-9)
+    assert math.isclose(project((1.0, 0.0, -0.05, 0.0), np.eye(4), flat).fade, 0.5, abs_tol=2e-3)  # and none of what shines from beside
+    nowhere = project((0.0, 0.0, 0.0, 1.0), np.eye(4), flat)
+    assert (nowhere.fade, nowhere.distance, nowhere.position) == (0.0, 0.0, (0.5, 0.5))
+
+
+def test_a_map_begins_before_what_it_may_not_cut() -> None:
+    def cube(middle: float, half: float) -> Any:
+        return middle * np.array([1.0, 0, 0]) + half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+    far = math.hypot(1001, 1, 1)
+    at, none = np.zeros(3), np.zeros((0, 8, 3))
+    assert near_plane(at, 0.3, cube(1000, 1)[None], 0.5) == 0.3 and near_plane(at, 0, none, 0.5) == 0.01
+    assert math.isclose(near_plane(at, 0, cube(1000, 1)[None], 0.5), far * NEAR_SHARE)
+    near_by = np.stack([cube(1000, 1), cube(1.001 * far * NEAR_SHARE + 0.01, 0.01)])  # its face is just behind that
+    assert math.isclose(near_plane(at, 0, near_by, 0.5), 0.99 * 0.5 * 1.001 * far * NEAR_SHARE, rel_tol=1e-9)
+    assert math.isclose(near_plane(at, 0, np.stack([cube(1000, 1), cube(0, 1)]), 0.5), far * NEAR_SHARE)  # the light is in one
+    assert math.isclose(near_plane(at, 0, cube(0, 1)[None], 0.5), math.sqrt(3) * NEAR_SHARE)
+
+
+def test_what_a_map_holds() -> None:
+    hulls = np.array([[[x, y, z] for x in (-1, 3) for y in (0, 2) for z in (5, 9)]], float)
+    centre, half = held_half(hulls, (np.zeros(3), 50.0))
+    assert np.array_equal(centre, [1, 1, 7]) and half == rung(2.0) and 2 <= half < 2 * RUNG_RATIO
+    box = (np.array([1.0, 2, 3]), 1.5)
+    assert held_half(hulls, box) is box
+    centre, radius = ball(hulls)
+    assert np.array_equal(centre, [1, 1, 7]) and math.isclose(radius, 3) and ball(np.zeros((0, 8, 3)))[1] == 0
+    assert rung(2.0, up=False) <= 2 < rung(2.0, up=False) * RUNG_RATIO
+    np.testing.assert_allclose(splits(1, 16, 4, 1.0), [2, 4, 8])
+    np.testing.assert_allclose(splits(1, 17, 4, 0.0), [5, 9, 13])
+    np.testing.assert_allclose(splits(1, 16, 4, 0.25), 0.25 * np.array([2, 4, 8]) + 0.75 * np.array([4.75, 8.5, 12.25]))
+
+
+def test_a_border_shrinks_a_map_about_its_middle() -> None:
+    matrix, size, texels = RNG.normal(size=(4, 4)), 64, 5.0
+    point = np.array([0.3, -0.2, 0.4, 1.0])
+    before, after = (m @ point for m in (matrix, with_border(matrix, size, texels)))
+    share = (size / 2 - texels) / (size / 2 - MARGIN_TEXELS)
+    np.testing.assert_allclose(after[:2] / after[3] - 32, share * (before[:2] / before[3] - 32))
+    np.testing.assert_allclose(after[2:], before[2:])
+
+
+def test_a_scaled_scene_has_the_ambient_light_scaled_alone() -> None:
+    air = medium(ambient=(0.1, 0.2, 0.3))
+    assert air.exposed(1) is air
+    scaled = air.exposed(2.5)
+    np.testing.assert_allclose(scaled.ambient, (0.25, 0.5, 0.75))
+    assert scaled.max_distance == air.max_distance and scaled.settings is air.settings and np.array_equal(scaled.sigma_t, air.sigma_t)
+
+
+def test_the_tracer_breaks_a_ray_where_a_lamp_s_light_begins_and_ends() -> None:
+    ray, to_light = np.array([[1.0, 0, 0]]), np.array([[2.0, -1.0, 0]])  # the light is a metre under the ray, two metres ahead
+    nearest, h = np.array([2.0]), np.array([1.0])
+    light = PointLight(WHITE, (2.0, -1.0, 0.0), range=2.0)
+    np.testing.assert_allclose(tracer.break_distances(light, ray, to_light, nearest, h), [[2 - math.sqrt(3), 2 + math.sqrt(3)]])
+    spot = SpotLight(WHITE, (2.0, -1.0, 0.0), (0.0, 1.0, 0.0), inner=math.atan(0.5), outer=math.atan(1.5))
+    found = np.sort(tracer.break_distances(spot, ray, to_light, nearest, h)[0])
+    np.testing.assert_allclose(found, [0.5, 1.5, 2.5, 3.5])
+    assert tracer.break_distances(PointLight(WHITE, (2.0, -1.0, 0.0)), ray, to_light, nearest, h).shape == (1, 0)
+
+
+@pytest.mark.parametrize("most", [255, 65535])
+def test_codes_are_divided_by_their_alpha_up_to_the_light_that_hides_nothing(most: int) -> None:
+    kind = np.uint8 if most == 255 else np.uint16
+    codes = np.array([[[0, 0, 0, 0], [most // 5, 0, most // 5, most // 5], [most, most // 2, 0, most], [most // 5, 0, most // 5, 0]]], kind)
+    straight = straight_codes(codes)
+    assert straight[0, 0].tolist() == [0, 0, 0, 0]
+    assert straight[0, 1].tolist() == [most, 0, most, most // 5]  # c = a: full colour of that alpha
+    assert straight[0, 2].tolist() == [most, most // 2, 0, most]
+    light = colour.srgb_decode(np.array(0.2))
+    assert straight[0, 3, 3] == math.ceil(float(light) * most)
+    shown = colour.srgb_decode(straight[0, 3, :3] / most) * straight[0, 3, 3] / most
+    np.testing.assert_allclose(shown, light * np.array([1, 0, 1]), atol=1 / most)

@@ -28,7 +28,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 
 
 def made(kind: str) -> PunctualLight:
-    return KINDS[kind]((3.0, 2.0, 1.0), strength=1.5, anisotropy=0.3, **EXAMPLES[kind])
+    return KINDS[kind]((3.0, 2.0, 1.0), strength=1.5, anisotropy=0.5, **EXAMPLES[kind])
 
 
 def medium() -> Any:

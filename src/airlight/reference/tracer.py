@@ -207,7 +207,7 @@ def _over_panels(
     to_light = -light.travel(origin)
     nearest = np.einsum("rj,rj->r", to_light, ray)
     h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), MIN_APPROACH_METRES)
-    breaks = _breaks(light, ray, to_light, nearest, h)[which]
+    breaks = break_distances(light, ray, to_light, nearest, h)[which]
     marks = np.sort(np.column_stack([start, np.clip(breaks, start[:, None], end[:, None]), end]), axis=1)
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
@@ -227,7 +227,7 @@ def _over_panels(
     return result, which
 
 
-def _breaks(light: PositionalLight, ray: Array, to_light: Array, nearest: Array, h: Array) -> Array:
+def break_distances(light: PositionalLight, ray: Array, to_light: Array, nearest: Array, h: Array) -> Array:
     """Finds (R, n) distances at which the integrand is not smooth: where a ray meets a light's range, and the kinks around its axis."""
     found = []
     if light.range:
