@@ -247,7 +247,7 @@ def checked(driver: str, env: dict[str, str], names: list[str], library: Path) -
         for command in names or COMMANDS:
             report = run([__file__, "--traced", *COMMANDS[command]], folder, library, env)
             seen.update(m.id for m in report.messages if is_upstream(m))
-            said = report.problems + [f"{m.severity} {m.id}: {m.text}" for m in {m.id: m for m in report.ours()}.values()]
+            said = report.problems + [f"{m.severity} {m.id}: {' '.join(m.text.split())}" for m in {m.id: m for m in report.ours()}.values()]
             wrong += bool(said)
             print(f"{driver:14}{command:16}{'; '.join(said) or 'clean'}", flush=True)
         rest = unused(set((folder / "pipelines.txt").read_text(encoding="utf-8").split()))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pygfx")
+from rasterising import edge_error
 from tags import Tags
 
 from airlight.cli import cli, main
@@ -182,9 +183,11 @@ def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     assert np.allclose(transmittance, np.exp(-way[..., None] * air.sigma_t), rtol=1e-5)
     assert "2048 texels, as --against walk asks" in about
     truth, far = traced("window")
-    clear = rule.clear(far)  # of edges, which drivers place to 1/512 or to 1/32 of a pixel
-    assert rule.errors(light, truth, clear).rmse < 0.01 and np.allclose(way[clear], far[clear], rtol=1e-3)
-    assert np.isclose(way, far, rtol=1e-3).mean() > 0.99
+    assert rule.errors(light, truth, rule.clear(far)).rmse < 0.01
+    if edge_error() <= 1 / 512:
+        assert np.allclose(way, far, rtol=1e-3)
+    else:  # SwiftShader, which also loses depth of large triangles that pass behind the eye, as those of this room: docs/drivers.md
+        assert np.isclose(way, far, rtol=2e-2).mean() > 0.99, np.sort(np.abs(way / far - 1).ravel())[-60:]
     monkeypatch.setattr(scenes, "MAX_TRACED", 0)
     (again, *_), about = view().truth(air, None)
     assert "276 triangles are too many" in about and np.array_equal(again, light)

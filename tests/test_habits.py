@@ -16,7 +16,7 @@ SOURCE = TESTS.parent / "src" / "airlight"
 THEIRS = {
     "test_browser_messages.py": {"_active_client"},  # rendercanvas
     "test_browser_page.py": {"_active_client", "_websockets"},
-    "test_browser_upstream.py": {"_encode_frame", "_is_closed", "_size_info"},
+    "test_browser_upstream.py": {"_active_client", "_encode_frame", "_is_closed", "_last_frame", "_size_info"},
     "test_viewer_panel.py": {"_process_events"},
     "viewer_driver.py": {"_process_events"},
     "test_gpu.py": {"_ffi", "_parse", "_parser"},  # wgpu, cffi

@@ -46,6 +46,7 @@ def test_nearest_file(tmp_path, monkeypatch):
         (["image", "a.png", "--format", "jpgg"], "jpg"),
         (["image", "a.png", "--preset", "misti"], "misty"),
         (["image", "a.png", "--preset", "min.toml"], "mine.toml"),
+        (["image", "a.png", "--preset", "mine.tml"], "mine.toml"),
         (["image", "a.png", "--light", "0,0;colour=1,1,1"], "color"),
         (["image", "a.png", "--light", "0,0;kind=disk"], "disc"),
         (["image", "b.png"], "a.png"),
@@ -89,6 +90,8 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
         (["view", "a.png", "--browsr"], "--browsr is no option of `airlight view`; did you mean '--browser'?"),
         (["info", "--qwertz"], "--qwertz is no option of `airlight info`; --help-all shows all"),
         (["--sun"], "--sun is no option of `airlight`; `airlight render` and `airlight compare` have it"),
+        (["--qwertz"], "--qwertz is no option of `airlight`; --help shows all"),
+        (["image", "-o", "a.png"], "Missing argument 'IN...'; `airlight image --help` shows examples"),
         (["fly"], "there is no command 'fly'; there is image, render, view, compare, info, bench"),
     ],
 )

@@ -27,6 +27,19 @@ def test_the_renderer_has_a_blender() -> None:
     assert "self._blender = Blender()" in inspect.getsource(WgpuRenderer.__init__), "WgpuRenderer._blender: see airlight/pygfx/private.py"
 
 
+def test_the_renderer_draws_as_it_is_divided() -> None:
+    """What pygfx/divided.py overrides and stands in for."""
+    from pygfx.renderers.wgpu.engine.renderer import FlatScene, WgpuRenderer
+
+    see = ": see airlight/pygfx/divided.py"
+    assert list(inspect.signature(WgpuRenderer._render_recording).parameters)[1:] == ["renderstate", "flat", "physical_viewport"], see
+    drawn, flushed = (inspect.getsource(f) for f in (WgpuRenderer._render_recording, WgpuRenderer.flush))
+    for source in (drawn, flushed):
+        assert "command_encoder = self._device.create_command_encoder()" in source, "WgpuRenderer._device" + see
+    assert "in flat.iter_render_pipelines_per_pass_type():" in drawn and hasattr(FlatScene, "iter_render_pipelines_per_pass_type"), see
+    assert "self._canvas_context.get_current_texture()" in flushed, "WgpuRenderer._canvas_context" + see
+
+
 def test_the_engine_has_what_the_pre_pass_draws_with() -> None:
     import pygfx as gfx
     from pygfx.renderers.wgpu.engine import pipeline, renderstate, shared, update, utils

@@ -41,4 +41,7 @@ def __getattr__(name: str) -> Any:
     """Import a name on first use: `airlight --help` needs neither NumPy nor a GPU library."""
     if name not in _MODULE:
         raise AttributeError(f"module 'airlight' has no attribute {name!r}")
-    return getattr(import_module(f"airlight.{_MODULE[name]}"), name)
+    from airlight.errors import needing
+
+    with needing(f"airlight.{name}", "notebook"):
+        return getattr(import_module(f"airlight.{_MODULE[name]}"), name)

@@ -1,6 +1,8 @@
 """The two kinds of failure that a user meets; each message is one line that says what is wrong and how to mend it."""
 
+import contextlib
 import warnings
+from collections.abc import Iterator
 
 
 class AirlightError(Exception):
@@ -26,3 +28,14 @@ class CommonWarning(AirlightWarning):
 def warn(message: str, level: int = 3, common: bool = False) -> None:
     """Issue an AirlightWarning. level: how many calls above this one stands the line that it names. common: as a CommonWarning."""
     warnings.warn(message, CommonWarning if common else AirlightWarning, stacklevel=level)
+
+
+@contextlib.contextmanager
+def needing(what: str, extra: str) -> Iterator[None]:
+    """Say what to install where a package that an extra brings is missing: an ImportError of one line. what: needs it."""
+    try:
+        yield
+    except ImportError as error:
+        if error.name is None or error.name.partition(".")[0] == "airlight":
+            raise
+        raise ImportError(f'{what} needs an extra ({error.name} is missing): pip install "airlight[{extra}]"', name=error.name) from None

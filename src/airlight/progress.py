@@ -66,7 +66,7 @@ class Work:
 SILENT = Work()
 
 
-class _Lines(Work):
+class Lines(Work):
     """Says a line a minute."""
 
     def tell(self) -> None:
@@ -78,7 +78,7 @@ class _Lines(Work):
         say(", ".join(part for part in parts if part))
 
 
-class _Bar(Work):
+class Bar(Work):
     """Rewrites a line with a bar, by rich."""
 
     def __init__(self, console: Any, name: str, total: float, is_timed: bool, counts: bool) -> None:
@@ -104,9 +104,9 @@ def showing(name: str, total: float = 1.0, *, is_timed: bool = True, counts: boo
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _Lines(name, total, is_timed)
+        yield Lines(name, total, is_timed)
         return
-    work = _Bar(console, name, total, is_timed, counts)
+    work = Bar(console, name, total, is_timed, counts)
     start = threading.Timer(SILENT_S, work.bar.start)
     start.daemon = True
     start.start()

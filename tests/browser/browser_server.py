@@ -38,6 +38,7 @@ class Live:
 
     def __init__(self, host="127.0.0.1"):
         self.events, self.drawn, self.said, self.failed = [], 0, [], None
+        self.shade, self.still = 0, False  # blue; whether it stays
         self.ready = threading.Event()
         self.thread = threading.Thread(target=self._run, args=(host,))
         self.thread.start()
@@ -64,12 +65,19 @@ class Live:
 
         def draw():
             self.drawn += 1
+            self.shade += not self.still
             width, height = canvas.get_physical_size()
-            context.set_bitmap(np.full((height, width, 4), (40, 90, self.drawn % 256, 255), np.uint8))
+            context.set_bitmap(np.full((height, width, 4), (40, 90, self.shade % 256, 255), np.uint8))
 
         canvas.add_event_handler(self.events.append, *KINDS, "key_down", "key_up", "char")
         canvas.request_draw(draw)
         canvas.set_title("A view")
+
+    def draw_again(self):
+        """Draw one frame more, and wait for it."""
+        before = self.drawn
+        remote.loop.call_soon_threadsafe(self.canvas.request_draw)
+        until(lambda: self.drawn > before)
 
     def stop(self):
         if self.thread.is_alive():

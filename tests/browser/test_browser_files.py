@@ -110,6 +110,10 @@ def test_what_does_not_arrive_whole_leaves_nothing(view, monkeypatch):
     assert post(view)[0] == 200
 
 
+def test_the_user_of_a_browser_has_no_paths(view):
+    assert view.canvas.desktop.has_paths is False
+
+
 def test_a_full_disk_is_told(view, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
@@ -190,7 +194,7 @@ def test_a_page_sends_files(chromium, view, tmp_path):
     page.evaluate(drop, ["one.glb", "two.glb"])
     until(lambda: desktop.arrived)
     assert Path(desktop.arrived.popleft()[0]).read_bytes() == b"of one.glb" and not desktop.arrived
-    assert until(lambda: page.evaluate(LINE)) == "one.glb is shown, the first of 2 files"
+    until(lambda: page.evaluate(LINE) == "one.glb is shown, the first of 2 files")
     assert "dropping" not in page.evaluate("document.body.className")
 
     page.evaluate(

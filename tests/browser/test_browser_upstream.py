@@ -10,6 +10,11 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from airlight.files import read_image
 from airlight.viewer import remote
 
+REPLACED = (
+    *("_quality", "_rc_set_title", "_rc_close", "_update_active_states", "_encode_frame"),
+    *("_rc_present_bitmap", "_send_last_frame_to_ready_clients", "_schedule_lossless_draw"),
+)
+
 
 def test_frames_keep_their_picture(tmp_path):
     y, x = np.mgrid[:90, :160]
@@ -31,10 +36,23 @@ def test_an_idle_picture_becomes_exact(view):
         assert kinds[0] == "jpeg" and kinds[-1] == "png"
 
 
+def test_a_picture_that_all_have_is_not_sent_again(view):
+    """Whoever comes later gets it."""
+    with view.open() as client:
+        say(client, **SIZE)
+        assert frames(client, 1.0)
+        view.still = True
+        for _ in range(5):
+            view.draw_again()
+        assert view.drawn > 5 and frames(client, 0.5) == []
+        with view.open() as watcher:
+            assert len(frames(watcher, 1.0)) == 1
+
+
 @pytest.mark.parametrize(
     ("owner", "name"),
     [
-        *((theirs.HttpRenderCanvas, n) for n in ("_quality", "_rc_set_title", "_rc_close", "_update_active_states", "_encode_frame")),
+        *((theirs.HttpRenderCanvas, n) for n in REPLACED),
         *((theirs, n) for n in ("encode_array", "asgi", "loop")),
         *((WebSocketsSansIOProtocol, n) for n in ("handle_ping", "keepalive_timeout", "on_task_complete", "shutdown")),
         (H11Protocol, "connection_made"),
@@ -47,6 +65,7 @@ def test_private_names_are_still_there(owner, name):
 
 def test_private_attributes_are_still_there(view):
     canvas = view.canvas
+    assert canvas._active_client == 0 and callable(theirs.asgi.send_to)
     assert canvas._is_closed is False and canvas._size_info["physical_size"] == canvas.get_physical_size()
     assert "encode_array" in theirs.HttpRenderCanvas._encode_frame.__code__.co_names
-    assert callable(canvas._size_info.set_physical_size)
+    assert callable(canvas._size_info.set_physical_size) and isinstance(canvas._last_frame, tuple)

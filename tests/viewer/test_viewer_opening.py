@@ -14,6 +14,7 @@ import pytest
 from imgui_bundle import imgui
 from viewer_driver import Driver
 
+from airlight import scenes
 from airlight.files import write_image
 from airlight.viewer import command, desktop
 from airlight.viewer import state as st
@@ -81,6 +82,10 @@ def test_without_a_dialog_the_field_is_shown(smart: Driver) -> None:
     assert smart.state.path == "a b"  # it has the keys
     smart.drag((900.0, 700.0), (900.0, 700.0), 1)  # which leaves the field
     smart.state.path = ""
+    smart.state.has_paths = False  # as in a browser
+    smart.frame(2)
+    assert "path" not in smart.places and "source" in smart.places
+    smart.state.has_paths = True
     smart.open_group("Picture")
 
 
@@ -92,6 +97,16 @@ def test_the_command_is_copied_by_its_key_and_pasted_into_fields(hands: Driver) 
     assert imgui.get_clipboard_text() == desk(hands).paste()
     imgui.set_clipboard_text("from a field")
     assert desk(hands).paste() == "from a field"
+
+
+@pytest.mark.slow
+def test_each_scene_is_shown_by_its_name(folder: Path) -> None:
+    hands = Driver("table", folder)
+    assert hands.state.sources == (*scenes.NAMES, *scenes.VALIDATION)
+    for name in hands.state.sources:
+        hands.state.requests.append(("open", name))
+        hands.frame(2)
+        assert (hands.state.source, hands.state.message) == (name, ""), name
 
 
 def fake_zenity(folder: Path, script: str) -> str:

@@ -2,6 +2,7 @@
 
 import importlib
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -149,13 +150,21 @@ def record_of(
     }
 
 
-def methods(device: Device, say: Any, size: tuple[int, int] = (1920, 1080), runs: int = 9) -> list[dict[str, Any]]:
+def methods(
+    device: Device,
+    say: Any,
+    size: tuple[int, int] = (1920, 1080),
+    runs: int = 9,
+    lights: Sequence[str] = tuple(LIGHTS),
+    lengths: Sequence[tuple[float, float]] = LENGTHS,
+) -> list[dict[str, Any]]:
     """Time copy, radial n = 150, n = 100 at half resolution, epipolar at each quality: for each light, density and lambda."""
     bench = Bench(device, *size)
     copy = bench.copy()
     records: list[dict[str, Any]] = []
-    for case, position in LIGHTS.items():
-        for density, lam in LENGTHS:
+    for case in lights:
+        position = LIGHTS[case]
+        for density, lam in lengths:
             truth = converged(bench.image, position, density=density, lam=lam, points=bench.points)
             variants: list[tuple[Parameters, dict[str, Any]]] = [
                 (_parameters("epipolar", density, lam, quality), {"quality": quality}) for quality in ("draft", "normal", "final")

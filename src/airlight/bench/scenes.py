@@ -1,6 +1,7 @@
 """The screen-space method in 3-D scenes at 1280 x 720: each of its passes and all together, as ratios to a one-tap copy, in one run."""
 
 import importlib.util
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
@@ -49,7 +50,7 @@ class _Frame:
         return {label: float(np.median(own)) for label, own in times.items()}
 
 
-def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
+def scenes(_: Device, say: Any, runs: int = 15, names: Sequence[str] = tuple(SCENES)) -> list[dict[str, Any]]:
     """Time mask, shafts and merge of the stencil, of contrast, and of the pre-pass with the occluders drawn again; and a sum of
     60 taps at half resolution instead of ours. Nothing where pygfx is not installed."""
     if importlib.util.find_spec("pygfx") is None:
@@ -57,8 +58,8 @@ def scenes(_: Device, say: Any, runs: int = 15) -> list[dict[str, Any]]:
         return []
     shared_device()
     records = []
-    for name, time in SCENES.items():
-        frame = _Frame(name, time)
+    for name in names:
+        frame = _Frame(name, SCENES[name])
         device, shafts = frame.device, frame.shafts
         source, layer = (device.texture(*SIZE, "rgba16float") for _ in range(2))
         copy = Passes(device, source, layer).copy()

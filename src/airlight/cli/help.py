@@ -119,8 +119,15 @@ SCREENS = {
     ),
     "bench": Screen(
         "Time the methods on this graphics adapter.",
-        {"json_path": "also write the records as JSON; -: instead", "overwrite": "replace the file if it exists"},
-        (("show the times", "airlight bench"), ("keep them too", "airlight bench --json times.json")),
+        {
+            "quick": "a part of it: less than a minute, not a quarter hour",
+            "json_path": "also write the records as JSON; -: to stdout",
+            "overwrite": "replace the file if it exists",
+        },
+        (
+            ("a first impression", "airlight bench --quick"),
+            ("all of it, kept in a file too", "airlight bench --json times.json"),
+        ),
     ),
     "info": Screen(
         "Show graphics adapters, versions, what is missing and how to get it.",

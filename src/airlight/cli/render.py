@@ -140,6 +140,7 @@ class _Fps(click.ParamType):
 @flag_option("--skip-existing", "-n", FILES, "Leave out what exists.")
 @flag_option("--resume", None, FILES, "Do only the frames that are missing or damaged.")
 @option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
+@flag_option("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def render(ctx: click.Context, **_: Any) -> int:
     """Render SCENE (table, flying, or a .glb, .gltf, .obj, .ply or .stl file) with its light shafts: a picture, numbered

@@ -46,9 +46,13 @@ def line_of(error: click.ClickException) -> str:
         commands = getattr(error.ctx.find_root().command, "commands", {})
         having = [f"`airlight {name}`" for name, command in commands.items() if error.option_name in _flags(command)]
         hint = f"; {' and '.join(having)} {'have' if len(having) > 1 else 'has'} it" if having else ""
-        hint = hint or nearest(error.option_name, _flags(error.ctx.command), "; --help-all shows all")
+        known = _flags(error.ctx.command)
+        hint = hint or nearest(error.option_name, known, f"; {'--help-all' if '--help-all' in known else '--help'} shows all")
         return f"{error.option_name} is no option of `{error.ctx.command_path}`{hint}"
     if isinstance(error, click.NoSuchCommand):
         commands = getattr(error.ctx.command, "commands", {}) if error.ctx is not None else {}
         return f"there is no command {error.command_name!r}{nearest(error.command_name, commands, '; there is ' + ', '.join(commands))}"
-    return error.format_message()
+    text = error.format_message()
+    if isinstance(error, click.MissingParameter) and error.ctx is not None:
+        return f"{text.rstrip('.')}; `{error.ctx.command_path} --help` shows examples"
+    return text

@@ -14,8 +14,9 @@ from airlight.compare.measure import fit
 from airlight.compare.result import SceneComparison, SceneRow, Truth
 from airlight.compare.variants import Variant
 from airlight.composite.adapt import adapt, measure_ramp
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.gpu.timing import run_ms
+from airlight.jobs.seen import doubt_of_medium
 from airlight.luminance import REC709_F32
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters, SceneOptions
@@ -112,6 +113,14 @@ class ComparedView:
             adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
         return np.asarray(displayed(color, v.in_scene.view_transform).clip(0, 1), np.float32)
 
+    def doubt(self, layer: Layer, v: Variant) -> str | None:
+        """Word one line where the variant's medium, of a true layer, hides the scene or is not seen; else None."""
+        exposure, medium = self._exposure or Exposure(), self.resolved(v)
+        factor = 2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre
+        length = np.minimum(layer.path_length, medium.max_distance).ravel()
+        light, picture = ((factor * pixels).reshape(-1, 3) for pixels in (layer.radiance, self.surfaces))
+        return doubt_of_medium(medium, length, length < medium.max_distance, light, picture)
+
     # ------------------------------------------------------------ truths
 
     def truth(self, medium: ResolvedMedium, against: str | None, work: Work = SILENT) -> tuple[Layer, str]:
@@ -191,6 +200,8 @@ def compare(
         if not mean > 0:
             raise AirlightError(f"{view.stage.name}: the medium scatters no light here; give it a denser --medium, or a light")
         found[v.medium] = len(truths), true, where, mean
+        if METHODS[v.parameters.method].has_units and (line := view.doubt(layer, v)) is not None:
+            warn(f"{v.name}: {line}")
         shown = fit(view.composited(layer, v), box)
         truths.append(Truth(about, int(where.sum()), shown, fit(true.astype(np.float32), box)))
     lights = []

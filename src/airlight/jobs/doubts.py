@@ -32,8 +32,10 @@ def tell_unchanged(
     lights: Sequence[LightText | ImageLight],
     float_output: bool,
     say: Callable[[str], object],
+    mix: float | None = None,
 ) -> None:
-    """Say why nothing, or hardly anything, is to be seen. done: pictures.Rendered; look: None: classic; p: the sum's parameters."""
+    """Say why nothing, or hardly anything, is to be seen. done: pictures.Rendered; look: None: classic; p: the sum's parameters; mix: of
+    its composite."""
     if done.message:
         say(f"{picture.path}: {done.message}")
         return
@@ -41,7 +43,7 @@ def tell_unchanged(
     if share < 1 - verdict.NEARLY_ALL and white_share(picture, float_output):  # no strength mends that: tell_white
         return
     if share == 0:
-        say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights)}")
+        say(f"{picture.path}: hardly changed: {_cure(done, look, p, lights, mix)}")
     elif share < 1 - verdict.NEARLY_ALL:
         cure = "--strength 2 or --length 2 shows more" if look is not None else "raise --exposure or --density, or lower --threshold"
         say(f"{picture.path}: hardly changed, {verdict.percent(1 - share)} of it not at all: {cure}")
@@ -81,9 +83,13 @@ def shines(picture: "Picture", done: Any) -> bool:
     return bool(done.layer.any() if done.encoded is None else not np.array_equal(done.encoded, picture.codes[..., :3]))
 
 
-def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText | ImageLight]) -> str:
+def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText | ImageLight], mix: float | None) -> str:
+    if look is None and mix == 0:
+        return "--mix 0 adds nothing of the shafts; leave it out"
     if is_off(look, lights):
         return "the strength is 0"
+    if all(max(light.color) == 0 for light in lights if light.strength):
+        return "the light's colour is black, 0,0,0"
     if look is not None:
         if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it
             return "nothing in it can show shafts: all is too dark, too bright, or near"

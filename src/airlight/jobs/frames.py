@@ -4,14 +4,16 @@ import contextlib
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError
 from airlight.jobs import tasks
+from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
+from airlight.jobs.profile import Spent
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
@@ -36,7 +38,7 @@ from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
     from airlight.scenes import Stage
-    from airlight.scenes.offline import Frame, Shot
+    from airlight.scenes.offline import Shot
 
 SAMPLES = {"draft": 1, "normal": 2, "final": 3}  # along each side of a pixel
 LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
@@ -93,6 +95,7 @@ class FramesRequest:
     skip_existing: bool = False
     resume: bool = False
     device: str | None = None
+    profile: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
@@ -205,7 +208,7 @@ def run_frames(request: FramesRequest) -> bool:
     """
     from airlight.files import video
 
-    r = request
+    r, spent = request, Spent()
     r.check()
     values = r.scene_values()
     from airlight.composite.view import check as check_view
@@ -248,6 +251,7 @@ def run_frames(request: FramesRequest) -> bool:
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     say_offer(stage, (*r.light, *r.sun))
+    opened = spent.add(OPEN, spent.begun)
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,
@@ -265,23 +269,25 @@ def run_frames(request: FramesRequest) -> bool:
     if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
         say(exposure.line())
         values["ev"] = exposure.ev
+    spent.add(SET_UP, opened)
+    studio.shafts.timing = r.profile
     settings = r.settings(stage.settings, values)
-    work = _Work(studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
+    work = FrameWork(spent, studio, settings, r.overwrite or r.resume, r.storage, OfScene(r.output))
     if r.is_film:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
-            run(todo, work.read, _strict(work.render), _strict(work.write), writers=1)
-        work.verdict.tell()
+            run(todo, work.read, strict(work.render), strict(work.write), writers=1)
+        work.tell(len(todo), r.profile)
         return True
     if not r.is_sequence:
         with showing("drawing", 2, is_timed=False) as told:
             frame = work.render(todo[0], None)
             told.step("writing")
             work.write(todo[0], None, frame)
-        work.verdict.tell()
+        work.tell(len(todo), r.profile)
         return True
     failed = run(todo, work.read, work.render, work.write)
-    work.verdict.tell()
+    work.tell(len(todo) - len(failed), r.profile)
     say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
     return not failed
 
@@ -355,72 +361,3 @@ def _left(r: FramesRequest, frames: Sequence[FrameTask]) -> list[FrameTask]:
     inputs = [path for path in (r.scene, r.preset, r.medium, r.environment) if path is not None]
     tasks.check_outputs(todo, inputs, len(frames) > 1, r.overwrite or r.resume)
     return todo
-
-
-@dataclass
-class _Work:
-    """Renders and writes a frame, the second perhaps by another thread."""
-
-    studio: Any
-    settings: Settings
-    overwrite: bool
-    storage: Storage
-    verdict: OfScene
-    add: Callable[[Any], None] | None = None  # to a film
-
-    def read(self, task: FrameTask) -> None:
-        """Do nothing: a scene is read once."""
-
-    def render(self, task: FrameTask, _: None) -> "Frame":
-        """Render a frame, and what goes beside it."""
-        exr = any(path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
-        found: Frame = self.studio.frame(
-            task.time, task.turn, depth=exr, layer=exr or task.layer is not None, source=task.buffer is not None
-        )
-        self.verdict.look(self.studio, found)
-        return found
-
-    def write(self, task: FrameTask, _: None, frame: "Frame") -> None:
-        """Write a frame, and what goes beside it."""
-        import numpy as np
-
-        from airlight import files
-        from airlight.colour import encode_codes
-
-        pixels = frame.pixels()
-        if self.add is not None:
-            self.add(encode_codes(pixels, np.uint8))
-            return
-        settings = self.settings.text(time=task.time, turn=task.turn * 360, turntable=None, frames=None, fps=None, crf=None)
-        layer = frame.shafts() if frame.layer is not None else None
-        exr, layer_exr = (path is not None and path.lower().endswith(".exr") for path in (task.output, task.layer))
-        medium: dict[str, Any] = {"transmittance": frame.transmittance(), "z": frame.distance()} if exr or layer_exr else {}
-        beside: dict[str, Any] = {}
-        if exr:
-            beside = {"alpha": np.ones(pixels.shape[:2], np.float32), "layer": layer, **medium}
-            if frame.scale != 1:  # of physical lights: halves end at 65504
-                beside["bits"] = 32
-        kept: dict[str, Any] = {"overwrite": self.overwrite, "settings": settings}
-        files.write_image(task.output, pixels, storage=self.storage.of(task.output), **kept, **beside)
-        if task.layer is not None and layer is not None:
-            fine = frame.layer_transmittance is not None or frame.layer_scale != 1
-            more = {"bits": 32, **medium} if fine and layer_exr else {}
-            files.write_image(task.layer, frame.shown(layer, task.layer), storage=self.storage.of(task.layer), **kept, **more)
-        if task.buffer is not None and frame.source is not None:
-            source = frame.source[..., :3].astype(np.float32) * np.float32(frame.layer_scale)
-            more = {"bits": 32} if frame.layer_scale != 1 and task.buffer.lower().endswith(".exr") else {}
-            files.write_image(task.buffer, frame.shown(source, task.buffer), storage=self.storage.of(task.buffer), **kept, **more)
-
-
-def _strict(work: Callable[..., Any]) -> Callable[..., Any]:
-    """Make any failure of some work end the run: a film lacks no frame."""
-
-    def done(*arguments: Any) -> Any:
-        try:
-            return work(*arguments)
-        except MachineError:
-            raise
-        except AirlightError as error:
-            raise MachineError(str(error)) from error
-
-    return done

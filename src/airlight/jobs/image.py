@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import functools
 import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -17,6 +16,7 @@ from airlight.jobs.clips import Clips, Settled, looked_at
 from airlight.jobs.finding import resolve_lights, show_candidates
 from airlight.jobs.light_text import LightText, place
 from airlight.jobs.planes import Reading
+from airlight.jobs.profile import Spent, show
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import PictureTask
@@ -205,7 +205,8 @@ def run_image(request: ImageRequest) -> bool:
             told.step("writing")
             work.write(todo[0], loaded, rendered)
     if request.profile:
-        _show_profile(work.spent, work.passes or [])
+        work.spent.passes = work.passes or []
+        show(work.spent, ("read", "find the light", "render", "write"), "render", len(todo) - len(failed))
     return not failed
 
 
@@ -252,7 +253,7 @@ class _Work:
     def __post_init__(self) -> None:
         self.passes: list[tuple[str, float]] | None = [] if self.request.profile else None
         self.overwrite = self.request.overwrite or self.request.resume
-        self.spent = _Spent()
+        self.spent = Spent()
         self._start = threading.Thread(target=_open_device, args=(self.request.device,), daemon=True)
         self._start.start()  # while the first picture is read
         self._where: Any = None
@@ -307,7 +308,7 @@ class _Work:
         self.spent.add("render", begun)
         real = outputs.is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell)
+            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell, self.composite.mix)
         doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
         return Settled(written, parameters, done.held, done, shines)
@@ -402,28 +403,3 @@ def _open_device(name: str | None) -> None:
 
     with contextlib.suppress(Exception):
         open_device(name)
-
-
-class _Spent:
-    """Counts wall time by step, summed over the pictures."""
-
-    def __init__(self) -> None:
-        self.steps: dict[str, float] = {}
-
-    def add(self, name: str, begun: float) -> float:
-        """Count the time since `begun`; returns now."""
-        now = time.perf_counter()
-        self.steps[name] = self.steps.get(name, 0.0) + (now - begun) * 1e3
-        return now
-
-
-def _show_profile(spent: _Spent, passes: Sequence[tuple[str, float]]) -> None:
-    """Print the wall time of each step, and of each pass on the GPU, summed over the pictures."""
-    by_label: dict[str, float] = {}
-    for label, ms in passes:
-        by_label[label] = by_label.get(label, 0.0) + ms
-    for name in ("read", "find the light", "render", "write"):
-        print(f"{name:24} {spent.steps.get(name, 0.0):9.2f} ms", file=sys.stderr)
-        if name == "render":
-            for label, ms in by_label.items():
-                print(f"  {label:22} {ms:9.2f} ms", file=sys.stderr)

@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from airlight.medium.resolve import HIDING_DEPTH, VISIBLE_CONTRAST, hides, is_too_thin
 from airlight.messages import say
 from airlight.scatter.methods import FOR_MEDIUM, METHODS
 
@@ -36,6 +35,8 @@ def doubt_of_medium(
     """
     import numpy as np
 
+    from airlight.medium.resolve import HIDING_DEPTH, VISIBLE_CONTRAST, hides, is_too_thin
+
     depths = length[:, None] * medium.sigma_t
     if not depths.size or not depths.any():  # an empty one is meant so
         return None
@@ -52,6 +53,8 @@ def doubt_of_medium(
 def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str | None:
     """Judge the medium of a frame that was just drawn, see `doubt_of_medium`. depth: (H, W) of 0..1."""
     import numpy as np
+
+    from airlight.medium.resolve import VISIBLE_CONTRAST
 
     shafts = studio.shafts
     medium = shafts.resolved_medium

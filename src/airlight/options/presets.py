@@ -48,7 +48,8 @@ def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
     if name in known:
         return _check(_folder(kind) / f"{name}.toml", kind)
     if not name.lower().endswith(".toml") and not standard.is_input(name):
-        hint = nearest(name, known, f"; use {', '.join(known)} or a .toml file")
+        hint = nearest(name, known) or (nearest_file(name) if os.path.dirname(name) or os.path.splitext(name)[1] else "")
+        hint = hint or f"; use {', '.join(known)} or a .toml file"
         raise AirlightError(f"there is no {_what(kind)} {name!r}{hint}")
     return _check(Path(name), kind)
 

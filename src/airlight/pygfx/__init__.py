@@ -1,8 +1,11 @@
 """Light shafts in 3-D scenes of pygfx: a pass for `renderer.effect_passes`. docs/scenes.md is its guide."""
 
-from airlight.pygfx.effect import LightShafts, add_light_shafts, enable_timing
-from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.origin import near_origin
-from airlight.pygfx.private import use_hdr
+from airlight.errors import needing
+
+with needing("airlight.pygfx", "scenes"):
+    from airlight.pygfx.effect import LightShafts, add_light_shafts, enable_timing
+    from airlight.pygfx.lights import SceneLight
+    from airlight.pygfx.origin import near_origin
+    from airlight.pygfx.private import use_hdr
 
 __all__ = ["LightShafts", "SceneLight", "add_light_shafts", "enable_timing", "near_origin", "use_hdr"]

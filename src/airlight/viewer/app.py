@@ -344,15 +344,19 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
     source: an array as airlight.light_shafts takes, a picture's path, or a scene: "table", "flying", a .glb, .gltf, .obj, .ply, .stl file.
     light: as there; a picture's is found where it is not given. parameters: the declared ones. Raises AirlightError.
     """
+    missing = "a notebook's view needs more packages ({}): pip install airlight[notebook]"
     try:
         from rendercanvas.anywidget import RenderCanvas
     except ImportError as error:
-        raise AirlightError(f"a notebook's view needs more packages ({error}): pip install airlight[notebook]") from None
+        raise AirlightError(missing.format(error)) from None
     from airlight.lights import as_lights
 
     lights = [] if light is None else [LightControl(one.position, one.color, one.strength, kind=one.kind) for one in as_lights(light)]
     shown = os.fspath(source) if isinstance(source, (str, os.PathLike)) else from_array(source)
-    return Viewer(RenderCanvas(size=size), shown, values=parameters, lights=lights, device=device)
+    try:
+        return Viewer(RenderCanvas(size=size), shown, values=parameters, lights=lights, device=device)
+    except ImportError as error:
+        raise AirlightError(missing.format(error)) from None
 
 
 def from_array(array: Any) -> Picture:

@@ -91,7 +91,7 @@ class _Resize(_Message, tag="resize"):
 
 
 class Paste(_Message, tag="paste"):
-    """What is on the clipboard, of which the page tells when it is pasted."""
+    """Text of the clipboard, which the page tells when it is pasted."""
 
     text: Annotated[str, msgspec.Meta(max_length=4096)]
 

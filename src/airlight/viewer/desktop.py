@@ -21,8 +21,11 @@ PROGRAMS = ("zenity", "matedialog", "qarma", "kdialog")  # which portable-file-d
 class Desktop:
     """Stands for no desktop at all: of a notebook, or where nothing is shown. The clipboard is the viewer's own.
 
-    wake: called when there is something in `arrived`, lists of paths to open, also from another thread.
+    has_paths: whether a path means a file of the user's. wake: called, also from another thread, when there is something in `arrived`:
+    lists of paths to open.
     """
+
+    has_paths = True
 
     def __init__(self) -> None:
         self.arrived: deque[Sequence[str]] = deque()

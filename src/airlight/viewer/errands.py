@@ -20,7 +20,7 @@ class Errands:
         self.viewer, self.state = viewer, viewer.state
         self.desktop = desktop_of(viewer.canvas)
         self.desktop.wake = viewer.canvas.request_draw
-        self.state.received = self.desktop.names
+        self.state.received, self.state.has_paths = self.desktop.names, self.desktop.has_paths
         viewer.panel.use_clipboard(self.desktop.copy, self.desktop.paste)
         self.history = History(self.state)
 

@@ -15,8 +15,8 @@ from airlight.gpu.device import Device
 from airlight.gpu.slices import Sliced
 
 LAY = "viewer/kept.wgsl"
-SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.125)  # of width and height, by how coarse a picture is; the first is not coarse
-BEGIN = 4  # how coarse the first is on a software adapter
+SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
+BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
 CALM = 4  # coarse pictures in a row that were as easy
 

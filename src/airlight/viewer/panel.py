@@ -204,14 +204,8 @@ class Panel(Rows):
         chosen = self._choose("source", s.received.get(s.source, Path(s.source).name), tuple(names))
         if chosen:
             s.requests.append(("open", names[chosen]))
-        self._label("Open")
-        imgui.set_next_item_width(-52)
-        if wanted:
-            imgui.set_keyboard_focus_here()
-        s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
-        imgui.same_line()
-        if self._button("open", "Open", -1) and s.path:
-            s.requests.append(("open", s.path))
+        if s.has_paths:
+            self._path(wanted)
         if s.is_image:
             return
         if len(s.eye.names) > 1:
@@ -236,6 +230,18 @@ class Panel(Rows):
             self._seen("time")
             if changed:
                 s.time, s.playing = min(max(v, 0.0), s.duration), False
+
+    def _path(self, wanted: bool) -> None:
+        """Draw a field for a path to open. wanted: the keys go there."""
+        s = self.state
+        self._label("Open")
+        imgui.set_next_item_width(-52)
+        if wanted:
+            imgui.set_keyboard_focus_here()
+        s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
+        imgui.same_line()
+        if self._button("open", "Open", -1) and s.path:
+            s.requests.append(("open", s.path))
 
     def _lights(self, opened: bool) -> None:
         s = self.state

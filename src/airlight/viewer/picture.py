@@ -228,6 +228,8 @@ class PictureView:
             raise AirlightError(f"occlusion {state.parameters.occlusion}: this picture {what}; choose another")
         settings = resolve(state.composite, not self.bounded)
         p = state.parameters
+        if hurried and "quality" in METHODS[p.method].options:
+            p = msgspec.structs.replace(p, quality="draft")
         if self.bounded or settings.adapt:
             step = max(1, max(self.coarse.shape) // COARSE) if hurried else 1
             p = auto_threshold(p, self.coarse[::step, ::step], lights, bounded=self.bounded)

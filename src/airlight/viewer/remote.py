@@ -58,12 +58,23 @@ class RemoteCanvas(http.HttpRenderCanvas):
         self._closed, self.desktop = closed, desktop
         desktop.say = self.say
         self._titled = ""
+        self._seen: Any = None  # the pixels that were sent last
         super().__init__(size=size, title=title)
         self._size_info.set_physical_size(*size, 1.0)  # until a client tells its own: theirs would draw 1x1
 
     def say(self, message: dict[str, Any]) -> None:
         """Send the page that steers a message of our own."""
         asgi.send_to(message, [], self._active_client)
+
+    def _rc_present_bitmap(self, *, data: Any, **more: Any) -> None:
+        """Send a frame, unless all have it: while a picture refines, and nothing else happens, most are the same."""
+        if self._seen is None or not np.array_equal(data, self._seen):
+            self._seen = np.array(data)
+            super()._rc_present_bitmap(data=data, **more)
+            return
+        self._send_last_frame_to_ready_clients()  # some may be new
+        if self._last_frame[0]["mimetype"] != "image/png":
+            self._schedule_lossless_draw(self._seen)
 
     def _rc_set_title(self, title: str) -> None:
         self._titled = title

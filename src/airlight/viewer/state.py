@@ -90,7 +90,7 @@ class ViewerState:
     opening: tuple[str, ...] = ()  # options with which a scene's file was opened
     lights_before: list[LightControl] = field(default_factory=list)  # as the scene has them
     eye: Eye = field(default_factory=Eye)
-    sources: tuple[str, ...] = scenes.NAMES  # to choose from
+    sources: tuple[str, ...] = (*scenes.NAMES, *scenes.VALIDATION)  # to choose from
     size: tuple[int, int] = (0, 0)
     shafts: bool = True  # whether they are drawn
     debug: str | None = None
@@ -111,6 +111,7 @@ class ViewerState:
     is_error: bool = False
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
+    has_paths: bool = True  # paths may be typed: not in a browser, whose files are elsewhere
     path_wanted: bool = False  # there is no file dialog, so the field for a path is shown
     can_undo: bool = False
     can_redo: bool = False

@@ -13,7 +13,7 @@ NAMED = 3  # parameters that the panel's line names
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What can be taken back. What only says how it is looked at cannot: the camera, the time, before and after, debug views."""
+    """The part of a state that can be taken back: not how it is looked at, the camera, the time, before and after, debug views."""
 
     structs: tuple[Any, ...]
     lights: tuple[LightControl, ...]

@@ -27,6 +27,8 @@ Answer = tuple[int, str]  # HTTP status, one line
 class PageDesktop(Desktop):
     """The desktop on which the page that steers is open. `say` sends that page a message; `key` is known to it alone, not to watchers."""
 
+    has_paths = False
+
     def __init__(self) -> None:
         super().__init__()
         self.say: Callable[[dict[str, Any]], Any] = lambda message: None

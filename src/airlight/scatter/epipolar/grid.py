@@ -15,6 +15,7 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture
 
+SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
 
 
@@ -26,16 +27,18 @@ class Fineness:
     radii: tuple[float, float]
     slack: tuple[float, float]  # the radii in units of the weight's length D / lambda
     largest: float  # step, px
-    beside: float  # the same where the light lies outside the image
+    beside: float  # the same where much of the image is far from the light
+    across: float  # the same where the light lies outside the image
     zones: int  # each nearer zone has half the lines
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
+    full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
 
 
 QUALITY = {
-    "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 1.5e-2, 1.6),
-    "normal": Fineness(2.8, (24, 256), (3, 40), 4, 1, 2, 2e-3, 1.1),
-    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 2, 6e-4, 1.2),
+    "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 2, 1.5e-2, 1.6, (1024, 0)),
+    "normal": Fineness(2.1, (64, 256), (10, 48), 4, 2, 1, 3, 2e-3, 1.47, (1920, 0)),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 2, 6e-4, 1.2, (1920, 1440)),
 }
 
 
@@ -82,10 +85,13 @@ class Grid:
     ) -> None:
         self.size, self.light, self.mix, self.border, self.density = size, light, mix, border, density
         length = max(lam, 1.5) / density
-        # a small image costs little, and its detail is large beside it
-        fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / 1024)))
-        inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
+        # a small image costs little, and has as much detail in fewer pixels
+        fine = dataclasses.replace(fine, spacing=fine.spacing * min(1.0, max(0.25, max(size) / fine.full[0])))
+        if max(size) < fine.full[1]:
+            fine = dataclasses.replace(fine, largest=fine.largest / 2, beside=fine.beside / 2, across=fine.across / 2)
+        self.inside = inside = 0 <= light[0] <= size[0] and 0 <= light[1] <= size[1]
         farthest = max(abs(light[a] - end * size[a]) for a in (0, 1) for end in (0, 1))
+        length_px = farthest / length
         parallel = farthest > PARALLEL * max(size)
         # a short ray, or one that decays soon, sees finer detail; a small part of the distance to a far light is no short ray
         mean = density * (farthest / (2 * max(size)) if parallel else 1.0) * (-math.expm1(-lam) / lam if lam > 0 else 1.0)
@@ -96,7 +102,9 @@ class Grid:
             fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
-            step = 1 if parallel else fine.beside  # samples of longer steps blur what lies along a diagonal
+            step = min(1, fine.across) if parallel else fine.across  # samples of longer steps blur what lies along a diagonal
+            if length_px < SHARP_PX:  # nodes on pixels' centres do more for it than close lines
+                step, wider = min(0.5, step), 2 * wider
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
@@ -141,7 +149,8 @@ class Grid:
             return None
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
-        closer = 0.375 if self.at_edge else min(1.0, max((0.6 * max(self.size) / u_max) ** 2, 0.375))
+        part = min(1.0, 0.6 * max(self.size) / u_max)
+        closer = 0.28 if self.at_edge else max(part**3, 0.28) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
