@@ -338,7 +338,8 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
     def place(path: str | None, number: int) -> str | None:
         pattern = None if path is None else numbered(path)
         if path is not None and pattern is None and several:
-            raise AirlightError(f"{standard.shown(path)}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
+            name = standard.shown(path)
+            raise AirlightError(f"{name}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
         if path is not None and pattern is not None:
             standard.refuse_frames(path)
         return path if pattern is None else pattern.frame(number)
