@@ -131,6 +131,8 @@ def test_records_of_timings(pipe, monkeypatch):
         (["image", "PHOTO", "-o", "x", "--layer", "-", "--frames", "1-2"], b"", "--frames needs a pattern"),
         (["render", "table", "-o", "-", "--turntable", "4"], b"", "airlight: -: 4 frames do not go into one picture"),
         (["render", "table", "-o", "-.####.png", "--turntable", "4"], b"", "files of that name are ./-.####.png"),
+        (["render", "table", "-o", "-.#.mp4", "--turntable", "4"], b"", "files of that name are ./-.#.mp4"),
+        (["render", "table", "-o", "a.#.png", "--layer", "-.#.exr", "--frames", "1-2"], b"", "files of that name are ./-.#.exr"),
         (["image", "FOLDER/%d.png", "-o", "-.%02d.png"], b"", "files of that name are ./-.%02d.png"),
         (["image", "PHOTO", "-o", "-.gif"], b"", "unknown extension '.gif'"),
         (["image", "PHOTO", "-o", "a.png", "--format", "png"], b"", "leave --format out"),
