@@ -21,6 +21,7 @@ from airlight.messages import nearest
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
+from airlight.pygfx.divided import DividedRenderer
 from airlight.pygfx.origin import near_origin
 from airlight.scatter.methods import METHODS
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
@@ -318,7 +319,7 @@ class Studio:
 
 def make_renderer(shot: Shot) -> Any:
     target = gfx.Texture(dim=2, size=(shot.width, shot.height, 1), format="rgba8unorm")  # which nobody reads
-    renderer = gfx.WgpuRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
+    renderer = DividedRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
     most = renderer.device.limits["max-texture-dimension-2d"]
     if max(shot.width, shot.height) * shot.samples > most:
         raise AirlightError(
