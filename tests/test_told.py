@@ -10,6 +10,7 @@ import pytest
 
 from airlight import bench, progress
 from airlight.cli import main
+from airlight.gpu import slices
 from airlight.jobs.profile import Spent, lines
 from airlight.reference import tracer
 
@@ -30,6 +31,55 @@ def test_what_is_left_of_work_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert progress.Work("all", 2, is_timed=False).left() == ""
     work.total = 1000
     assert work.left() == "about 32 min left"
+
+
+def test_time_is_foreseen_by_the_share_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps are counted until a share says how fast a step is; its first part, which compiles, says nothing."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    work = progress.Work("opening", 3, is_timed=False)
+    assert (work.described(), work.left()) == ("opening, step 1 of 3", "")
+    now[0] = 10
+    work.step("drawing")
+    assert (work.described(), work.left()) == ("drawing, step 2 of 3", "")
+    for at, share, left in ((15, 0.1, ""), (15.2, 0.11, ""), (17, 0.3, "about 11 s left"), (21, 0.7, "about 7 s left")):
+        now[0] = at
+        work.foresee(share, 4.0)
+        assert work.left() == left
+    assert work.described() == "drawing" and work.done == 21 and work.total == pytest.approx(28)
+    now[0] = 24
+    work.step("writing")
+    assert (work.described(), work.left()) == ("writing", "about 4 s left")
+
+
+def test_a_watched_pass_comes_from_all_over_and_tells() -> None:
+    shares: list[float] = []
+    with slices.watching(shares.append):
+        assert list(slices.parts(90)) == [(0, 90)] and list(slices.strips(90)) == [(0, 90)]
+        found = list(slices.parts(90, spread=True))
+        for i in range(2):
+            slices.among(i, 2)
+            slices.tell(0.5)
+    assert shares == [0.25, 0.75] and slices.current() is None
+    assert sorted(row for first, count in found for row in range(first, first + count)) == list(range(90))
+    assert [first // 15 for first, _ in found[:1] + found[-1:]] != [0, 5]
+    assert list(slices.parts(90, spread=True)) == [(0, 90)]
+
+
+def test_a_frame_that_is_watched_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part a row: each tells its share, and no pixel differs."""
+    from airlight.options import Parameters
+    from airlight.scenes import open_scene
+    from airlight.scenes.offline import Shot, Studio
+
+    monkeypatch.setattr(slices.Watched, "part", 0.0)
+    studio, shares = Studio(open_scene("table"), Shot(64, 48, samples=1), Parameters(method="march", quality="draft")), []
+    whole = studio.frame(layer=True, depth=True)
+    with slices.watching(shares.append):
+        parts = studio.frame(layer=True, depth=True)
+    assert len(shares) >= 3 and shares == sorted(shares) and shares[-1] == 1
+    for name in ("picture", "layer", "depth", "layer_transmittance"):
+        assert np.array_equal(getattr(whole, name), getattr(parts, name)), name
 
 
 def test_a_line_a_minute_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 PART = 0.015  # s that a part of a pass takes, about
 WATCHED_PART = 0.1  # the same where it is only watched: an interrupt is answered in between
 STRIPS = 4  # side by side
-BLOCKS = 32  # of rows that are carried out in any order, a power of 2
+BLOCKS = 16  # of rows that are carried out in any order, a power of 2
 FASTER = 2  # times as large a part may be than the one before it
 
 
@@ -143,11 +143,14 @@ def tell(share: float) -> None:
 def parts(total: int, spread: bool = False) -> Iterator[tuple[int, int]]:
     """Divide the rows of a pass into (first, count), each of some milliseconds where the work is sliced, else into one.
 
-    Whoever takes them has to submit each, and to wait for it. spread: they may come in any order: where work is watched the first ones are
-    then from all over the pass, so that they tell how long the others take.
+    Whoever takes them has to submit each, and to wait for it. spread: the pass may be long, and its rows come in any order: it is divided
+    where work is watched too, the first parts from all over it, so that they tell how long the others take.
     """
     work = current()
-    blocks = _spread(total) if spread and isinstance(work, Watched) else [(0, total)]
+    is_watched = isinstance(work, Watched)
+    if is_watched and not spread:
+        work = None
+    blocks = _spread(total) if is_watched and spread else [(0, total)]
     count = 1 if work else total
     for first, last in blocks:
         while first < last:

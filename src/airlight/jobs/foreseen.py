@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from airlight.progress import Work
 
-# seconds, about, that follow a picture's sum of light, for each of its pixels; a frame's, for each sample; until that is written, each pixel
+# seconds, about, that follow the sum of light: of a picture, for each pixel; of a frame, for each sample, and each pixel that is written
 PICTURE_S, MERGE_S, WRITE_S = 7e-8, 1e-7, 5e-7
 
 
