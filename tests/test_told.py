@@ -73,7 +73,7 @@ def test_a_frame_that_is_watched_is_the_same(monkeypatch: pytest.MonkeyPatch) ->
     from airlight.scenes.offline import Shot, Studio
 
     monkeypatch.setattr(slices.Watched, "part", 0.0)
-    studio, shares = Studio(open_scene("table"), Shot(64, 48, samples=1), Parameters(method="march", quality="draft")), []
+    studio, shares = Studio(open_scene("headlamp"), Shot(64, 48, samples=1), Parameters(method="march", quality="draft")), []
     whole = studio.frame(layer=True, depth=True)
     with slices.watching(shares.append):
         parts = studio.frame(layer=True, depth=True)
@@ -147,14 +147,14 @@ def test_a_profile_of_frames() -> None:
 
 
 def test_the_profile_of_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = f"render table --method march --width 64 --quality draft --no-antialias --profile -o {tmp_path / 'a.png'}"
+    words = f"render headlamp --method march --width 64 --quality draft --no-antialias --profile -o {tmp_path / 'a.png'}"
     assert main(words.split()) == 0
     out, err = capsys.readouterr()
     found = {line.strip()[:25].strip(): float(line[27:37]) for line in err.splitlines()[1:]}
     steps = ("open the scene", "set up, expose", "draw, read back", "encode, write")
-    assert out == "" and {*steps, "shadows", "march point", "merge", "sum"} <= found.keys()
+    assert out == "" and {*steps, "shadows", "march spot", "merge", "sum"} <= found.keys()
     assert found["sum"] == pytest.approx(sum(found[name] for name in steps), abs=0.1)
-    assert 0 < found["march point"] < found["draw, read back"]
+    assert 0 < found["march spot"] < found["draw, read back"]
 
 
 def test_the_quick_bench_is_a_part_that_says_what_it_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
