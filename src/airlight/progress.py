@@ -116,7 +116,7 @@ class Bar(Work):
         self.task = self.bar.add_task(self.described(), total=total if is_timed else None, left="")
 
     def tell(self) -> None:
-        total = self.total if self.is_timed else None  # nobody knows: it moves to and fro
+        total = self.total if self.is_timed else None  # nobody knows
         self.bar.update(self.task, description=self.described(), completed=self.done, total=total, left=self.left())
 
 
