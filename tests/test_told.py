@@ -66,19 +66,22 @@ def test_a_watched_pass_comes_from_all_over_and_tells() -> None:
     assert list(slices.parts(90, spread=True)) == [(0, 90)]
 
 
-def test_a_frame_that_is_watched_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("scene", "method"), [("headlamp", "march"), ("table", "radial")])
+def test_a_first_frame_that_is_watched_is_the_same(scene: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A part a row: each tells its share, and no pixel differs."""
     from airlight.options import Parameters
     from airlight.scenes import open_scene
     from airlight.scenes.offline import Shot, Studio
 
     monkeypatch.setattr(slices.Watched, "part", 0.0)
-    studio, shares = Studio(open_scene("headlamp"), Shot(64, 48, samples=1), Parameters(method="march", quality="draft")), []
-    whole = studio.frame(layer=True, depth=True)
+    stage, shares = open_scene(scene), []
+    studios = [Studio(stage, Shot(64, 48, samples=1), Parameters(method=method, quality="draft")) for _ in range(2)]  # type: ignore[arg-type]
     with slices.watching(shares.append):
-        parts = studio.frame(layer=True, depth=True)
-    assert len(shares) >= 3 and shares == sorted(shares) and shares[-1] == 1
-    for name in ("picture", "layer", "depth", "layer_transmittance"):
+        parts = studios[0].frame(layer=True, depth=True)
+    whole = studios[1].frame(layer=True, depth=True)
+    assert shares == sorted(shares) and shares[-1] == 1 and (method == "radial" or len(shares) >= 3)
+    assert whole.layer is not None and whole.layer[..., :3].max() > 0
+    for name in ("picture", "layer", "depth"):
         assert np.array_equal(getattr(whole, name), getattr(parts, name)), name
 
 
