@@ -86,6 +86,12 @@ def current() -> Sliced | None:
     return getattr(_own, "work", None)
 
 
+def let_go() -> None:
+    """Pause the work that this thread carries out, see `Sliced.pause`; elsewhere do nothing."""
+    if work := current():
+        work.pause()
+
+
 def parts(total: int) -> Iterator[tuple[int, int]]:
     """Divide the rows of a pass into (first, count), each of some milliseconds where the work is sliced, else into one.
 

@@ -11,7 +11,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
-from airlight.gpu.slices import parts
+from airlight.gpu.slices import current, parts
 from airlight.gpu.timing import Timer, timing
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -24,6 +24,7 @@ from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
+BAND = 512  # texels of a map's height that are drawn at once, in work that is done in slices
 HALF_TEXEL = 0.5  # of the slope of depth over a texel, along x or y, whichever is more
 
 
@@ -154,13 +155,16 @@ class Casters:
         private.upload()
         encoder = self.device.encoder()
         target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
-        for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
-            run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
-            for pipelines, state in drawn[first : first + count]:
-                pipelines.draw(run, state)
-            run.end()
-            encoder.divide()
-            target["depth_load_op"] = "load"
+        band = BAND if current() else size
+        for top in range(0, size, band):
+            for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
+                run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
+                run.set_scissor_rect(0, top, size, min(band, size - top))
+                for pipelines, state in drawn[first : first + count]:
+                    pipelines.draw(run, state)
+                run.end()
+                encoder.divide()
+                target["depth_load_op"] = "load"
         self.device.submit(encoder)
 
     def gather(self) -> Gathered:

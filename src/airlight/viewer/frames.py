@@ -23,15 +23,17 @@ CALM = 4  # coarse pictures in a row that were as easy
 
 @dataclass(frozen=True)
 class Pace:
-    """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; and the rest before it refines."""
+    """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; the rest before it refines; and a
+    slice in a frame that answers what leaves the picture as it is."""
 
-    slice: float = 0.04
+    slice: float = 0.03
     moving: float = 0.04
     rest: float = 0.15
+    brief: float = 0.01
 
 
 IN_SLICES = Pace()
-AT_ONCE = Pace(math.inf, math.inf, 0.0)  # for pictures that nobody waits for: each frame is whole
+AT_ONCE = Pace(math.inf, math.inf, 0.0, math.inf)  # for pictures that nobody waits for: each frame is whole
 
 
 class Frames:
@@ -87,8 +89,9 @@ class Frames:
         """Tell whether what is seen has changed so many seconds ago at most; always, where each frame is whole."""
         return self.pace is AT_ONCE or key != self._key or self.clock() - self._changed < seconds
 
-    def follow(self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]]) -> bool:
-        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level.
+    def follow(self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]], brief: bool = False) -> bool:
+        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level; brief: the
+        frame has something else to answer.
 
         True: another frame has to follow. Raises what the work raises, which is not tried again.
         """
@@ -103,14 +106,14 @@ class Frames:
             self.working = key, level
             self.started, self.again = self.started + 1, False
             self.work = Sliced(make(level), at_once=math.isinf(self.pace.slice))
-        return not self._go_on() or moving or self.shown != (key, 0)
+        return not self._go_on(self.pace.brief if brief else self.pace.slice) or moving or self.shown != (key, 0)
 
-    def _go_on(self) -> bool:
-        """Work for a slice. True: the picture is done."""
+    def _go_on(self, seconds: float) -> bool:
+        """Work for a slice of so many seconds. True: the picture is done."""
         work = self.work
         assert work is not None
         try:
-            if not work.go_on(self.pace.slice):
+            if not work.go_on(seconds):
                 return False
             self.finished += 1
         except BaseException:
