@@ -23,7 +23,7 @@ class Sliced:
     """
 
     def __init__(self, work: Callable[[], None], at_once: bool = False) -> None:
-        """at_once: the first `go_on` does all of it, on its own thread."""
+        """at_once: the first `go_on` does all of it, on its own thread; it should end by waiting for what it submits."""
         self._work, self._at_once = work, at_once
         self._mine, self._yours = threading.Semaphore(0), threading.Semaphore(0)
         self._begun = self._until = 0.0
@@ -36,8 +36,9 @@ class Sliced:
     def go_on(self, seconds: float) -> bool:
         """Run for so long, and to the next pause. True: it is done. Raises what the work raises."""
         if self._at_once:
-            self.is_done = True
+            self.is_done, start = True, time.perf_counter()
             self._work()
+            self.spent = time.perf_counter() - start
             return True
         self._begun = time.perf_counter()
         self._until = self._begun + seconds

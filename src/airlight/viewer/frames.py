@@ -18,6 +18,7 @@ LAY = "viewer/kept.wgsl"
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
 BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
+LONG = 0.09  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
 CALM = 4  # coarse pictures in a row that were as easy
 
 
@@ -55,6 +56,8 @@ class Frames:
         self._key: Any = None
         self._changed = -math.inf  # s
         self._whole = math.inf  # s that a picture took that is not coarse
+        self._coarse = 0.0  # s that a coarse one takes, or would, in one go
+        self._in_one = False  # whether the one that is worked on is
         self._calm = 0
         self._ratio = device.buffer(size=16, uniform=True)
         self._bound: tuple[Any, Any] = (None, None)  # a texture that was laid, and its bind group
@@ -105,8 +108,20 @@ class Frames:
                 return moving
             self.working = key, level
             self.started, self.again = self.started + 1, False
-            self.work = Sliced(make(level), at_once=math.isinf(self.pace.slice))
+            self.work = self._begin(make(level), level)
         return not self._go_on(self.pace.brief if brief else self.pace.slice) or moving or self.shown != (key, 0)
+
+    def _begin(self, draw: Callable[[], None], level: int) -> Sliced:
+        """Make the work: a coarse picture in one go, where that is not known to be long, as each division costs time."""
+        if math.isinf(self.pace.slice):
+            return Sliced(draw, at_once=True)
+
+        def drawn() -> None:
+            draw()
+            self.device.wait()
+
+        self._in_one = level > 0 and self._coarse <= LONG
+        return Sliced(drawn, at_once=self._in_one)
 
     def _go_on(self, seconds: float) -> bool:
         """Work for a slice of so many seconds. True: the picture is done."""
@@ -134,6 +149,7 @@ class Frames:
         if level == 0:
             self._whole = spent
             return
+        self._coarse = spent if self._in_one else spent / 2
         share = spent / self.pace.moving
         self._calm = self._calm + 1 if share < EASY else 0
         if share > 1:
