@@ -3,20 +3,16 @@
 import itertools
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from viewer_driver import SIZE, Driver
+from viewer_driver import Driver
 
 from airlight.gpu.slices import Sliced, current, parts, strips
 from airlight.viewer import controls
 from airlight.viewer import state as st
-from airlight.viewer.frames import AT_ONCE, IN_SLICES, SHARES, Frames, Pace
+from airlight.viewer.frames import AT_ONCE, SHARES, Frames, Pace
 from airlight.viewer.state import LightControl
-
-ANSWER = 0.1  # s from an event to the frame that shows it
-CORES = 2
 
 
 class Clock:

@@ -1,19 +1,18 @@
 """The classic sum on a small copy of a picture, for pictures while something is dragged."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from airlight.colour import alpha_of
+from airlight.files import Picture
 from airlight.viewer.state import ViewerState
-
-if TYPE_CHECKING:
-    from airlight.viewer.picture import PictureView
 
 SIDE = 800  # px of the longer side above which the copy is made
 
 
-def follow(view: "PictureView", state: ViewerState) -> bool:
-    """Let a view show its small copy with the sum as the state says it now. True if it has to be called again."""
+def follow(view: Any, state: ViewerState) -> bool:
+    """Let a PictureView show its small copy with the sum as the state says it now. True if it has to be called again."""
     if view.half is None:
         view.half = _copy(view)
     half = view.half
@@ -25,12 +24,21 @@ def follow(view: "PictureView", state: ViewerState) -> bool:
     return again
 
 
-def _copy(view: "PictureView") -> Any:
-    from airlight.viewer.app import from_array
-    from airlight.viewer.picture import PictureView
-
+def _copy(view: Any) -> Any:
     step = -(-max(view.size) // SIDE)
-    pixels = np.ascontiguousarray(view.pixels[::step, ::step])
-    half = PictureView(view.device, from_array(pixels if view.has_alpha else pixels[..., :3]))
+    codes = np.ascontiguousarray(view.pixels[::step, ::step, : 4 if view.has_alpha else 3])
+    real = codes.dtype.kind == "f"
+    picture = Picture(
+        codes=codes,
+        channels=("R", "G", "B", "A")[: codes.shape[2]],
+        alpha=alpha_of(codes[..., 3]) if view.has_alpha else None,
+        encoding="linear" if real else "srgb",
+        path="small copy",
+        spec=None,
+        format="png",
+        bits=codes.dtype.itemsize * 8,
+        associated=real,
+    )
+    half = type(view)(view.device, picture)
     half.coarse, half.picture_scale = view.coarse, view.picture_scale
     return half
