@@ -54,6 +54,7 @@ adapters: env vulkan chromium
 	$(RUN)/python scripts/vulkan_layer.py
 
 mutants: .build/mutants.stamp vulkan
+	$(RUN)/python scripts/shader_mutants.py
 	$(RUN)/python scripts/mutants.py
 
 bench: .build/bench.stamp vulkan

@@ -41,8 +41,10 @@ def test_rays_and_depths(view: Any) -> None:
     own, at, depth = {"view": view}, uv(), RNG.random(COUNT).astype(np.float32)
     found = call("composite/scene_merge.wgsl", "view_ray", [at], bindings=own)
     np.testing.assert_allclose(found, twin.view_ray(at, view["rays"]), rtol=1e-5, atol=1e-6)
-    found = call("composite/scene_merge.wgsl", "axial", [depth], bindings=own)
-    np.testing.assert_allclose(found, twin.axial(depth, view["depth"].astype(float)), rtol=1e-4)
+    for factors in (view["depth"].copy(), (99.9, 0.1, 0.0, 1.0)):  # with perspective, and without
+        view["depth"] = factors
+        found = call("composite/scene_merge.wgsl", "axial", [depth], bindings=own)
+        np.testing.assert_allclose(found, twin.axial(depth, view["depth"].astype(float)), rtol=1e-4)
 
 
 def test_tones() -> None:

@@ -479,7 +479,7 @@ def test_a_light_is_said_once(stage: Stage) -> None:
 
 def test_a_view_transform_that_is_none_is_refused_when_it_is_set(stage: Stage) -> None:
     """Not in each frame, where pygfx would log it and go on."""
-    with pytest.raises(AirlightError, match="'filmik' is no view transform; there is none, filmic, agx"):
+    with pytest.raises(AirlightError, match=r"'filmik' is no view transform; did you mean 'filmic.\?; there is none, filmic, agx"):
         stage.shafts(in_scene=SceneOptions(view_transform="filmik"))
     shafts = stage.shafts(in_scene=PLAIN)
     with pytest.raises(AirlightError, match="view transform"):

@@ -104,7 +104,7 @@ def test_what_is_hardly_changed_is_told_with_its_cure(photo, tmp_path, capsys):
         (tmp_path / "opaque.png", ["--occlusion", "alpha"], "--occlusion alpha lets little or no light through; try --occlusion luminance"),
         (photo, ["--exposure", "0"], "weight or exposure is 0"),
         (photo, ["--weight", "0"], "weight or exposure is 0"),
-        (photo, ["--mix", "0"], "raise --exposure, lower --threshold, or leave the options of the sum out for the smart look"),
+        (photo, ["--mix", "0"], "--mix 0 adds nothing of the shafts; leave it out"),
         (photo, ["--strength", "0.01"], "--strength 2 shows more"),
     ):
         said = run(capsys, source, "-o", tmp_path / "out.png", "-y", *LIGHT, *args)

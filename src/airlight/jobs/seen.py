@@ -116,7 +116,7 @@ class Lamps:
 
 def name_of(light: Any) -> str:
     """Name a light of a scene, pygfx.SceneLight, for a line to the user."""
-    if light.direction is not None:
+    if light.homogeneous()[3] == 0:
         return "the sun"
     if light.position is not None:
         return f"the light at {','.join(f'{v:g}' for v in light.position)}"
