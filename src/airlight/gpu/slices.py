@@ -28,7 +28,7 @@ class Sliced:
     part, strips = PART, STRIPS
 
     def __init__(self, work: Callable[[], None], at_once: bool = False) -> None:
-        """at_once: the first `go_on` does all of it, on its own thread."""
+        """at_once: the first `go_on` does all of it, on its own thread; it should end by waiting for what it submits."""
         self._work, self._at_once = work, at_once
         self._mine, self._yours = threading.Semaphore(0), threading.Semaphore(0)
         self._begun = self._until = 0.0
@@ -41,8 +41,9 @@ class Sliced:
     def go_on(self, seconds: float) -> bool:
         """Run for so long, and to the next pause. True: it is done. Raises what the work raises."""
         if self._at_once:
-            self.is_done = True
+            self.is_done, start = True, time.perf_counter()
             self._work()
+            self.spent = time.perf_counter() - start
             return True
         self._begun = time.perf_counter()
         self._until = self._begun + seconds
@@ -138,6 +139,12 @@ def tell(share: float) -> None:
     """Tell whoever watches how much of the pass is done, 0..1."""
     if work := current():
         work.tell(share)
+
+
+def let_go() -> None:
+    """Pause the work that this thread carries out, see `Sliced.pause`; elsewhere do nothing."""
+    if work := current():
+        work.pause()
 
 
 def parts(total: int, spread: bool = False) -> Iterator[tuple[int, int]]:

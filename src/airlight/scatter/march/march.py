@@ -50,6 +50,7 @@ class March:
         self.transmittance = device.texture(*pixels, "rgba32float")
         self.size = pixels
         self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
@@ -181,8 +182,10 @@ class March:
             for entry, along in (("fine", TILE), ("coarse", TILE**2)):
                 pipeline = self.device.pipeline(HIERARCHY, entry)
                 count = -(-size // (along * GROUP))
-                bind = self._bound(("tiles", i), HIERARCHY, texture, buffer)
-                compute(encoder, pipeline, bind, (count, count, layers), "march tiles", timer)
+                bind = self._bound(("tiles", i), HIERARCHY, texture, buffer, self._row)
+                for row, down in parts(count):
+                    self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
+                    compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
 
 
 def _spare(device: Device) -> Any:
