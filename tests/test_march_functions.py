@@ -173,8 +173,9 @@ def test_clipping(light: Any) -> None:
     found = call("scatter/march/lights.wgsl", "clip_to_narrow_cone", [10 * q, direction, axis, 10 * span, cosine])
     same(found / 10, march.clip_to_narrow_cone(q, direction, axis, span, cosine))
     edge, beside = np.float32([0.8, 0, 0.6]), np.float32([[-2, 0.1, 0.5], [-2, -0.1, 0], [2, 0.5, 1]])  # parallel to the cone's edge
-    found = call("scatter/march/lights.wgsl", "clip_to_narrow_cone", [beside, edge, np.float32([0, 0, 1]), np.float32([0, 9]), edge[2]])
-    np.testing.assert_allclose(found, march.clip_to_narrow_cone(beside, edge, np.float32([0, 0, 1]), np.float32([0, 9]), edge[2]), atol=2e-3)
+    others = np.float32([0, 0, 1]), np.float32([0, 9]), edge[2]
+    found = call("scatter/march/lights.wgsl", "clip_to_narrow_cone", [beside, edge, *others])
+    np.testing.assert_allclose(found, march.clip_to_narrow_cone(beside, edge, *others), atol=2e-3)
     cosine[::2] = 0
     found = call("scatter/march/lights.wgsl", "clip_to_cone", [ray, span, cosine], bindings={"light": light})
     same(found, march.clip_to_cone(ray, span, cosine, light))

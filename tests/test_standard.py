@@ -12,6 +12,8 @@ import pytest
 
 from airlight.cli import main
 from airlight.files import extras, read_image, write_image
+from airlight.files.storage import jpeg_quality
+from airlight.options.storage import Storage
 from airlight.process import standard
 
 COMMAND = [sys.executable, "-m", "airlight"]
@@ -63,6 +65,14 @@ def test_input_unchanged_is_copied(photo, pipe):
     assert code == 0 and out == photo.read_bytes()
 
 
+def test_the_quality_of_what_is_piped_in(photo, tmp_path, pipe):
+    write_image(tmp_path / "poor.jpg", read_image(photo).linear(), storage=Storage(file_quality=40))
+    assert main(["image", str(tmp_path / "poor.jpg"), "-o", str(tmp_path / "file.jpg"), *LIGHT]) == 0
+    assert pipe(["image", "-", "-o", tmp_path / "piped.jpg", *LIGHT], (tmp_path / "poor.jpg").read_bytes())[0] == 0
+    assert (tmp_path / "piped.jpg").read_bytes() == (tmp_path / "file.jpg").read_bytes()
+    assert jpeg_quality(str(tmp_path / "piped.jpg")) == 40
+
+
 def test_masks_presets_and_settings(photo, tmp_path, pipe):
     write_image(tmp_path / "mask.png", np.ones((24, 32, 3), np.float32))
     assert pipe(["image", photo, "-o", tmp_path / "a.png", *LIGHT, "--mask", "-"], (tmp_path / "mask.png").read_bytes())[0] == 0
@@ -112,8 +122,14 @@ def test_records_of_timings(pipe, monkeypatch):
         (["image", "-", "-o", "x.png"], b"", "-: is empty"),
         (["image", "-", "-o", "x.png"], b"hello", "-: is not an image"),
         (["image", "-", "-o", "x.png"], b"\x89PNG\r\n\x1a\n" + b"\0" * 30, "-: is damaged"),
-        (["image", "PHOTO", "-o", "-", "--layer", "-"], b"", "-.jpg: is named for two outputs"),
+        (["image", "PHOTO", "-o", "-", "--layer", "-"], b"", "-: is named for two outputs"),
         (["image", "PHOTO", "PHOTO", "-o", "-"], b"", "-: 2 pictures do not go into one file"),
+        (["image", "FOLDER", "-o", "-"], b"", "-: 2 pictures do not go into one file"),
+        (["image", "FOLDER", "-o", "-", "--format", "png"], b"", "-: 2 pictures do not go into one file"),
+        (["image", "PHOTO", "-o", "x", "--layer", "-", "--frames", "1-2"], b"", "--frames needs a pattern"),
+        (["render", "table", "-o", "-", "--turntable", "4"], b"", "airlight: -: 4 frames do not go into one picture"),
+        (["render", "table", "-o", "-.####.png", "--turntable", "4"], b"", "files of that name are ./-.####.png"),
+        (["image", "FOLDER/%d.png", "-o", "-.%02d.png"], b"", "files of that name are ./-.%02d.png"),
         (["image", "PHOTO", "-o", "-.gif"], b"", "unknown extension '.gif'"),
         (["image", "PHOTO", "-o", "a.png", "--format", "png"], b"", "leave --format out"),
         (["render", "table", "-o", "a.png", "--format", "png"], b"", "leave --format out"),
@@ -123,9 +139,25 @@ def test_records_of_timings(pipe, monkeypatch):
 )
 def test_what_is_refused(photo, pipe, monkeypatch, tmp_path, args, given, says):
     monkeypatch.chdir(tmp_path)
-    code, out, said = pipe([photo if one == "PHOTO" else one for one in args], given)
+    for number in (1, 3):
+        (tmp_path / "folder").mkdir(exist_ok=True)
+        write_image(tmp_path / "folder" / f"{number}.png", np.zeros((2, 2, 3), np.float32))
+    code, out, said = pipe([str(photo) if one == "PHOTO" else one.replace("FOLDER", "folder") for one in args], given)
     assert code == 2 and out == b"" and says in said and said.count("\n") == 1
-    assert sorted(os.listdir(tmp_path)) == ["in.jpg", "stdin", "stdout"]
+    assert sorted(os.listdir(tmp_path)) == ["folder", "in.jpg", "stdin", "stdout"]
+
+
+def test_folders_of_that_name(photo, tmp_path, pipe, monkeypatch):
+    """They are ./-: the name alone is standard input and output even then."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "-").mkdir()
+    write_image(tmp_path / "-" / "a.png", np.zeros((2, 2, 3), np.float32))
+    assert pipe(["image", "-", "-o", "q.png", *LIGHT], photo.read_bytes())[0] == 0
+    assert read_image(tmp_path / "q.png").codes.shape[:2] == (24, 32)
+    assert isinstance(json.loads(pipe(["image", "-", "--candidates", "-"], photo.read_bytes())[1]), list)
+    code, out, _ = pipe(["image", photo, "-o", "-", "--mask", "-", *LIGHT], (tmp_path / "q.png").read_bytes())
+    assert code == 0 and out.startswith(b"\xff\xd8") and os.listdir(tmp_path / "-") == ["a.png"]
+    assert main(["image", "./-", "-o", "folder", *LIGHT]) == 0 and os.listdir(tmp_path / "folder") == ["a.png"]
 
 
 def test_a_reader_that_goes_and_a_full_disk(photo):

@@ -7,6 +7,7 @@ import numpy as np
 
 from airlight.errors import warn
 from airlight.options.storage import EXR, LOSSY_EXR, SUBSAMPLING, Storage
+from airlight.process import standard
 
 QUALITY = 95  # of JPEG, WebP and JPEG XL that are made from other formats
 AVIF_QUALITY = 90
@@ -71,7 +72,7 @@ def _exr(spec: Any, like: Any, chosen: str | None) -> str:
 
 def jpeg_quality(path: str) -> int | None:
     """Estimate libjpeg's quality, 1 to 100, whose luminance table is nearest to that of a JPEG; None where none is found."""
-    with contextlib.suppress(OSError, IndexError), open(path, "rb") as file:
+    with contextlib.suppress(OSError, IndexError), open(standard.local(path), "rb") as file:
         data = file.read(1 << 20)
         at = 2
         while data[at] == 0xFF and data[at + 1] != 0xDA:

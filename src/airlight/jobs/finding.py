@@ -89,7 +89,7 @@ def show_candidates(sources: Sequence[str], path: str, reading: "Reading", overw
     from airlight.detect.sheet import draw_candidates
     from airlight.files.sequence import numbered
 
-    if len(sources) != 1 or numbered(sources[0]) is not None or os.path.isdir(sources[0]):
+    if len(sources) != 1 or numbered(sources[0]) is not None or standard.is_folder(sources[0]):
         raise AirlightError("--candidates shows one picture; name one")
     is_list = path.lower().endswith(".json") or path == standard.NAME
     files.check_output(path, list(sources), overwrite, image=not is_list)

@@ -33,6 +33,7 @@ from airlight.options import (
     refuse_look,
 )
 from airlight.options.storage import Storage
+from airlight.process import standard
 from airlight.progress import SILENT, Work, showing
 from airlight.scatter.methods import METHODS
 
@@ -337,12 +338,15 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
     else:
         chosen = [1]
     if len(chosen) > 1 and not several:
-        raise AirlightError(f"{r.output}: {len(chosen)} frames do not go into one picture; name a pattern, as in shot.####.png, or a .mp4")
+        name = standard.shown(r.output)
+        raise AirlightError(f"{name}: {len(chosen)} frames do not go into one picture; name a pattern, as in shot.####.png, or a .mp4")
 
     def place(path: str | None, number: int) -> str | None:
         pattern = None if path is None else numbered(path)
         if path is not None and pattern is None and several:
-            raise AirlightError(f"{path}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
+            raise AirlightError(f"{standard.shown(path)}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
+        if path is not None and pattern is not None:
+            standard.refuse_frames(path)
         return path if pattern is None else pattern.frame(number)
 
     found = []

@@ -24,6 +24,7 @@ from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
 from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
 from airlight.options.storage import Storage
+from airlight.process import standard
 from airlight.progress import showing
 from airlight.scatter.methods import check_picture
 
@@ -217,7 +218,7 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[Pic
     r, output = request, str(request.output)
     named = r.layer, r.occlusion_fraction
     todo, clips = tasks.picture_tasks(r.sources, output, *named, r.mask, r.depth, r.subject, r.frames, r.format)
-    of_folder = any(os.path.isdir(source) for source in r.sources)
+    of_folder = any(standard.is_folder(source) for source in r.sources)
     many = len(todo) > 1 or bool(clips) or of_folder
     todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)
     r.storage.check(path for task in todo for path in task.outputs)

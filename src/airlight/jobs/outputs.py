@@ -22,7 +22,7 @@ def expanded(sources: Sequence[str]) -> list[str]:
     """Put a folder's pictures in its place, and tell what is left out of it, and what looks like a clip."""
     found: list[str] = []
     for source in sources:
-        if not os.path.isdir(source):
+        if not standard.is_folder(source):
             if not (os.path.splitext(source)[1] or os.path.lexists(source) or standard.is_input(source)):
                 raise AirlightError(f"{source}: there is no such folder or picture{nearest_file(source)}")
             found.append(source)
@@ -62,6 +62,8 @@ def to_stdout(source: str, format: str | None) -> str:
 
 def is_folder(target: str, of_folder: bool) -> bool:
     """Tell whether an output names a folder. of_folder: whether a folder is read, so that one not there yet may be meant."""
+    if standard.is_output(target):
+        return False
     if os.path.isdir(target) or target.endswith(("/", os.sep)):
         return True
     return of_folder and os.path.splitext(target)[1].lower() not in OUTPUTS and not os.path.lexists(target)

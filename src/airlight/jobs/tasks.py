@@ -99,7 +99,7 @@ def picture_tasks(
 
     given: list[tuple[int | None, str, int | None]] = []
     clips: dict[int, list[tuple[int, str]]] = {}
-    of_folder = any(os.path.isdir(source) for source in sources)
+    of_folder = any(standard.is_folder(source) for source in sources)
     for source in outputs.expanded(sources):
         pattern = numbered(source)
         if pattern is None:
@@ -118,6 +118,7 @@ def picture_tasks(
             return None
         pattern = numbered(target)
         if pattern is not None and number is not None:
+            standard.refuse_frames(target)
             return pattern.frame(number)
         if pattern is not None and is_explicit_pattern(target):
             raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
@@ -125,14 +126,14 @@ def picture_tasks(
             return outputs.to_stdout(source, format)
         if outputs.is_folder(target, of_folder):
             return outputs.named_in(target, source, format)
-        if format is not None:
+        if format is not None and target != standard.NAME:
             raise AirlightError(f"--format says how outputs in a folder, or to -, are written: {target} says so itself, leave --format out")
         if len(given) > 1:
             raise AirlightError(f"{target}: {len(given)} pictures do not go into one file; name a folder or a pattern such as out.####.exr")
         return target
 
     def beside(path: str | None, number: int | None, source: str) -> str | None:
-        if path is not None and os.path.isdir(path):
+        if path is not None and standard.is_folder(path):
             return outputs.beside(path, source)
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
@@ -158,9 +159,9 @@ def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:
                 raise AirlightError(f"{path}: is also an input; choose another output name")
             source = task.source if isinstance(task, PictureTask) else ""
             if seen.get(key, source) != source:
-                raise AirlightError(f"{path}: both {seen[key]} and {source} would go there; name a pattern or do them apart")
+                raise AirlightError(f"{standard.shown(path)}: both {seen[key]} and {source} would go there; name a pattern or do them apart")
             if key in seen:
-                raise AirlightError(f"{path}: is named for two outputs; give each a name of its own")
+                raise AirlightError(f"{standard.shown(path)}: is named for two outputs; give each a name of its own")
             seen[key] = source
 
 

@@ -43,6 +43,22 @@ def is_output(path: str) -> bool:
     return _OUTPUT.fullmatch(path) is not None
 
 
+def is_folder(path: str) -> bool:
+    """Tell whether a folder is to be read: `-` is standard input, even where a folder has that name."""
+    return path != NAME and os.path.isdir(path)
+
+
+def shown(path: str) -> str:
+    """Write an output for a message: standard output without the ending, which the user may not have written."""
+    return NAME if is_output(path) else path
+
+
+def refuse_frames(pattern: str) -> None:
+    """Raise AirlightError for numbered outputs whose name begins as that of standard output does: `-.####.png`."""
+    if pattern.startswith(f"{NAME}."):
+        raise AirlightError(f"{pattern}: frames do not go to standard output, which {NAME} stands for; files of that name are ./{pattern}")
+
+
 def local(path: str) -> str:
     """Name a file with the same bytes: of standard input, which is read whole when first asked for, else the path itself.
 
