@@ -106,6 +106,7 @@ def test_log_luminance() -> None:
 def test_sound() -> None:
     colors = np.concatenate([COLORS, -COLORS])
     rgba = np.concatenate([colors, colors[::-1, :1]], axis=1)
+    rgba[::5, :3] = (1e9, 66000, 65600)
     rgba[::7, 0], rgba[::11, 1], rgba[::13, 2], rgba[::17, 3] = np.nan, np.inf, -np.inf, np.nan
     assert np.array_equal(call("pygfx/drawn.wgsl", "sound", [rgba]), colour.sound(rgba))
 
@@ -136,6 +137,9 @@ def test_sample_pixel(taps: int) -> None:
     expected = scene.sample_pixel(texel, k, taps, np.array([301 / 150, 2]), (301, 200))
     assert (found == expected).mean() > 0.999 and np.abs(found - expected).max() <= 1  # on a border a float may fall to either side
     assert (found < (301, 200)).all()
+    outside = np.array([[160, 20], [20, 104]])
+    beyond = call("pygfx/mask.wgsl", "sample_pixel", [outside, 0], constants={"TAPS": taps}, bindings={"view": view})
+    assert beyond[0, 0] == 300 and beyond[1, 1] == 199
 
 
 @pytest.mark.parametrize(("lanes", "powers"), [(7, 1), (300, 3)])

@@ -244,7 +244,7 @@ def test_a_medium_that_is_too_thin_or_too_dense_is_told(distance: float, color: 
     if least > HIDING_DEPTH * (1 + 1e-9):
         assert said is not None and "hides" in said
     elif most < EMPTY_DEPTH * (1 - 1e-9):
-        assert said is not None and "thin" in said
+        assert said is not None and "too thin to be seen but by a very strong light: an optical depth" in said
     elif most > EMPTY_DEPTH * (1 + 1e-9) and least < HIDING_DEPTH * (1 - 1e-9):
         assert said is None
     if said is not None:

@@ -1,5 +1,7 @@
 """What is not seen is told: a medium that hides all or is too thin, a lamp out of the view; and options of a medium ask for march."""
 
+import functools
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 
 import airlight
+from airlight import scenes
 from airlight.cli import main
 from airlight.errors import AirlightError
 from airlight.jobs.seen import doubt_of_medium
@@ -15,6 +18,14 @@ from airlight.options import March, Medium, declared, of_medium_alone
 
 SMALL = ["--width", "64", "--height", "36", "--quality", "draft", "-y"]
 DARK, WHITE = np.zeros((100, 3)), np.ones((100, 3))
+
+
+@pytest.fixture(autouse=True, scope="module")
+def opened_once() -> Iterator[None]:
+    """Open the table once for all tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scenes, "open_scene", functools.cache(scenes.open_scene))
+        yield
 
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
@@ -60,6 +71,24 @@ def test_media_of_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert (code, err) == (0, "")
     code, err = told(capsys, "render", "table", "--sigma-t", 2e-6, "-o", out, *SMALL)
     assert code == 0 and err.count("\n") == 1 and "too thin to be seen" in err
+
+
+@pytest.mark.parametrize("name", ["a.####.png", "a.mp4"])
+def test_of_many_frames_the_first_tells(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before the second is begun, and no other again: a film may take hours."""
+    from airlight.scenes.offline import Studio
+
+    inner, before = Studio.frame, []
+
+    def frame(studio: Studio, *arguments: Any, **keywords: Any) -> Any:
+        before.append(capsys.readouterr().err)
+        return inner(studio, *arguments, **keywords)
+
+    monkeypatch.setattr(Studio, "frame", frame)
+    code, after = told(capsys, "render", "table", "--sigma-t", 3, "--turntable", 3, "-o", tmp_path / name, *SMALL)
+    assert code == 0 and ["hides the scene" in text for text in (*before, after)] == [False, True, False, False]
 
 
 def test_a_lamp_out_of_the_view(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

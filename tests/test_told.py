@@ -10,6 +10,7 @@ import pytest
 
 from airlight import bench, progress
 from airlight.cli import main
+from airlight.gpu import slices
 from airlight.jobs.profile import Spent, lines
 from airlight.reference import tracer
 
@@ -30,6 +31,58 @@ def test_what_is_left_of_work_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert progress.Work("all", 2, is_timed=False).left() == ""
     work.total = 1000
     assert work.left() == "about 32 min left"
+
+
+def test_time_is_foreseen_by_the_share_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps are counted until a share says how fast a step is; its first part, which compiles, says nothing."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    work = progress.Work("opening", 3, is_timed=False)
+    assert (work.described(), work.left()) == ("opening, step 1 of 3", "")
+    now[0] = 10
+    work.step("drawing")
+    assert (work.described(), work.left()) == ("drawing, step 2 of 3", "")
+    for at, share, left in ((15, 0.1, ""), (15.2, 0.11, ""), (17, 0.3, "about 11 s left"), (21, 0.7, "about 7 s left")):
+        now[0] = at
+        work.foresee(share, 4.0)
+        assert work.left() == left
+    assert work.described() == "drawing" and work.done == 21 and work.total == pytest.approx(28)
+    now[0] = 24
+    work.step("writing")
+    assert (work.described(), work.left()) == ("writing", "about 4 s left")
+
+
+def test_a_watched_pass_comes_from_all_over_and_tells() -> None:
+    shares: list[float] = []
+    with slices.watching(shares.append):
+        assert list(slices.parts(90)) == [(0, 90)] and list(slices.strips(90)) == [(0, 90)]
+        found = list(slices.parts(90, spread=True))
+        for i in range(2):
+            slices.among(i, 2)
+            slices.tell(0.5)
+    assert shares == [0.25, 0.75] and slices.current() is None
+    assert sorted(row for first, count in found for row in range(first, first + count)) == list(range(90))
+    assert [first // 15 for first, _ in found[:1] + found[-1:]] != [0, 5]
+    assert list(slices.parts(90, spread=True)) == [(0, 90)]
+
+
+@pytest.mark.parametrize(("scene", "method"), [("headlamp", "march"), ("table", "radial")])
+def test_a_first_frame_that_is_watched_is_the_same(scene: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part a row: each tells its share, and no pixel differs."""
+    from airlight.options import Parameters
+    from airlight.scenes import open_scene
+    from airlight.scenes.offline import Shot, Studio
+
+    monkeypatch.setattr(slices.Watched, "part", 0.0)
+    stage, shares = open_scene(scene), []
+    studios = [Studio(stage, Shot(64, 48, samples=1), Parameters(method=method, quality="draft")) for _ in range(2)]  # type: ignore[arg-type]
+    with slices.watching(shares.append):
+        parts = studios[0].frame(layer=True, depth=True)
+    whole = studios[1].frame(layer=True, depth=True)
+    assert shares == sorted(shares) and shares[-1] == 1 and (method == "radial" or len(shares) >= 3)
+    assert whole.layer is not None and whole.layer[..., :3].max() > 0
+    for name in ("picture", "layer", "depth"):
+        assert np.array_equal(getattr(whole, name), getattr(parts, name)), name
 
 
 def test_a_line_a_minute_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -97,14 +150,14 @@ def test_a_profile_of_frames() -> None:
 
 
 def test_the_profile_of_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = f"render table --method march --width 64 --quality draft --no-antialias --profile -o {tmp_path / 'a.png'}"
+    words = f"render headlamp --method march --width 64 --quality draft --no-antialias --profile -o {tmp_path / 'a.png'}"
     assert main(words.split()) == 0
     out, err = capsys.readouterr()
     found = {line.strip()[:25].strip(): float(line[27:37]) for line in err.splitlines()[1:]}
     steps = ("open the scene", "set up, expose", "draw, read back", "encode, write")
-    assert out == "" and {*steps, "shadows", "march point", "merge", "sum"} <= found.keys()
+    assert out == "" and {*steps, "shadows", "march spot", "merge", "sum"} <= found.keys()
     assert found["sum"] == pytest.approx(sum(found[name] for name in steps), abs=0.1)
-    assert 0 < found["march point"] < found["draw, read back"]
+    assert 0 < found["march spot"] < found["draw, read back"]
 
 
 def test_the_quick_bench_is_a_part_that_says_what_it_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,13 +10,14 @@ from typing import Any
 from airlight.messages import say
 
 SILENT_S = 1.0  # seconds: quicker work says nothing
+FORESEEN_S = 0.5  # seconds of a step by which the rest of it is foreseen
 EVERY_S = 60.0  # seconds between lines, where stderr is no terminal
 
 
 class Work:
     """Counts what is done of some work, in any unit. This one tells nobody.
 
-    total: of that unit. is_timed: whether what is left takes as long as it says, so that time can be told.
+    total: of that unit. is_timed: whether what is left takes as long as it says, so that time can be told; else they are steps.
     """
 
     def __init__(self, name: str = "", total: float = 1.0, is_timed: bool = True) -> None:
@@ -24,15 +25,16 @@ class Work:
         self.begun = time.monotonic()
         self.text, self.done = name, 0.0
         self._part: tuple[float, float] = (0.0, 0.0)  # where it begins, and how much it is
+        self._first: tuple[float, float] | None = None  # share of a step, and when it was done
 
     def advance(self, amount: float = 1.0) -> None:
         self.done += amount
         self.tell()
 
     def step(self, text: str) -> None:
-        """Begin the next of steps, each 1 of the total."""
-        self.text = text
-        self.advance()
+        """Begin the next of steps, each 1 of the total where no time can be told."""
+        self.text, self._first = text, None
+        self.advance(time.monotonic() - self.begun - self.done if self.is_timed else 1.0)
 
     def part(self, text: str, planned: float) -> None:
         """Begin a part of the work, so much of the total; the one before is done."""
@@ -51,6 +53,25 @@ class Work:
         begins, amount = self._part
         self.done = begins + share * amount
         self.tell()
+
+    def foresee(self, share: float, after: float = 0.0) -> None:
+        """Tell how much is done, 0..1, of a step whose time is not known ahead. After a while what is left is told, and counted in seconds.
+
+        after: seconds that what follows the step takes.
+        """
+        now = time.monotonic()
+        if self._first is None or share < self._first[0]:
+            self._first = share, now  # the first part may have compiled
+        done, seconds = share - self._first[0], now - self._first[1]
+        if seconds >= FORESEEN_S and done > 0:
+            self.is_timed = True
+            self.done = now - self.begun
+            self.total = self.done + seconds * (1 - share) / done + after
+            self.tell()
+
+    def described(self) -> str:
+        """Write what is done now, and which step it is where no time can be told."""
+        return self.text if self.is_timed else f"{self.text}, step {self.done + 1:.0f} of {self.total:.0f}"
 
     def left(self) -> str:
         """Write how long the rest takes, by what was done until now; "" where nothing says so."""
@@ -74,7 +95,8 @@ class Lines(Work):
         if now - getattr(self, "told", self.begun) < EVERY_S:
             return
         self.told = now
-        parts = self.text, f"{100 * min(self.done / self.total, 1):.0f} % done", self.left()
+        share = f"{100 * min(self.done / self.total, 1):.0f} % done" if self.is_timed else ""
+        parts = self.described(), share, self.left()
         say(", ".join(part for part in parts if part))
 
 
@@ -87,14 +109,15 @@ class Bar(Work):
         super().__init__(name, total, is_timed)
         columns: list[Any] = [TextColumn("{task.description}"), BarColumn()]
         columns += [MofNCompleteColumn()] if counts else []
-        columns += [TextColumn("{task.fields[left]}")] if is_timed else [TimeElapsedColumn()]
+        columns += [TextColumn("{task.fields[left]}")] if is_timed else [TimeElapsedColumn(), TextColumn("{task.fields[left]}")]
         # rich would write on stderr what goes to stdout, even into a file
         options: dict[str, Any] = {"transient": True, "redirect_stdout": sys.stdout is not None and sys.stdout.isatty()}
         self.bar = Progress(*columns, console=console, **options)
-        self.task = self.bar.add_task(name, total=total, left="")
+        self.task = self.bar.add_task(self.described(), total=total if is_timed else None, left="")
 
     def tell(self) -> None:
-        self.bar.update(self.task, description=self.text, completed=self.done, total=self.total, left=self.left())
+        total = self.total if self.is_timed else None  # nobody knows
+        self.bar.update(self.task, description=self.described(), completed=self.done, total=total, left=self.left())
 
 
 @contextlib.contextmanager

@@ -3,20 +3,16 @@
 import itertools
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
-from viewer_driver import SIZE, Driver
+from viewer_driver import Driver
 
 from airlight.gpu.slices import Sliced, current, parts, strips
 from airlight.viewer import controls
 from airlight.viewer import state as st
-from airlight.viewer.frames import AT_ONCE, IN_SLICES, SHARES, Frames, Pace
+from airlight.viewer.frames import AT_ONCE, SHARES, Frames, Pace
 from airlight.viewer.state import LightControl
-
-ANSWER = 0.1  # s from an event to the frame that shows it
-CORES = 2
 
 
 class Clock:
@@ -217,46 +213,3 @@ def test_a_screenshot_is_whole_whatever_is_worked_on(hands: Driver, clock: Clock
     first = read_image(hands.viewer.screenshot()).codes  # at once
     rest(hands, clock)
     assert np.array_equal(read_image(hands.viewer.screenshot()).codes, first)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("source", "values"),
-    [
-        ("flying", {}),
-        ("flying", {"method": "march", "quality": "final"}),
-        ("table", {}),
-        ("foliage-view", {"method": "march"}),
-        ("beacon-street-sunset.jpg", {}),
-        ("beacon-street-sunset.jpg", {"look": "classic"}),
-    ],
-)
-def test_each_event_is_answered_in_time(source: str, values: dict[str, object], tmp_path: Path) -> None:
-    """By the time that two cores work for a frame, which other programs do not lengthen much; docs/viewer.md states the figures."""
-    if source.endswith(".jpg"):
-        source = str(Path(__file__).parents[2] / "examples/photos" / source)
-    driver = Driver(source, tmp_path, values=values, pace=IN_SLICES)
-    driver.state.playing = False
-    assert driver.canvas.get_logical_size() == SIZE
-    spent: dict[str, list[float]] = {"rest": [], "hover": [], "light": []}
-
-    def took(kind: str, at: tuple[float, float] | None, **more: object) -> None:
-        start = time.process_time()
-        driver.frame() if at is None else driver.event("pointer_move", at, **more)
-        spent[kind].append((time.process_time() - start) / CORES)
-
-    for _ in range(30):
-        driver.frame()  # what is compiled once
-    mark = next(mark for mark in driver.viewer.marks.lights() if mark)
-    driver.event("pointer_move", mark)
-    driver.event("pointer_down", mark, button=1, buttons=(1,))
-    for i in range(30):
-        took("light", (mark[0] + 2 * i, mark[1]), buttons=(1,))
-    driver.event("pointer_up", mark, button=1)
-    for _ in range(40):
-        took("rest", None)
-    for i in range(10):
-        took("hover", (60.0, 300.0 + i))
-    figures = {kind: [round(1e3 * float(f(times))) for f in (np.median, np.max)] for kind, times in spent.items()}
-    print(f"{Path(source).name} {values}: {figures} ms, median and longest")
-    assert all(np.median(times) < ANSWER / 2 and np.quantile(times, 0.9) < ANSWER for times in spent.values()), figures

@@ -10,7 +10,7 @@ import numpy as np
 from airlight.composite import view
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import Timer, compute, timing
+from airlight.gpu.timing import Timer, compute, divide, timing
 
 BALANCE, MERGE = "composite/balance.wgsl", "composite/scene_merge.wgsl"
 UNIFORMS = struct_dtype("composite/scene_uniforms.wgsl", "SceneUniforms")
@@ -102,6 +102,7 @@ class SceneComposite:
         run.set_bind_group(0, merge_bind)
         run.draw(3)
         run.end()
+        divide(encoder)
 
     def _table(self, name: str) -> Any:
         """Uploads the table of a view transform; of "" a texel."""

@@ -1,11 +1,14 @@
 """Carry out long work in slices, between which whoever waits for it does something else, such as answering its user."""
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
 
 PART = 0.015  # s that a part of a pass takes, about
+WATCHED_PART = 0.1  # the same where it is only watched: an interrupt is answered in between
 STRIPS = 4  # side by side
+BLOCKS = 16  # of rows that are carried out in any order, a power of 2
 FASTER = 2  # times as large a part may be than the one before it
 
 
@@ -22,8 +25,10 @@ class Sliced:
     spent: seconds that it has run. Work lets go by `pause`, which all submits of a `gpu.device.Device` call.
     """
 
+    part, strips = PART, STRIPS
+
     def __init__(self, work: Callable[[], None], at_once: bool = False) -> None:
-        """at_once: the first `go_on` does all of it, on its own thread."""
+        """at_once: the first `go_on` does all of it, on its own thread; it should end by waiting for what it submits."""
         self._work, self._at_once = work, at_once
         self._mine, self._yours = threading.Semaphore(0), threading.Semaphore(0)
         self._begun = self._until = 0.0
@@ -36,8 +41,9 @@ class Sliced:
     def go_on(self, seconds: float) -> bool:
         """Run for so long, and to the next pause. True: it is done. Raises what the work raises."""
         if self._at_once:
-            self.is_done = True
+            self.is_done, start = True, time.perf_counter()
             self._work()
+            self.spent = time.perf_counter() - start
             return True
         self._begun = time.perf_counter()
         self._until = self._begun + seconds
@@ -68,6 +74,9 @@ class Sliced:
         if self._is_dropped:
             raise Dropped
 
+    def tell(self, share: float) -> None:
+        """Tell nobody."""
+
     def _run(self) -> None:
         self._mine.acquire()
         _own.work = self
@@ -81,29 +90,95 @@ class Sliced:
             self._yours.release()
 
 
-def current() -> Sliced | None:
-    """Find the work in slices that this thread carries out; None elsewhere."""
+class Watched:
+    """Tells how much of a long pass is done while this thread carries it out, part by part, each of which is waited for.
+
+    told: is called with the share, 0..1, of all that are done one after the other, see `among`.
+    """
+
+    part, strips = WATCHED_PART, 1
+
+    def __init__(self, told: Callable[[float], None]) -> None:
+        self._told = told
+        self.number, self.count = 0, 1  # of the pass
+
+    def worked(self) -> float:
+        """Measure time, seconds."""
+        return time.perf_counter()
+
+    def pause(self) -> None:
+        """Go on."""
+
+    def tell(self, share: float) -> None:
+        """Tell how much of the pass is done."""
+        self._told((self.number + share) / self.count)
+
+
+def current() -> Sliced | Watched | None:
+    """Find the work in slices that this thread carries out, or that is watched; None elsewhere."""
     return getattr(_own, "work", None)
 
 
-def parts(total: int) -> Iterator[tuple[int, int]]:
+@contextlib.contextmanager
+def watching(told: Callable[[float], None]) -> Iterator[None]:
+    """Let long passes that this thread submits in a block tell which share of them is done, 0..1, see `Watched`."""
+    before, _own.work = current(), Watched(told)
+    try:
+        yield
+    finally:
+        _own.work = before
+
+
+def among(number: int, count: int) -> None:
+    """Say that the pass which follows is one of several as long ones, counted from 0."""
+    if isinstance(work := current(), Watched):
+        work.number, work.count = number, count
+
+
+def tell(share: float) -> None:
+    """Tell whoever watches how much of the pass is done, 0..1."""
+    if work := current():
+        work.tell(share)
+
+
+def let_go() -> None:
+    """Pause the work that this thread carries out, see `Sliced.pause`; elsewhere do nothing."""
+    if work := current():
+        work.pause()
+
+
+def parts(total: int, spread: bool = False) -> Iterator[tuple[int, int]]:
     """Divide the rows of a pass into (first, count), each of some milliseconds where the work is sliced, else into one.
 
-    Whoever takes them has to submit each, and to wait for it.
+    Whoever takes them has to submit each, and to wait for it. spread: the pass may be long, and its rows come in any order: it is divided
+    where work is watched too, the first parts from all over it, so that they tell how long the others take.
     """
     work = current()
-    first, count = 0, 1 if work else total
-    while first < total:
-        count = min(count, total - first)
-        start = work.worked() if work else 0.0
-        yield first, count
-        first += count
-        if work:
-            count = max(1, int(count * min(FASTER, PART / max(work.worked() - start, 1e-6))))
+    is_watched = isinstance(work, Watched)
+    if is_watched and not spread:
+        work = None
+    blocks = _spread(total) if is_watched and spread else [(0, total)]
+    count = 1 if work else total
+    for first, last in blocks:
+        while first < last:
+            now = min(count, last - first)
+            start = work.worked() if work else 0.0
+            yield first, now
+            first += now
+            if work:
+                count = max(1, int(min(FASTER * count, now * work.part / max(work.worked() - start, 1e-6))))
+
+
+def _spread(total: int) -> list[tuple[int, int]]:
+    """List BLOCKS (first, last) of so many rows: the middle one, then those halfway between others."""
+    edges = [total * i // BLOCKS for i in range(BLOCKS + 1)]
+    bits = BLOCKS.bit_length() - 1
+    order = [int(f"{i:0{bits}b}"[::-1], 2) ^ (BLOCKS // 2) for i in range(BLOCKS)]
+    return [(edges[i], edges[i + 1]) for i in order]
 
 
 def strips(total: int) -> Iterator[tuple[int, int]]:
     """Divide the columns of a pass into (first, count): STRIPS where the work is sliced, lest a row alone takes too long, else one."""
-    wide = -(-total // STRIPS) if current() else total
+    wide = -(-total // work.strips) if (work := current()) else total
     for first in range(0, total, wide):
         yield first, min(wide, total - first)

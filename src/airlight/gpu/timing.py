@@ -90,6 +90,11 @@ def compute(encoder: Any, pipeline: Any, bind: Any, counts: tuple[int, ...], lab
     run.set_bind_group(0, bind)
     run.dispatch_workgroups(*counts)
     run.end()
+    divide(encoder)
+
+
+def divide(encoder: Any) -> None:
+    """Divide what an encoder records after a pass, where it is one of ours: `Recording.divide`."""
     if isinstance(encoder, Recording):
         encoder.divide()
 

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, MachineError
+from airlight.jobs.foreseen import MERGE_S, WRITE_S, foreseen
 from airlight.jobs.profile import Spent, show
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
 from airlight.jobs.verdict import OfScene
 from airlight.options.storage import Storage
+from airlight.progress import Work
 
 if TYPE_CHECKING:
     from airlight.scenes.offline import Frame
@@ -35,6 +37,16 @@ class FrameWork:
         self.verdict.tell()
         if profile:
             show(self.spent, (OPEN, SET_UP, DRAW, WRITE), DRAW, frames)
+
+    def alone(self, task: FrameTask, told: Work) -> None:
+        """Render and write the only frame, and tell how much is left of it."""
+        told.step("drawing")
+        shot = self.studio.shot
+        after = (MERGE_S * shot.samples**2 + WRITE_S) * shot.width * shot.height
+        with foreseen(told, after, self.studio.shafts.timing):
+            frame = self.render(task, None)
+        told.step("writing")
+        self.write(task, None, frame)
 
     def read(self, task: FrameTask) -> None:
         """Do nothing: a scene is read once."""

@@ -34,7 +34,7 @@ from airlight.options import (
 )
 from airlight.options.storage import Storage
 from airlight.process import standard
-from airlight.progress import showing
+from airlight.progress import SILENT, Work, showing
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -212,9 +212,21 @@ def run_frames(request: FramesRequest) -> bool:
 
     Raises AirlightError, MachineError.
     """
+    several = request.is_film or request.is_sequence
+    with contextlib.nullcontext(SILENT) if several else showing("opening the scene", 4, is_timed=False) as told:
+        work, asked, written = _rendered(request, told)
+    if work is not None:
+        work.tell(written, request.profile)
+        if request.is_sequence:
+            say(f"{written} of {asked} pictures written", prefix="")
+    return written == asked
+
+
+def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]:
+    """Render and write; give the work, None where nothing is to be done, and how many frames were to be written and were."""
     from airlight.files import video
 
-    r, spent = request, Spent()
+    spent = Spent()
     r.check()
     values = r.scene_values()
     from airlight.composite.view import check as check_view
@@ -227,7 +239,7 @@ def run_frames(request: FramesRequest) -> bool:
     if r.is_film:
         if r.skip_existing and os.path.lexists(r.output):
             say(f"{r.output} exists: skipped", prefix="")
-            return True
+            return None, 0, 0
         video.check_film(r.output, *r.size, r.overwrite)
     with needing_scenes():
         from airlight.gpu.device import shared_device
@@ -241,7 +253,7 @@ def run_frames(request: FramesRequest) -> bool:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
     todo = frames if r.is_film else _left(r, frames)
     if not todo:
-        return True
+        return None, 0, 0
     if stage is None:
         shared_device(r.device)
         stage = _open(r)
@@ -258,6 +270,7 @@ def run_frames(request: FramesRequest) -> bool:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
+    told.step("setting up")
     shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
     studio = offline.Studio(
         stage,
@@ -283,19 +296,12 @@ def run_frames(request: FramesRequest) -> bool:
         with video.film(r.output, shot.width, shot.height, r.fps, r.crf, r.overwrite, settings.text()) as add:
             work.add = add
             run(todo, work.read, strict(work.render), strict(work.write), writers=1)
-        work.tell(len(todo), r.profile)
-        return True
+        return work, len(todo), len(todo)
     if not r.is_sequence:
-        with showing("drawing", 2, is_timed=False) as told:
-            frame = work.render(todo[0], None)
-            told.step("writing")
-            work.write(todo[0], None, frame)
-        work.tell(len(todo), r.profile)
-        return True
+        work.alone(todo[0], told)
+        return work, 1, 1
     failed = run(todo, work.read, work.render, work.write)
-    work.tell(len(todo) - len(failed), r.profile)
-    say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
-    return not failed
+    return work, len(todo), len(todo) - len(failed)
 
 
 def _samples(r: FramesRequest, quality: str) -> int:

@@ -14,6 +14,7 @@ from airlight.errors import AirlightError, MachineError
 from airlight.jobs import doubts, outputs, tasks
 from airlight.jobs.clips import Clips, Settled, looked_at
 from airlight.jobs.finding import resolve_lights, show_candidates
+from airlight.jobs.foreseen import PICTURE_S, foreseen
 from airlight.jobs.light_text import LightText, place
 from airlight.jobs.planes import Reading
 from airlight.jobs.profile import Spent, show
@@ -201,7 +202,8 @@ def run_image(request: ImageRequest) -> bool:
             with showing("reading", 3, is_timed=False) as told:
                 loaded = work.read(todo[0])
                 told.step("rendering")
-                rendered = work.render(todo[0], loaded)
+                with foreseen(told, PICTURE_S * loaded.picture.width * loaded.picture.height, request.profile):
+                    rendered = work.render(todo[0], loaded)
                 told.step("writing")
                 work.write(todo[0], loaded, rendered)
         if request.profile:

@@ -15,7 +15,7 @@ MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
 VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
 HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
-EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which no usual lamp shows in it
+EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which only a very strong light shows in it: some 10 times white, at g = 0
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in medium/phase.wgsl
 
 
@@ -68,7 +68,8 @@ def resolve(medium: Medium, march: March, quality: str, radius: float) -> Resolv
 
 
 def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
-    """Words one line where the medium hides the scene or cannot be seen, with what would suit; else None. An empty one is meant so.
+    """Words one line where the medium hides the scene, or only a very strong light would show in it, with what would suit; else None. An
+    empty one is meant so.
 
     distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
     """
@@ -77,7 +78,7 @@ def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
         return None
     if medium.settings.extinction and (medium.sigma_t * near).min() > HIDING_DEPTH:
         return hides(medium, near)
-    return is_too_thin(medium, far) if (medium.sigma_t * far).max() < EMPTY_DEPTH else None
+    return is_too_thin(medium, far, "but by a very strong light") if (medium.sigma_t * far).max() < EMPTY_DEPTH else None
 
 
 def hides(medium: ResolvedMedium, path_length: float) -> str:
@@ -86,10 +87,10 @@ def hides(medium: ResolvedMedium, path_length: float) -> str:
     return f"the medium hides the scene: {beyond}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
 
 
-def is_too_thin(medium: ResolvedMedium, path_length: float) -> str:
-    """Words that a medium is not seen over so many metres of it."""
-    across = _across(medium, path_length)
-    return f"the medium is too thin to be seen: {across}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+def is_too_thin(medium: ResolvedMedium, path_length: float, unless: str = "") -> str:
+    """Words that a medium is not seen over so many metres of it. unless: by what, where the light in it is not known."""
+    seen = f"{_across(medium, path_length)}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+    return f"the medium is too thin to be seen{unless and ' '}{unless}: {seen}"
 
 
 def _across(medium: ResolvedMedium, path_length: float) -> str:

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.gpu.slices import let_go
 from airlight.lights import ImageLight
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
@@ -37,9 +38,11 @@ def auto_threshold(p: Parameters, image: Any, lights: Sequence[ImageLight], boun
         return p
     y = image @ REC709_F32
     height, width = y.shape
+    let_go()
     levels = [np.percentile(y, 99.9)]
     rows, columns = np.ogrid[:height, :width]
     for light in lights:
+        let_go()
         column, row = light.position[0] * width, light.position[1] * height
         near = np.hypot(columns + 0.5 - column, rows + 0.5 - row) <= max(LIGHT_RADIUS_WIDTHS * width, 1)
         if near.any():

@@ -11,7 +11,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.gpu.device import Device
-from airlight.gpu.slices import parts
+from airlight.gpu.slices import current, parts
 from airlight.gpu.timing import Timer, timing
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -24,6 +24,7 @@ from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
+BAND = 512  # texels of a map's height that are drawn at once, in work that is done in slices
 HALF_TEXEL = 0.5  # of the slope of depth over a texel, along x or y, whichever is more
 
 
@@ -86,6 +87,8 @@ class Casters:
         self._bounds = Bounds()
         self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
         self._states: dict[Role, Any] = {}  # kept, or they would be made anew each time
+        self.still: Any = None  # what says where all casters are, for layers that are kept while it does; None: all are drawn anew
+        self._layers: dict[int, tuple[Any, ...]] = {}  # by the layer's id: the layer, and what it was drawn for
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
     def draw(
@@ -124,8 +127,14 @@ class Casters:
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
         for matrix, size, layer in layers:
+            key = layer, self.still, matrix.tobytes()
+            if self.still is not None and self._layers.get(id(layer)) == key:
+                continue
+            self._layers.pop(id(layer), None)  # it may be left unfinished
             inside = np.flatnonzero(fit.reached(matrix, size, hulls))
             self._draw_layer(fit.clip(matrix, size), size, layer, [drawn[i] for i in inside], timer)
+            if self.still is not None:
+                self._layers[id(layer)] = key
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
         """Allocates a texture of `size` for each light, with so many layers."""
@@ -154,13 +163,16 @@ class Casters:
         private.upload()
         encoder = self.device.encoder()
         target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
-        for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
-            run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
-            for pipelines, state in drawn[first : first + count]:
-                pipelines.draw(run, state)
-            run.end()
-            encoder.divide()
-            target["depth_load_op"] = "load"
+        band = BAND if current() else size
+        for top in range(0, size, band):
+            for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
+                run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
+                run.set_scissor_rect(0, top, size, min(band, size - top))
+                for pipelines, state in drawn[first : first + count]:
+                    pipelines.draw(run, state)
+                run.end()
+                encoder.divide()
+                target["depth_load_op"] = "load"
         self.device.submit(encoder)
 
     def gather(self) -> Gathered:

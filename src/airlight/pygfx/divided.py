@@ -1,5 +1,6 @@
-"""A renderer of pygfx that draws onto a texture instead of its canvas, and in parts where work is carried out in slices."""
+"""A renderer of pygfx that draws onto a texture instead of its canvas, if it has one, and in parts where work is carried out in slices."""
 
+import contextlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -65,16 +66,14 @@ class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
 
     def flush(self, target: Any = None) -> None:
         """Put the effects on what is drawn, and draw it onto the texture."""
-        context = self._canvas_context
-        self._canvas_context = self if self.texture is not None else context
-        try:
-            with _Recording(self) as recorder:
-                super().flush(target)
+        with contextlib.ExitStack() as restored, _Recording(self) as recorder:
+            if self.texture is not None:
+                restored.callback(setattr, self, "_canvas_context", self._canvas_context)
+                self._canvas_context = self
+            super().flush(target)
             if work := current():
                 recorder.device.wait()
                 work.pause()
-        finally:
-            self._canvas_context = context
 
 
 class _Recording:

@@ -91,6 +91,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.exclude, self.include = list(exclude), list(include)
         self.radius: float | None = None
         self.debug: str | None = None
+        self.still: Any = None  # says where all is that casts shadows: maps are kept while it stays; None: they are drawn in each frame
         self.dt, self.timing, self.doubts = 0.0, False, True
         self.pre_exposure, self.automatic_ev = 1.0, 0.0
         self.device = _device(renderer.device)

@@ -37,7 +37,7 @@ class MediumState:
     def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
         """Draws and submits the shadow maps for this frame, and records the march through the picture's depth."""
         casters, p = self.casters, shafts.parameters
-        casters.scene, casters.lights, casters.exclude = shafts.scene, shafts.lights, shafts.exclude
+        casters.scene, casters.lights, casters.exclude, casters.still = shafts.scene, shafts.lights, shafts.exclude, shafts.still
         gathered = casters.gather()
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
         radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]

@@ -50,7 +50,7 @@ class SurfaceShadows:
         shafts = self._shafts()
         assert shafts is not None
         casters = self._casters
-        casters.scene, casters.lights = shafts.scene, shafts.lights
+        casters.scene, casters.lights, casters.still = shafts.scene, shafts.lights, shafts.still
         gathered = _casting(casters.gather())
         free = {name: iter(layers) for name, layers in state.maps.items()}
         drawn, scales = [], []

@@ -13,6 +13,7 @@ from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
 from airlight.gpu.reusing import ReusingDevice
+from airlight.gpu.slices import among
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import ImageLight, as_lights
@@ -134,7 +135,8 @@ class LightPasses:
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from source to layer; without lights, the layer becomes black."""
-        for step in self.plans:
+        for i, step in enumerate(self.plans):
+            among(i, len(self.plans))
             step.record(encoder, timer)
         if not self.plans:
             black = {"view": self.layer.create_view(), "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 1)}

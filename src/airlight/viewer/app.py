@@ -174,6 +174,7 @@ class Viewer:
         self.panel.render()
         self.errands.history.follow(state, self.dragging is not None or self.panel.busy)
         self.linger -= 1
+        self.woken = False
         if again or self.hurried or self.linger > 0 or state.requests:
             self.canvas.request_draw()
 
@@ -187,7 +188,7 @@ class Viewer:
     def _woken(self, event: dict[str, Any]) -> None:
         if event["event_type"] == "pointer_down" and self.dragging is None:
             self.panel.claim((event["x"], event["y"]))
-        self.linger = LINGER
+        self.linger, self.woken = LINGER, True
         self.canvas.request_draw()
 
     def _handle(self, event: dict[str, Any]) -> None:
@@ -214,6 +215,7 @@ class Viewer:
         if kind == "double_click" and beside and state.is_image and len(state.lights) == 1 and not again:
             st.move(state, 0, controls.to_picture(at, self.area()))
 
+    woken = False  # whether an event came since the last frame
     moved = False  # whether the light was since it was taken hold of
     taken = -math.inf  # s: when a dot was clicked
 

@@ -37,7 +37,8 @@ class Following:
         if frames.refines() and (self.stirred or told != self.told):
             self.drop()
         if frames.work is not None:
-            return frames.follow(self.key, self.moving, self._picture_work)  # which is made already
+            brief = viewer.woken and told == self.told and not self.stirred
+            return frames.follow(self.key, self.moving, self._picture_work, brief)  # which is made already
         self.stirred = False
         if state.timing and viewer.linger > 0:
             frames.forget()

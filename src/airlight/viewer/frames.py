@@ -18,20 +18,23 @@ LAY = "viewer/kept.wgsl"
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
 BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
+LONG = 0.07  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
 CALM = 4  # coarse pictures in a row that were as easy
 
 
 @dataclass(frozen=True)
 class Pace:
-    """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; and the rest before it refines."""
+    """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; the rest before it refines; and a
+    slice in a frame that answers what leaves the picture as it is."""
 
-    slice: float = 0.04
+    slice: float = 0.03
     moving: float = 0.04
     rest: float = 0.15
+    brief: float = 0.01
 
 
 IN_SLICES = Pace()
-AT_ONCE = Pace(math.inf, math.inf, 0.0)  # for pictures that nobody waits for: each frame is whole
+AT_ONCE = Pace(math.inf, math.inf, 0.0, math.inf)  # for pictures that nobody waits for: each frame is whole
 
 
 class Frames:
@@ -53,6 +56,8 @@ class Frames:
         self._key: Any = None
         self._changed = -math.inf  # s
         self._whole = math.inf  # s that a picture took that is not coarse
+        self._coarse = 0.0  # s that a coarse one takes, or would, in one go
+        self._in_one = False  # whether the one that is worked on is
         self._calm = 0
         self._ratio = device.buffer(size=16, uniform=True)
         self._bound: tuple[Any, Any] = (None, None)  # a texture that was laid, and its bind group
@@ -87,8 +92,9 @@ class Frames:
         """Tell whether what is seen has changed so many seconds ago at most; always, where each frame is whole."""
         return self.pace is AT_ONCE or key != self._key or self.clock() - self._changed < seconds
 
-    def follow(self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]]) -> bool:
-        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level.
+    def follow(self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]], brief: bool = False) -> bool:
+        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level; brief: the
+        frame has something else to answer.
 
         True: another frame has to follow. Raises what the work raises, which is not tried again.
         """
@@ -102,15 +108,27 @@ class Frames:
                 return moving
             self.working = key, level
             self.started, self.again = self.started + 1, False
-            self.work = Sliced(make(level), at_once=math.isinf(self.pace.slice))
-        return not self._go_on() or moving or self.shown != (key, 0)
+            self.work = self._begin(make(level), level)
+        return not self._go_on(self.pace.brief if brief else self.pace.slice) or moving or self.shown != (key, 0)
 
-    def _go_on(self) -> bool:
-        """Work for a slice. True: the picture is done."""
+    def _begin(self, draw: Callable[[], None], level: int) -> Sliced:
+        """Make the work: a coarse picture in one go, where that is not known to be long, as each division costs time."""
+        if math.isinf(self.pace.slice):
+            return Sliced(draw, at_once=True)
+
+        def drawn() -> None:
+            draw()
+            self.device.wait()
+
+        self._in_one = level > 0 and self._coarse <= LONG
+        return Sliced(drawn, at_once=self._in_one)
+
+    def _go_on(self, seconds: float) -> bool:
+        """Work for a slice of so many seconds. True: the picture is done."""
         work = self.work
         assert work is not None
         try:
-            if not work.go_on(self.pace.slice):
+            if not work.go_on(seconds):
                 return False
             self.finished += 1
         except BaseException:
@@ -131,6 +149,7 @@ class Frames:
         if level == 0:
             self._whole = spent
             return
+        self._coarse = spent if self._in_one else spent / 2
         share = spent / self.pace.moving
         self._calm = self._calm + 1 if share < EASY else 0
         if share > 1:

@@ -24,6 +24,7 @@ from airlight.planes import shrink_to, shrunk_size
 from airlight.scatter.epipolar.epipolar import EpipolarPlan
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import ImagePlan
+from airlight.viewer import halved
 from airlight.viewer import state as st
 from airlight.viewer.smart import DRAFT_SIDE, LookView
 from airlight.viewer.state import ViewerState
@@ -118,13 +119,14 @@ class PictureView:
         self.seen: tuple[int, int] | None = None  # px of the canvas that the picture took in the last frame
         self.view: Any = None  # of the two, which is shown
         self.was_smart: bool | None = None
+        self.half: Any = None  # a small copy with the sum, for drags
 
     # what is computed
 
     def forget(self) -> None:
         """Compute all anew, where it was left unfinished."""
         self.done, self.scaled_of = None, None
-        for view in (self.whole, self.draft):
+        for view in (self.whole, self.draft, self.half):
             if view is not None:
                 view.forget()
 
@@ -147,7 +149,10 @@ class PictureView:
             self.was_smart, self.done, state.automatic = state.is_smart, None, {}
             if self.whole is not None:
                 self.whole.done = None
-        return self._update_look(state, hurried, seen or self.size) if state.is_smart else self._update_sum(state, hurried)
+        if state.is_smart:
+            return self._update_look(state, hurried, seen or self.size)
+        small = hurried and not state.debug and not state.timing and max(self.size) > halved.SIDE
+        return halved.follow(self, state) if small else self._update_sum(state, hurried)
 
     def _update_look(self, state: ViewerState, hurried: bool, seen: tuple[int, int]) -> bool:
         """Put the smart look on the picture; on the copy for drags while hurried."""

@@ -24,17 +24,19 @@ from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
 Area = tuple[float, float, float, float]
-DRAFT_STEPS, DRAFT_MAP = 32, 1024  # of a march: no more steps, and no larger shadow maps
+DRAFT_STEPS, DRAFT_MAP = 32, 1024  # of a march: no more steps, and no larger shadow maps; half as large where pixels are few
+FEW = 0.4  # of width and height
 
 
-def drafts(parameters: Parameters, scene: SceneOptions, march: March) -> tuple[Parameters, SceneOptions, March]:
-    """Make quicker ones, for pictures while things move."""
+def drafts(parameters: Parameters, scene: SceneOptions, march: March, share: float) -> tuple[Parameters, SceneOptions, March]:
+    """Make quicker ones, for pictures while things move. share: of width and height."""
+    most = DRAFT_MAP // 2 if share < FEW else DRAFT_MAP
     steps = march.steps if isinstance(march.steps, int) else DRAFT_STEPS
-    size = DRAFT_MAP if march.shadow_size is None else march.shadow_size
+    size = most if march.shadow_size is None else march.shadow_size
     return (
         msgspec.structs.replace(parameters, quality="draft"),
         msgspec.structs.replace(scene, resolution=min(scene.share(parameters), RESOLUTION)),
-        msgspec.structs.replace(march, steps=min(steps, DRAFT_STEPS), shadow_size=min(size, DRAFT_MAP)),
+        msgspec.structs.replace(march, steps=min(steps, DRAFT_STEPS), shadow_size=min(size, most)),
     )
 
 
@@ -189,9 +191,11 @@ class SceneView:
         shafts, stage = self.shafts, self.stage
         parameters, shafts.composite, scene, shafts.medium, march = state.structs[:5]
         if share < 1:
-            parameters, scene, march = drafts(parameters, scene, march)
+            parameters, scene, march = drafts(parameters, scene, march, share)
         shafts.parameters, shafts.in_scene, shafts.march = parameters, scene, march
         shafts.enabled, shafts.debug, shafts.timing = state.shafts or bool(state.debug), state.debug, state.timing
+        bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
+        shafts.still = id(stage), state.time, *bodies
         shafts.dt = 0.0 if settles else self.dt
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import tell
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import ImageLight
@@ -54,10 +55,11 @@ class AdditivePlan:
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the quantisation of the source and the blends; long ones are carried out on the way if the encoder is ours."""
         steps = [(self.quantise, self.first, self.whole), *((self.blend, bind, (self.size[0], rows)) for bind, rows in self.parts)]
-        for pipeline, bind, (width, height) in steps:
+        for i, (pipeline, bind, (width, height)) in enumerate(steps):
             compute(encoder, pipeline, bind, (-(-width // 64), height), "additive", timer)
             if len(self.parts) > PAUSED_DISPATCHES and isinstance(encoder, Recording):
                 encoder.pause()
+                tell((i + 1) / len(steps))
 
 
 def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> AdditivePlan:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import tell
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import timing
 from airlight.lights import ImageLight
@@ -93,6 +94,7 @@ class BandsPlan:
             run.end()
             if isinstance(encoder, Recording):
                 encoder.pause()
+                tell(min((first + RINGS_A_SUBMIT) / self.count, 1.0))
 
 
 def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> BandsPlan:

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
+from airlight.gpu.slices import current
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import divide, timing
 from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
 from airlight.scatter.epipolar.gather import EpipolarGather
@@ -18,6 +19,7 @@ from airlight.scatter.radial.radial import RadialPlan
 from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
+AT_ONCE = 32  # workgroups of a scan that are carried out at once, in work that is done in slices
 NOWHERE = (1 << 32) - 1  # scan.wgsl
 TABLE_ROW_TEXELS = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
@@ -165,7 +167,8 @@ class EpipolarPlan:
         constants = {"POWERS": len(self.mix.p), "BEYOND": len(self.mix.beyond_p), "FAR_END": self.mix.ratio > 0}
         self.pipeline = device.pipeline(shader, "scan", **constants)
         self.scans = []
-        for bundles in filter(len, data.zones):
+        most = AT_ONCE if current() else max(map(len, data.zones))
+        for bundles in (zone[i : i + most] for zone in data.zones for i in range(0, len(zone), most)):
             bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
             self.scans.append((bind, len(bundles)))
         rest = {"density": density, "lam": lam, "apron": apron, "before": before, "gain": gain, "base": base}
@@ -173,12 +176,14 @@ class EpipolarPlan:
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the scan and the gather."""
-        scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
-        scan.set_pipeline(self.pipeline)
-        for bind, count in self.scans:
-            scan.set_bind_group(0, bind)
-            scan.dispatch_workgroups(count)
-        scan.end()
+        for scans in [[one] for one in self.scans] if current() else [self.scans]:
+            scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
+            scan.set_pipeline(self.pipeline)
+            for bind, count in scans:
+                scan.set_bind_group(0, bind)
+                scan.dispatch_workgroups(count)
+            scan.end()
+            divide(encoder)
         self.back.record(encoder, timer)
 
 

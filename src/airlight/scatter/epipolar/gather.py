@@ -8,7 +8,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import timing
+from airlight.gpu.timing import divide, timing
 from airlight.scatter.epipolar.grid import Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array
 
@@ -166,3 +166,4 @@ class EpipolarGather:
             run.set_pipeline(pipeline)
             (run.draw if self.raster else run.dispatch_workgroups)(*count)
         run.end()
+        divide(encoder)

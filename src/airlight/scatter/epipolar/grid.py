@@ -29,16 +29,18 @@ class Fineness:
     largest: float  # step, px
     beside: float  # the same where much of the image is far from the light
     across: float  # the same where the light lies outside the image
+    edge: float  # factor of the spacing where the light lies at the image's edge
     zones: int  # each nearer zone has half the lines
+    outer: float  # share of a line's length where the last zone starts; half of it for each nearer one
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
     full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
 
 
 QUALITY = {
-    "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 2, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.1, (64, 256), (10, 48), 4, 2, 1, 3, 2e-3, 1.47, (1920, 0)),
-    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 2, 6e-4, 1.2, (1920, 1440)),
+    "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 0.375, 2, 0.5, 1.5e-2, 1.6, (1024, 0)),
+    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0)),
+    "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 0.28, 2, 0.5, 6e-4, 1.2, (1920, 1440)),
 }
 
 
@@ -99,7 +101,7 @@ class Grid:
         # what is bright lies far from a light at the edge, where its detail is as fine as near it
         self.at_edge = inside and not all(0.05 < light[a] / size[a] < 0.95 for a in (0, 1))
         if self.at_edge or farthest > 0.75 * max(size):
-            fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside))
+            fine = dataclasses.replace(fine, largest=min(fine.largest, fine.beside), outer=0.5)
         if not inside:  # and all nodes are far
             wider = fine.spacing * fine.outside
             step = min(1, fine.across) if parallel else fine.across  # samples of longer steps blur what lies along a diagonal
@@ -150,7 +152,7 @@ class Grid:
         m_hi = max(m_hi, m_lo)
         # lines that run far show their gaps more: the detail that they cross is finer beside their length
         part = min(1.0, 0.6 * max(self.size) / u_max)
-        closer = 0.28 if self.at_edge else max(part**3, 0.28) if self.inside else max(part**2, 0.375)
+        closer = self.fine.edge if self.at_edge else max(part**3, self.fine.edge) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
@@ -212,8 +214,9 @@ class Grid:
                 following = beside(u, max(q.u_max, u + 1.0))
             else:
                 step = inside(u)
-                cell = min(step, 1.0)  # nodes lie between pixels, so that two samples of a step weigh its columns alike
-                position = q.sign * (major + q.sign * u) / cell
+                cell = min(step, 1.0)  # other nodes lie between pixels, so that two samples of a step weigh its columns alike
+                # nodes a pixel apart lie on its centre: there nothing is interpolated along the line, and the samples are exact
+                position = q.sign * (major + q.sign * u) / cell - (0.5 if step == 1 else 0.0)
                 edge = (math.floor(position + 1e-6) + 1 - position) * cell
                 aligned = edge >= cell - 1e-6
                 following = u + (step if aligned else edge + step - cell)
@@ -231,7 +234,7 @@ class Grid:
         q.stored = min(max(0, int(np.searchsorted(q.u, q.u_min, side="right")) - 1), len(q.u) - 2)
         splits = [0]
         for zone in range(1, self.fine.zones):
-            k = int(np.searchsorted(q.u, q.u_max / 2 ** (self.fine.zones - zone)))
+            k = int(np.searchsorted(q.u, self.fine.outer * q.u_max / 2 ** (self.fine.zones - 1 - zone)))
             splits.append(min(max(k, splits[-1], q.stored), len(q.u) - 1))
         q.splits = [*splits, len(q.u) - 1]
         width = np.diff(q.u)

@@ -1,6 +1,7 @@
 // Build the two-level min-max depth hierarchy of a shadow map, by which the walk passes over tiles that are lit or dark as a whole.
 @group(0) @binding(0) var shadow: texture_depth_2d_array;
 @group(0) @binding(1) var<storage, read_write> tiles: array<u32>;
+@group(0) @binding(2) var<uniform> first: vec4u;   // x: the row of tiles at which the pass begins
 //! include "scatter/march/hierarchy.wgsl"
 
 const SMALLEST_HALF = 6.2e-5;   // a half float that is not subnormal, which a device may take for 0
@@ -15,7 +16,8 @@ fn pack_conservative(range: vec2f) -> u32 {
 
 /// Find least and greatest depth of a tile of texels.
 @compute @workgroup_size(8, 8)
-fn fine(@builtin(global_invocation_id) id: vec3u) {
+fn fine(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation + vec3u(0u, first.x, 0u);
     let side = textureDimensions(shadow).x;
     let count = tiles_along(side, FINE);
     if (any(id.xy >= vec2u(count))) { return; }
@@ -33,7 +35,8 @@ fn fine(@builtin(global_invocation_id) id: vec3u) {
 
 /// Find least and greatest depth of a tile of tiles.
 @compute @workgroup_size(8, 8)
-fn coarse(@builtin(global_invocation_id) id: vec3u) {
+fn coarse(@builtin(global_invocation_id) invocation: vec3u) {
+    let id = invocation + vec3u(0u, first.x, 0u);
     let side = textureDimensions(shadow).x;
     if (any(id.xy >= vec2u(tiles_along(side, COARSE)))) { return; }
     let most = tiles_along(side, FINE) - 1u;

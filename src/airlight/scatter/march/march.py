@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device
-from airlight.gpu.slices import parts, strips
+from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -50,6 +50,7 @@ class March:
         self.transmittance = device.texture(*pixels, "rgba32float")
         self.size = pixels
         self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._pipelines: list[Any] = []
@@ -147,10 +148,14 @@ class March:
             self._build_hierarchy(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
+            among(i, len(self._pipelines))
+            done = 0
             for column, across in strips(counts[0]):
-                for row, down in parts(counts[1]):
+                for row, down in parts(counts[1], spread=True):
                     self._begin_at(i, (column * GROUP, row * GROUP))
                     compute(encoder, pipeline, self._of_light(i, depth), (across, down), f"march {name}", timer)
+                    done += across * down
+                    tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit")
@@ -177,8 +182,10 @@ class March:
             for entry, along in (("fine", TILE), ("coarse", TILE**2)):
                 pipeline = self.device.pipeline(HIERARCHY, entry)
                 count = -(-size // (along * GROUP))
-                bind = self._bound(("tiles", i), HIERARCHY, texture, buffer)
-                compute(encoder, pipeline, bind, (count, count, layers), "march tiles", timer)
+                bind = self._bound(("tiles", i), HIERARCHY, texture, buffer, self._row)
+                for row, down in parts(count):
+                    self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
+                    compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
 
 
 def _spare(device: Device) -> Any:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import tell
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import ImageLight
@@ -76,10 +77,11 @@ class MultipassPlan:
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record all passes; those of a large image are carried out on the way if the encoder is ours."""
-        for pipeline, bind, size in self.steps:
+        for i, (pipeline, bind, size) in enumerate(self.steps):
             compute(encoder, pipeline, bind, (-(-size[0] // 64), size[1]), "multipass", timer)
             if size[0] * size[1] > PAUSED_PIXELS and isinstance(encoder, Recording):
                 encoder.pause()
+                tell((i + 1) / len(self.steps))
 
 
 def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters, target: Target) -> MultipassPlan:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import tell
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.lights import ImageLight
@@ -88,8 +89,9 @@ class RadialPlan:
         if self.factor > 1:
             compute(encoder, self.down, self.down_bind, (-(-self.small.size[0] // 64), self.small.size[1]), "radial down", timer)
         together, recorded, start = 1, 0, time.perf_counter()
-        for bind, rows in self.parts:
+        for i, (bind, rows) in enumerate(self.parts):
             compute(encoder, self.pipeline, bind, (-(-self.low[0] // 64), rows), "radial sum", timer)
+            tell((i + 1) / len(self.parts))
             recorded += 1
             if recorded == together and len(self.parts) > PAUSED_DISPATCHES and isinstance(encoder, Recording):
                 encoder.pause()
