@@ -324,6 +324,23 @@ def test_odd_outputs(redirection, code):
     assert done.stderr.count("\n") <= 1 and "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
 
 
+def test_a_stop_before_the_command_begins(monkeypatch, capsys):
+    from airlight import __main__ as program
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for name in ("prepare_process", "supervised"):
+        monkeypatch.setattr(program, name, stop)
+        assert program.main() == 130 and capsys.readouterr().err == f"airlight: {program.STOPPED}\n"
+        monkeypatch.setattr(program, name, lambda *_: None)
+    if sys.platform != "linux":  # there is no child elsewhere
+        return
+    text = "from airlight.process.supervisor import supervised\ndef stop(): raise KeyboardInterrupt\nraise SystemExit(supervised(stop))"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (130, f"airlight: {program.STOPPED}\n")
+
+
 def test_the_page_of_parameters_is_up_to_date():
     page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
     assert page == docs.page(), "run `python -m airlight.cli.docs`"

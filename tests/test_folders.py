@@ -11,6 +11,7 @@ from airlight.cli import main
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
 from airlight.files.folder import clip_of, natural, pictures_in
+from airlight.process import temporaries
 
 LIGHT = ["--light", "0.5,0.5;strength=0"]  # changes nothing
 
@@ -76,6 +77,46 @@ def test_one_that_fails_stops_no_other(photos, tmp_path, capsys):
     assert sum("a10.png: is damaged" in line for line in said) == 1 and said[-1] == "3 of 4 pictures written"
 
 
+def test_one_whose_bytes_say_nothing_is_named(photos, tmp_path, capsys, monkeypatch):
+    """A picture by its name is none to be left out in silence: it is empty, cut at its start, no picture at all, or closed to us."""
+    (photos / "b.tif").unlink()
+    (photos / "gone.jpg").symlink_to("nowhere")
+    for name, data in (("e.jpg", b""), ("f.JPG", b"\xff\xd8"), ("g.dng", b"I"), ("h.png", b"<html>")):
+        (photos / name).write_bytes(data)
+    assert call(photos, "-o", tmp_path / "out", *LIGHT) == 2
+    said = capsys.readouterr().err.splitlines()
+    for name, says in (("e.jpg", "is empty"), ("f.JPG", "is not an image"), ("g.dng", "is not an image"), ("h.png", "is not an image")):
+        assert sum(f"{name}: {says}" in line for line in said) == 1, said
+    assert sum("gone.jpg: cannot be read" in line for line in said) == 1 and said[-1] == "4 of 9 pictures written"
+    assert "left out: 2 files that are no pictures, 1 folder" in said[0]
+    os_open = os.open
+    monkeypatch.setattr(os, "open", lambda path, *more: _closed(path) if str(path).endswith("a2.jpg") else os_open(path, *more))
+    assert str(photos / "a2.jpg") in pictures_in(str(photos))[0]
+
+
+def _closed(path: object) -> int:
+    raise PermissionError(13, "Permission denied", str(path))
+
+
+def test_a_folder_that_stays_empty_goes(photos, tmp_path, monkeypatch):
+    """What is made for pictures that never come."""
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "a.png").touch()
+    assert call(tmp_path / "bad", "-o", tmp_path / "out", *LIGHT) == 2 and not (tmp_path / "out").exists()
+    (tmp_path / "there").mkdir()
+    assert call(tmp_path / "bad", "-o", tmp_path / "there", *LIGHT) == 2 and (tmp_path / "there").exists()  # the user's own
+    announced: list[str] = []
+    monkeypatch.setattr(temporaries, "announce", announced.append)
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("airlight.jobs.image.run", stop)
+    (photos / "b.tif").unlink()
+    assert call(photos, "-o", tmp_path / "out", *LIGHT) == 130 and not (tmp_path / "out").exists()
+    assert announced == [str(tmp_path / "out")]  # for where this process is killed
+
+
 def test_planes_of_the_same_names(photos, tmp_path, capsys):
     for name in ("a2.png", "a10.exr", "B.png", "c.png"):
         put(tmp_path / "masks" / name, 1.0)
@@ -116,7 +157,7 @@ def test_what_is_refused(photos, tmp_path, capsys):
         ([photos, "-o", tmp_path / "out", "--format", "gif"], "'gif' is none of"),
         ([photos / "a2.jpg", "-o", tmp_path / "a.png", "--format", "png"], "leave --format out"),
         ([tmp_path / "nothing", "-o", tmp_path / "out"], "holds no pictures: it is empty"),
-        ([tmp_path / "folders", "-o", tmp_path / "out"], "1 folders: give one of them"),
+        ([tmp_path / "folders", "-o", tmp_path / "out"], "holds no pictures, but 1 folder: give it instead"),
         ([tmp_path / "photo", "-o", tmp_path / "out"], f"did you mean '{photos}'?"),
         ([photos, "--candidates", tmp_path / "c.png"], "--candidates shows one picture"),
         ([tmp_path / "single", photos / "raw", "-o", tmp_path / "out", "--file-quality", "5"], "--file-quality means something for"),

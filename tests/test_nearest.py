@@ -7,7 +7,7 @@ import airlight
 from airlight.cli import main
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
-from airlight.messages import close, nearest, nearest_file
+from airlight.messages import close, nearest, nearest_file, number
 from airlight.options import Parameters, presets
 
 
@@ -15,6 +15,7 @@ def test_nearest():
     assert nearest("densty", ["decay", "density"]) == "; did you mean 'density'?"
     assert nearest("DENSITY", ["decay", "density"]) == nearest("densty", ["Density"]).lower() == "; did you mean 'density'?"
     assert nearest("xyz", ["decay", "density"], "; use decay") == "; use decay" and nearest("xyz", []) == ""
+    assert [number(value, 2) for value in (114.0, 3.14159, 0.00123, 999999.0)] == ["110", "3.1", "0.0012", "1e+06"]
     assert close("tree", ["Tree", "TREE", "trees"], 3) == ["Tree", "TREE", "trees"]
 
 
@@ -55,7 +56,12 @@ def test_nearest_file(tmp_path, monkeypatch):
         (["image", "a.png", "-o", "out.pmg"], ".png"),
         (["image", "a.png", "-o", "foldr/out.png"], "{here}/folder"),
         (["image", "a.png", "-o", "x.exr", "--compression", "zps"], "zips"),
-        
+        (["image", "a.png", "--light", "aut"], "auto"),
+        (["image", "a.png", "--light", "aut:2"], "auto"),
+        (["image", "a.png", "--preset", "dramatc.toml"], "dramatic"),
+        (["image", "a.png", "--preset", "other/min.toml"], None),
+        (["render", "table", "--medium", "hze.toml"], "haze"),
+        (["render", "table", "--steps", "exat"], "exact"),
         (["render", "tble"], "table"),
         (["render", "romm.glb"], "room.glb"),
         (["render", "table", "--medium", "hase"], "haze"),
@@ -71,6 +77,7 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "mine.toml").write_text("strength = 1\n")
+    (tmp_path / "empty.toml").touch()
     (tmp_path / "room.glb").touch()
     write_image(tmp_path / "a.png", np.zeros((4, 4, 3), np.float32))
     output = [] if "-o" in args or args[0] not in ("image", "render", "compare") else ["-o", "x.png"]
@@ -80,7 +87,7 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
     if meant is not None:
         assert f"did you mean {meant.format(here=tmp_path)!r}?" in said
     else:
-        assert "it has " in said
+        assert "it has " in said or "give a preset's name" in said
 
 
 @pytest.mark.parametrize(
@@ -99,8 +106,24 @@ def test_options_of_other_commands(args, says, capsys):
     assert main(args) == 2 and capsys.readouterr().err == f"airlight: {says}\n"
 
 
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (["--light", "left"], "write x,y as in 0.5,0.2 or 960px,200px or 50%,20%; or auto, which finds it"),
+        (["--samples", "many"], "'many' is no whole number."),
+        (["--strength", "much"], "'much' is no number."),
+    ],
+)
+def test_what_is_no_number(args, says, capsys):
+    assert main(["image", "a.png", "-o", "b.png", *args]) == 2 and capsys.readouterr().err.endswith(f"{says}\n")
+
+
 def test_what_was_meant_in_python(tmp_path):
     image = np.zeros((4, 4, 3), np.float32)
+    with pytest.raises(AirlightError, match="not 'aut'; did you mean 'auto'"):
+        airlight.add_light_shafts(image, light="aut")
+    with pytest.raises(AirlightError, match=r"not 'auto'; airlight\.find_light finds one"):
+        airlight.light_shafts(image, "auto")
     for words, meant in (({"densty": 1}, "density"), ({"method": "radail", "look": "classic"}, "radial"), ({"qualty": "draft"}, "quality")):
         with pytest.raises(AirlightError, match=f"did you mean '{meant}'"):
             airlight.add_light_shafts(image, (0.5, 0.5), **words)

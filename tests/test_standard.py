@@ -124,11 +124,15 @@ def test_records_of_timings(pipe, monkeypatch):
         (["image", "-", "-o", "x.png"], b"\x89PNG\r\n\x1a\n" + b"\0" * 30, "-: is damaged"),
         (["image", "PHOTO", "-o", "-", "--layer", "-"], b"", "-: is named for two outputs"),
         (["image", "PHOTO", "PHOTO", "-o", "-"], b"", "-: 2 pictures do not go into one file"),
+        (["render", "-", "-o", "x.png"], b"\xff\xd8\xff\xe0 of a photo", "-: is not a scene; give table, flying, or a .glb"),
+        (["render", "-", "-o", "x.png"], b"", "-: is empty"),
         (["image", "FOLDER", "-o", "-"], b"", "-: 2 pictures do not go into one file"),
         (["image", "FOLDER", "-o", "-", "--format", "png"], b"", "-: 2 pictures do not go into one file"),
         (["image", "PHOTO", "-o", "x", "--layer", "-", "--frames", "1-2"], b"", "--frames needs a pattern"),
         (["render", "table", "-o", "-", "--turntable", "4"], b"", "airlight: -: 4 frames do not go into one picture"),
         (["render", "table", "-o", "-.####.png", "--turntable", "4"], b"", "files of that name are ./-.####.png"),
+        (["render", "table", "-o", "-.#.mp4", "--turntable", "4"], b"", "files of that name are ./-.#.mp4"),
+        (["render", "table", "-o", "a.#.png", "--layer", "-.#.exr", "--frames", "1-2"], b"", "files of that name are ./-.#.exr"),
         (["image", "FOLDER/%d.png", "-o", "-.%02d.png"], b"", "files of that name are ./-.%02d.png"),
         (["image", "PHOTO", "-o", "-.gif"], b"", "unknown extension '.gif'"),
         (["image", "PHOTO", "-o", "a.png", "--format", "png"], b"", "leave --format out"),
@@ -168,6 +172,14 @@ def test_a_reader_that_goes_and_a_full_disk(photo):
         done = subprocess.run([*COMMAND, "image", photo, "-o", "-", *LIGHT], stdout=target, stderr=subprocess.PIPE, timeout=60)
         os.close(target)
         assert done.returncode == 1 and says in done.stderr and done.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize("args", [["-o", "-"], ["--candidates", "-"]])
+def test_a_closed_output_is_no_success(photo, args):
+    done = subprocess.run(
+        ["sh", "-c", '"$@" >&-', "sh", *COMMAND, "image", photo, *args, *LIGHT], stderr=subprocess.PIPE, timeout=60, check=False
+    )
+    assert done.returncode == 1 and done.stderr.startswith(b"airlight: -: standard output is closed") and done.stderr.count(b"\n") == 1
 
 
 def test_terminals_are_refused(photo, monkeypatch, capsys):

@@ -129,6 +129,8 @@ def add_light_shafts(
     emits = mask if given is None else given
     _refuse_unknown(named, (Parameters, Composite, Look))
     searched = isinstance(light, str) and light == "auto"
+    if isinstance(light, str) and not searched:
+        raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
     lights = [] if searched else as_lights(light)
     parallel = any(one.angle is not None for one in lights)
     chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "a parallel light" if parallel else "")

@@ -17,6 +17,11 @@ def say(text: str, prefix: str = "airlight: ") -> None:
             print(f"{prefix}{line}", file=sys.stderr, flush=True)
 
 
+def number(value: float, figures: int) -> str:
+    """Write a number rounded to so many figures, up to a million without an exponent: 110, not 1.1e+02."""
+    return f"{float(f'{value:.{figures}g}'):g}"
+
+
 def close(word: str, known: Iterable[str], most: int = 1, least: float = 0.6) -> list[str]:
     """List those of some words that are like another, whatever their case, the most alike first. least: how alike, 0..1."""
     import difflib  # takes as long as all else of this module

@@ -82,7 +82,7 @@ def _guarded(work: Callable[[], Any]) -> int:
             raise
         return code if isinstance(code, int) else 0
     except (_Stopped, KeyboardInterrupt, click.Abort):
-        say("stopped; nothing half-written is left")
+        say(supervisor.STOPPED)
         return 130
     except click.ClickException as error:
         say(_of_scenes(error) or line_of(error))

@@ -56,7 +56,7 @@ SCREENS = {
     ),
     "render": Screen(
         "Render a 3-D scene with light shafts: a picture, numbered frames, a film.\n"
-        "SCENE: table, flying, or a .glb, .gltf, .obj, .ply or .stl file.",
+        "SCENE: table, flying, slats ..., or a .glb, .gltf, .obj, .ply or .stl file.",
         {
             "output": "what to write; shot.####.png: frames; .mp4: a film",
             "medium": "what fills the air: haze, mist, smoke ...",

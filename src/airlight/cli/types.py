@@ -1,5 +1,6 @@
 """Types of options and arguments that click lacks: choices that know what was meant, names that come with Airlight or files."""
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -53,6 +54,8 @@ def line_of(error: click.ClickException) -> str:
         commands = getattr(error.ctx.command, "commands", {}) if error.ctx is not None else {}
         return f"there is no command {error.command_name!r}{nearest(error.command_name, commands, '; there is ' + ', '.join(commands))}"
     text = error.format_message()
+    for kind, words in (("integer", "whole number"), ("float", "number")):
+        text = re.sub(rf" is not a valid {kind}( range)?", f" is no {words}", text)
     if isinstance(error, click.MissingParameter) and error.ctx is not None:
         return f"{text.rstrip('.')}; `{error.ctx.command_path} --help` shows examples"
     return text

@@ -8,6 +8,7 @@ import msgspec
 from airlight.compare.measure import DISC
 from airlight.compare.result import Comparison, PictureComparison, Row, SceneComparison, SceneRow
 from airlight.compare.rule import EDGE, NEAR, WORST
+from airlight.messages import number
 from airlight.options import Parameters
 from airlight.scatter.methods import METHODS, of_medium
 
@@ -42,7 +43,7 @@ def figures(row: Row) -> tuple[str, str, str, str]:
 
 def fitted(row: SceneRow) -> str:
     """Write by what its light was multiplied: × 0.0123, or none where there is none; nothing for methods with units."""
-    return "" if row.factor is None else f"× {row.factor:.3g}" if row.factor else "none"
+    return "" if row.factor is None else f"× {number(row.factor, 3)}" if row.factor else "none"
 
 
 def errors(row: Row) -> str:
@@ -126,7 +127,7 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
         what = "the whole pass, since the device has no timestamps"
     said.append(f"Cost: {what}; over a one-tap copy of {width} × {height} ({result.copy_ms:.2f} ms); medians of runs on {result.adapter}.")
     said.append(f"Difference: {amplify:g} × |light - truth| over the mean of the truth, so that white is {percent(1 / amplify)} of it.")
-    said.append(f"The light alone is shown with {result.white:.3g} as white.")
+    said.append(f"The light alone is shown with {number(result.white, 3)} as white.")
     return said
 
 

@@ -6,8 +6,12 @@ from collections.abc import Sequence
 
 from airlight.errors import AirlightError
 from airlight.files.decode import format_of
+from airlight.files.extras import RAW
 from airlight.files.sequence import Numbered
+from airlight.options.storage import OUTPUTS
 
+_READ = ".bmp .dib .gif .heic .heif .hif .cin .jpe .jfif .jp2 .j2k .j2c .pbm .pgm .ppm .pnm .pfm"
+ENDINGS = {*OUTPUTS, *RAW.split(), *_READ.split()}  # of pictures' names
 FEWEST_FRAMES = 3  # whose numbers follow each other, to be taken for a clip's
 _FRAME = re.compile(r"(.*?)(\d+)(\.\w+)")
 
@@ -21,11 +25,13 @@ def _is_picture(path: str) -> bool:
     try:
         return bool(format_of(path))
     except AirlightError:
-        return False
+        return os.path.splitext(path)[1].lower() in ENDINGS
 
 
 def pictures_in(folder: str) -> tuple[list[str], int, int]:
-    """List a folder's pictures by their first bytes; count what else is there, files and folders. Hidden files are not looked at.
+    """List a folder's pictures; count what else is there, files and folders. Hidden files are not looked at.
+
+    A picture is told by its first bytes; where these cannot be read, or say nothing, by its name: then it fails by itself, and is named.
 
     Raises AirlightError where the folder cannot be read, or holds none.
     """
@@ -42,9 +48,15 @@ def pictures_in(folder: str) -> tuple[list[str], int, int]:
         else:
             files += 1
     if not found:
-        there = f", but {files} other files" if files else f", but {folders} folders: give one of them" if folders else ""
-        raise AirlightError(f"{folder}: holds no pictures{there or ': it is empty'}")
+        there = ", but " + counted(files, "other file") if files else ", but " + counted(folders, "folder") if folders else ": it is empty"
+        cure = "" if files or not folders else ": give it instead" if folders == 1 else ": give one of them"
+        raise AirlightError(f"{folder}: holds no pictures{there}{cure}")
     return found, files, folders
+
+
+def counted(count: int, one: str) -> str:
+    """Write a number of things: 1 folder, 2 folders."""
+    return f"{count} {one}" if count == 1 else f"{count} {one}s"
 
 
 def clip_of(paths: Sequence[str]) -> Numbered | None:

@@ -134,13 +134,18 @@ class FramesRequest:
 
     def check(self) -> None:
         """Raise AirlightError for options that exclude each other."""
+        from airlight.files.sequence import numbered
+
         if self.overwrite + self.skip_existing + self.resume > 1:
             raise AirlightError("-y/--overwrite, -n/--skip-existing and --resume exclude each other; give one")
         if self.is_film and (self.layer is not None or self.occlusion_buffer is not None):
             raise AirlightError("--layer and --occlusion-buffer go with pictures, not with a film; render numbered frames")
         if self.is_film and self.resume:
             raise AirlightError("--resume goes with numbered frames: a film is written in one run")
-        self.storage.check(path for path in (self.output, self.layer, self.occlusion_buffer) if path is not None)
+        paths = [path for path in (self.output, self.layer, self.occlusion_buffer) if path is not None]
+        self.storage.check(paths)
+        for path in filter(numbered, paths):
+            standard.refuse_frames(path)
         if {"turntable", "turn"} <= self.explicit:
             raise AirlightError("--turn and --turntable exclude each other; give one")
 
@@ -344,9 +349,8 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
     def place(path: str | None, number: int) -> str | None:
         pattern = None if path is None else numbered(path)
         if path is not None and pattern is None and several:
-            raise AirlightError(f"{standard.shown(path)}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
-        if path is not None and pattern is not None:
-            standard.refuse_frames(path)
+            name = standard.shown(path)
+            raise AirlightError(f"{name}: {len(chosen)} pictures do not go into one file; name a pattern such as layer.####.exr")
         return path if pattern is None else pattern.frame(number)
 
     found = []

@@ -35,9 +35,8 @@ if TYPE_CHECKING:
 
 AUTO = (LightText("auto"),)
 # Options beside the declared parameters that shape the result; files by their names as written.
-SHAPING: tuple[str, ...] = ("view", "mask", "mask_layer")
-SHAPING += ("mask_invert", "depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject")
-SHAPING += ("subject_layer", "input_layer", "colorspace")
+SHAPING: tuple[str, ...] = ("view", "mask", "mask_layer", "mask_invert")
+SHAPING += ("depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject", "subject_layer", "input_layer", "colorspace")
 
 
 @dataclass(frozen=True)
@@ -187,33 +186,33 @@ def run_image(request: ImageRequest) -> bool:
         return True
     request = request.with_occlusion()
     built, chosen = build(request.values), request.look()
-    todo, references, many = _tasks(request)
-    if not todo:
-        return True
-    if request.recalled:
-        say("the light is that of the settings; --light auto finds each picture's own", prefix="")
-    look = built[Look] if chosen == "smart" else None
-    clips = Clips({clip: looked_at(frames) for clip, frames in references.items()})
-    work = _Work(request, built[Parameters], built[Composite], look, many, clips)
-    failed: list[tuple[PictureTask, AirlightError]] = []
-    if many:
-        failed = run(todo, work.read, work.render, work.write)
-        say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
-    else:
-        with showing("reading", 3, is_timed=False) as told:
-            loaded = work.read(todo[0])
-            told.step("rendering")
-            with foreseen(told, PICTURE_S * loaded.picture.width * loaded.picture.height, request.profile):
-                rendered = work.render(todo[0], loaded)
-            told.step("writing")
-            work.write(todo[0], loaded, rendered)
-    if request.profile:
-        work.spent.passes = work.passes or []
-        show(work.spent, ("read", "find the light", "render", "write"), "render", len(todo) - len(failed))
-    return not failed
+    with contextlib.ExitStack() as folders:
+        todo, references, many = _tasks(request, folders)
+        if not todo:
+            return True
+        if request.recalled:
+            say("the light is that of the settings; --light auto finds each picture's own", prefix="")
+        clips = Clips({clip: looked_at(frames) for clip, frames in references.items()})
+        work = _Work(request, built[Parameters], built[Composite], built[Look] if chosen == "smart" else None, many, clips)
+        failed: list[tuple[PictureTask, AirlightError]] = []
+        if many:
+            failed = run(todo, work.read, work.render, work.write)
+            say(f"{len(todo) - len(failed)} of {len(todo)} pictures written", prefix="")
+        else:
+            with showing("reading", 3, is_timed=False) as told:
+                loaded = work.read(todo[0])
+                told.step("rendering")
+                with foreseen(told, PICTURE_S * loaded.picture.width * loaded.picture.height, request.profile):
+                    rendered = work.render(todo[0], loaded)
+                told.step("writing")
+                work.write(todo[0], loaded, rendered)
+        if request.profile:
+            work.spent.passes = work.passes or []
+            show(work.spent, ("read", "find the light", "render", "write"), "render", len(todo) - len(failed))
+        return not failed
 
 
-def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[PictureTask]], bool]:
+def _tasks(request: ImageRequest, folders: contextlib.ExitStack) -> tuple[list[PictureTask], dict[int, list[PictureTask]], bool]:
     """List what is to be done, and the frames of each clip; tell whether pictures are many; show candidates if they are asked for."""
     r, output = request, str(request.output)
     named = r.layer, r.occlusion_fraction
@@ -222,8 +221,8 @@ def _tasks(request: ImageRequest) -> tuple[list[PictureTask], dict[int, list[Pic
     many = len(todo) > 1 or bool(clips) or of_folder
     todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)
     r.storage.check(path for task in todo for path in task.outputs)
-    with outputs.making((output, *named), of_folder and bool(todo)):
-        tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
+    folders.enter_context(outputs.making((output, *named), of_folder and bool(todo)))
+    tasks.check_outputs(todo, [] if r.preset is None else [r.preset], many, r.overwrite or r.resume)
     if r.candidates is not None:
         if os.path.realpath(r.candidates) in {os.path.realpath(path) for task in todo for path in task.outputs}:
             raise AirlightError(f"{r.candidates}: is named for two outputs; give each a name of its own")

@@ -65,8 +65,15 @@ def read_light(text: str, parallel: bool = False) -> LightText:
     written = LightText(position, **known)
     if position.startswith("auto") and written.searched is None:
         raise AirlightError(f"cannot read {position!r}: write auto, auto:2 for the next place, or auto:3+ for the best three together")
-    written.light(*(0.0, 0.0) if written.searched else parse_position(position, 1, 1))  # refuses bad values before any file is read
+    written.light(*(0.0, 0.0) if written.searched else _numbers(position))  # refuses bad values before any file is read
     return written
+
+
+def _numbers(position: str) -> tuple[float, float]:
+    try:
+        return parse_position(position, 1, 1)
+    except AirlightError as error:
+        raise AirlightError(f"{error}{nearest(position.partition(':')[0], ('auto',), '; or auto, which finds it')}") from None
 
 
 # Units of a strength: what one is in candela of a lamp, or in lux of a sun. Watts are radiant flux, evenly all around, at 683 lm/W, as

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from airlight.errors import AirlightError
 from airlight.messages import nearest_file, say
 from airlight.options.storage import OUTPUTS
-from airlight.process import standard
+from airlight.process import standard, temporaries
 
 if TYPE_CHECKING:
     import numpy as np
@@ -81,23 +81,24 @@ def beside(folder: str, source: str) -> str:
 
 @contextlib.contextmanager
 def making(targets: Sequence[str | None], wanted: bool) -> Iterator[None]:
-    """Make the folders of some outputs that are not there yet, of which a failure within the block leaves none. wanted: else do nothing."""
+    """Make the folders of some outputs that are not there yet; those that are empty at the block's end go. wanted: else do nothing."""
     missing = dict.fromkeys(target for target in targets if target is not None and wanted and is_folder(target, True))
     made: list[str] = []
     try:
         for folder in missing:
             if not os.path.isdir(folder):
+                temporaries.announce(folder)
+                made.append(folder)
                 try:
                     os.mkdir(folder)
                 except OSError as error:
+                    made.remove(folder)
                     raise AirlightError(f"{folder}: the folder cannot be made ({error.strerror}); choose another") from None
-                made.append(folder)
         yield
-    except BaseException:
+    finally:
         for folder in made:
             with contextlib.suppress(OSError):
                 os.rmdir(folder)
-        raise
 
 
 def is_float(path: str, picture: "Picture") -> bool:

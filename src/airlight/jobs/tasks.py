@@ -154,14 +154,15 @@ def refuse_collisions(todo: Sequence[Task], inputs: Sequence[str]) -> None:
     read = {os.path.realpath(path) for path in inputs if not standard.is_input(path)}
     for task in todo:
         for path in task.outputs:
-            key = standard.NAME if standard.is_output(path) else os.path.realpath(path)
+            name = standard.shown(path)
+            key = name if name == standard.NAME else os.path.realpath(path)
             if key in read:
                 raise AirlightError(f"{path}: is also an input; choose another output name")
             source = task.source if isinstance(task, PictureTask) else ""
             if seen.get(key, source) != source:
-                raise AirlightError(f"{standard.shown(path)}: both {seen[key]} and {source} would go there; name a pattern or do them apart")
+                raise AirlightError(f"{name}: both {seen[key]} and {source} would go there; name a pattern or do them apart")
             if key in seen:
-                raise AirlightError(f"{standard.shown(path)}: is named for two outputs; give each a name of its own")
+                raise AirlightError(f"{name}: is named for two outputs; give each a name of its own")
             seen[key] = source
 
 

@@ -102,10 +102,13 @@ def as_lights(light: object) -> list[ImageLight]:
         return [light]
     if hasattr(light, "position") and hasattr(light, "kind"):  # what was found in a picture
         return [ImageLight(light.position, kind=light.kind)]
+    wrong = f"light must be (x, y), an airlight.Light, or a list of them, not {light!r}"
+    if isinstance(light, (str, bytes)):
+        raise AirlightError(f"{wrong}; airlight.find_light finds one")
     try:
         items = list(light)  # type: ignore[call-overload]
     except TypeError:
-        raise AirlightError(f"light must be (x, y), an airlight.Light, or a list of them, not {light!r}") from None
+        raise AirlightError(wrong) from None
     if len(items) == 2 and all(not isinstance(v, ImageLight) and not hasattr(v, "__len__") for v in items):
         return [ImageLight(position=(items[0], items[1]))]
     if not items:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from airlight.messages import number
 from airlight.options import March, Medium
 from airlight.options.declare import as_text
 
@@ -93,7 +94,7 @@ def is_too_thin(medium: ResolvedMedium, path_length: float, unless: str = "") ->
 
 
 def _across(medium: ResolvedMedium, path_length: float) -> str:
-    return f"an optical depth of {(medium.sigma_t * path_length).mean():.2g} over {path_length:.3g} m"
+    return f"an optical depth of {number(float((medium.sigma_t * path_length).mean()), 2)} over {number(path_length, 3)} m"
 
 
 def _suiting(medium: ResolvedMedium, path_length: float) -> str:

@@ -4,6 +4,7 @@ There are two kinds, in folders of these names: presets, of any parameters, and 
 """
 
 import functools
+import itertools
 import json
 import os
 import stat
@@ -15,7 +16,7 @@ from typing import Any
 import msgspec
 
 from airlight.errors import AirlightError
-from airlight.messages import nearest, nearest_file
+from airlight.messages import MOST_NAMES, close, nearest, nearest_file
 from airlight.options import ALL, Medium, build, declared
 from airlight.process import standard
 
@@ -109,6 +110,16 @@ def _check(path: Path, kind: str) -> dict[str, Any]:
     return {name: getattr(part, name) for name in values for part in built.values() if name in part.__struct_fields__}
 
 
+def _meant(path: Path, kind: str) -> str:
+    """Ask which file is meant, or which of our presets, by what its name has before the ending, which all have in common."""
+    if path.parent != Path():
+        return nearest_file(str(path))
+    beside = itertools.islice(Path().glob("*.toml"), MOST_NAMES) if path.suffix.lower() == ".toml" else ()
+    stems = {one.stem: one.name for one in beside} | {name: name for name in names(kind)}
+    found = close(path.stem, stems)
+    return f"; did you mean {stems[found[0]]!r}?" if found else ""
+
+
 def _read(path: Path, kind: str) -> dict[str, Any]:
     try:
         there = Path(standard.local(str(path)))
@@ -117,7 +128,7 @@ def _read(path: Path, kind: str) -> dict[str, Any]:
             raise AirlightError(f"{path}: is not a {_what(kind)} (a regular .toml file of at most {LARGEST} bytes)")
         return tomllib.loads(there.read_text(encoding="utf-8"))
     except OSError as error:
-        hint = nearest_file(str(path), f"; give a {_what(kind)}'s name or a .toml file")
+        hint = _meant(path, kind) or f"; give a {_what(kind)}'s name or a .toml file"
         raise AirlightError(f"{path}: cannot be read ({error.strerror}){hint}") from None
     except RecursionError:
         raise AirlightError(f"{path}: is nested too deeply; a {_what(kind)} is a list of key = value lines") from None

@@ -110,15 +110,16 @@ def _write_all(handle: int, data: bytes | memoryview) -> None:
 def claim(binary: bool) -> None:
     """Keep standard output for what will be written: all else that is printed goes to stderr. binary: it is none for a terminal.
 
-    Raises AirlightError for such output to a terminal.
+    Raises AirlightError for such output to a terminal, MachineError where the output is closed.
     """
     if _STREAMS.output is not None:
         return
+    if sys.stdout is None:
+        raise MachineError("-: standard output is closed: name a file, or send it on, as in > out.png or | PROGRAM")
     if binary and os.isatty(1):
         raise AirlightError("-: is a terminal, which would show a picture's bytes as signs: send them on, as in > out.png or | PROGRAM")
-    if sys.stdout is not None:
-        with contextlib.suppress(OSError, ValueError):
-            sys.stdout.flush()
+    with contextlib.suppress(OSError, ValueError):
+        sys.stdout.flush()
     _STREAMS.output = os.dup(1)
     elsewhere = 2
     with contextlib.suppress(OSError, ValueError, AttributeError):  # the supervisor hides what libraries write to 2

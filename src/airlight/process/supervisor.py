@@ -18,6 +18,7 @@ from airlight.process import temporaries
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 GRACE = 0.7  # seconds in which the child may end by itself once it is told to stop
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+STOPPED = "stopped; nothing half-written is left"
 stopping = False  # whether this process was told to stop
 
 
@@ -102,7 +103,8 @@ def _be_child(work: Callable[[], int], writer: int, noise: int, parent: int) -> 
         if os.getppid() == parent:
             code = work()
             announce("")  # it has ended by itself
-    except KeyboardInterrupt:
+    except KeyboardInterrupt:  # before the command begins
+        say(STOPPED)
         code = 128 + signal.SIGINT
         announce("")
     except SystemExit as error:  # of a stop, or of click, once the reader of a pipe is gone or completions are told: unwound all the same
@@ -142,7 +144,7 @@ def _watch(child: int, reader: int, noise: int) -> int:
         with contextlib.suppress(OSError):
             os.rmdir(name) if os.path.isdir(name) else os.unlink(name)
     if stopped:
-        say("stopped; nothing half-written is left")
+        say(STOPPED)
         return 128 + stopped[0]
     if code == -signal.SIGKILL:
         say("the system ended the work, most likely for want of memory; use a smaller picture or --quality draft")

@@ -17,6 +17,7 @@ from airlight.messages import nearest_file
 from airlight.process import standard
 from airlight.scenes.gltf import MAX_BYTES, MAX_JSON_VALUES
 from airlight.scenes.gltf.schema import Document
+from airlight.scenes.names import A_FILE
 
 _GLB = struct.Struct("<4sII")
 _CHUNK = struct.Struct("<II")
@@ -100,6 +101,10 @@ def open_container(path: str) -> Container:
     elif path.lower().endswith(".glb"):
         found.refuse("does not begin as GLB does", "rename it to .gltf if it is JSON, or export it again")
     raw = bytes(text)
+    if standard.is_input(path) and not raw.strip():
+        found.refuse("is empty", "copy or export it again")
+    if standard.is_input(path) and not raw.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+        found.refuse("is not a scene", f"give table, flying, or {A_FILE}")
     if raw.startswith(b"\xef\xbb\xbf"):
         raw = raw[3:]
     if raw.count(b",") + raw.count(b"[") + raw.count(b"{") > MAX_JSON_VALUES:
