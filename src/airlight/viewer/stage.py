@@ -59,7 +59,7 @@ class SceneView:
 
     def open(self, stage: Any, state: ViewerState, lamps: Sequence[str] = ()) -> None:
         """Show another stage, and let the state say what it has. lamps: the options that its lights were written as."""
-        self.stage = stage
+        self.stage, self.opened = stage, self.opened + 1
         self.saved = {name: camera.get_state() for name, camera in stage.cameras.items()}
         names = tuple(stage.cameras)
         state.eye = Eye(name=names[0], names=names)
@@ -138,6 +138,7 @@ class SceneView:
         self.was_moved = eye.moved
 
     was_moved = False
+    opened = 0  # stages so far
 
     def _look_from(self, center: Any) -> None:
         """Let orbits go around what lies as far ahead as the middle of the scene: a controller tells the distance by width and height."""
@@ -195,7 +196,7 @@ class SceneView:
         shafts.parameters, shafts.in_scene, shafts.march = parameters, scene, march
         shafts.enabled, shafts.debug, shafts.timing = state.shafts or bool(state.debug), state.debug, state.timing
         bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
-        shafts.still = id(stage), state.time, *bodies
+        shafts.still = self.opened, state.time, *bodies
         shafts.dt = 0.0 if settles else self.dt
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
