@@ -108,6 +108,22 @@ class Picture:
         return rgb
 
 
+def of_codes(codes: np.ndarray, name: str) -> Picture:
+    """Wrap an array (H, W, C) as a picture of no file: sRGB codes, or floats of premultiplied light; of 2 and 4 alpha is last."""
+    real = codes.dtype.kind == "f"
+    return Picture(
+        codes=codes,
+        channels=("R", "G", "B", "A")[: codes.shape[2]],
+        alpha=alpha_of(codes[..., -1]) if codes.shape[2] in (2, 4) else None,
+        encoding="linear" if real else "srgb",
+        path=name,
+        spec=None,
+        format="png",
+        bits=codes.dtype.itemsize * 8,
+        associated=real,
+    )
+
+
 def upright(array: np.ndarray, orientation: int) -> np.ndarray:
     """Apply an EXIF orientation (1..8) to (H, W, ...)."""
     if orientation in (5, 6, 7, 8):

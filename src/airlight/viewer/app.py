@@ -363,23 +363,12 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
 
 def from_array(array: Any) -> Picture:
     """Wrap an array as airlight.light_shafts takes it, (H, W), (H, W, 3) or (H, W, 4), as a picture."""
-    from airlight.colour import alpha_of
     from airlight.files import to_linear
+    from airlight.files.images import of_codes
 
     pixels = np.asarray(array)
     to_linear(pixels)  # refuses what is no picture
     codes = pixels if pixels.ndim == 3 else pixels[..., None]
     if codes.dtype.kind == "f":
         codes = np.nan_to_num(codes.astype(np.float32), posinf=65504.0, neginf=0.0)
-    real = codes.dtype.kind == "f"
-    return Picture(
-        codes=np.ascontiguousarray(codes),
-        channels=("R", "G", "B", "A")[: codes.shape[2]],
-        alpha=alpha_of(codes[..., -1]) if codes.shape[2] in (2, 4) else None,
-        encoding="linear" if real else "srgb",
-        path="array",
-        spec=None,
-        format="png",
-        bits=codes.dtype.itemsize * 8,
-        associated=real,
-    )
+    return of_codes(np.ascontiguousarray(codes), "array")

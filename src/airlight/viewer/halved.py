@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.colour import alpha_of
-from airlight.files import Picture
+from airlight.files.images import of_codes
 from airlight.viewer.state import ViewerState
 
 SIDE = 800  # px of the longer side above which the copy is made
@@ -27,18 +26,6 @@ def follow(view: Any, state: ViewerState) -> bool:
 def _copy(view: Any) -> Any:
     step = -(-max(view.size) // SIDE)
     codes = np.ascontiguousarray(view.pixels[::step, ::step, : 4 if view.has_alpha else 3])
-    real = codes.dtype.kind == "f"
-    picture = Picture(
-        codes=codes,
-        channels=("R", "G", "B", "A")[: codes.shape[2]],
-        alpha=alpha_of(codes[..., 3]) if view.has_alpha else None,
-        encoding="linear" if real else "srgb",
-        path="small copy",
-        spec=None,
-        format="png",
-        bits=codes.dtype.itemsize * 8,
-        associated=real,
-    )
-    half = type(view)(view.device, picture)
+    half = type(view)(view.device, of_codes(codes, "small copy"))
     half.coarse, half.picture_scale = view.coarse, view.picture_scale
     return half
