@@ -51,8 +51,14 @@ class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
     """
 
     _canvas_context: Any
+    _device: Any
     texture: Any = None
     recorder: Recorder | None = None
+
+    @property
+    def device(self) -> Any:
+        """Returns the wgpu device, also while a stand-in records: whoever makes resources, as effects do, is given no other."""
+        return self._device.device.device if isinstance(self._device, Recorder) else self._device
 
     def get_current_texture(self) -> Any:
         """Give the texture, as a canvas's context would."""

@@ -13,8 +13,8 @@ import wgpu
 from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
 from airlight.composite.view import check as check_view
 from airlight.errors import AirlightError
-from airlight.gpu.device import Device, Recording
-from airlight.gpu.timing import Timer
+from airlight.gpu.device import Device
+from airlight.gpu.timing import Timer, divide
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lights import SceneLight
@@ -184,13 +184,17 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         color, depth = color_tex.texture, depth_tex.texture
         size: tuple[int, int] = color.size[:2]
         seen = self._uniforms.update(self.camera, self.lights, self.in_scene.share(self.parameters), size)
-        if METHODS[self.parameters.method].lights_medium:
-            self._medium_state(size).record(self, command_encoder, depth, timer)
-        else:
-            self._screen_state().record(self, command_encoder, color, depth, seen, timer)
-        if isinstance(command_encoder, Recording):
-            command_encoder.divide()
+        medium = self._medium_state(size) if METHODS[self.parameters.method].lights_medium else None
+        screen = self._screen_state() if medium is None else None
+        if screen is not None:
+            screen.fit(self, size, bool(seen), timer)
+        # before any pass that reads them is recorded, since work in slices submits passes one by one
         self._uniforms.write(self.region, self.composite, self.in_scene, self._follow(), self.exposure)
+        if medium is not None:
+            medium.record(self, command_encoder, depth, timer)
+        if screen is not None:
+            screen.record(self, command_encoder, color, depth, seen, timer)
+        divide(command_encoder)
         self._merge.record(command_encoder, color, depth, self._layer, self._composite_settings(bool(seen)), target_tex, timer)
         if timer:
             timer.resolve(command_encoder)

@@ -58,9 +58,9 @@ class ScreenSpaceState:
         return SceneLayer(source=self._sums.source, shafts=self._sums.shafts) if self._sums else SceneLayer()
 
     def record(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, seen: Seen, timer: Timer | None) -> None:
-        """Records the source, and the sum of the lights that are seen."""
-        p = _summed(shafts)
-        sums = self._fit(shafts, p, color.size[:2], bool(seen), timer)
+        """Records the source, and the sum of the lights that are seen. After `fit`, and after the uniforms are written."""
+        assert self._sums is not None
+        p, sums = _summed(shafts), self._sums
         passes = self._pipelines(shafts, color.size[:2])
         if seen:
             binds = self._bound(color, depth, sums.source)
@@ -73,9 +73,10 @@ class ScreenSpaceState:
         elif sums.lights:  # or the layer would go on holding shafts
             sums.record(encoder, [], p, timer)
 
-    def _fit(self, shafts: "LightShafts", p: Parameters, size: tuple[int, int], lit: bool, timer: Timer | None) -> _Sums:
-        """Allocates textures for a picture of this size, where it or settings have changed, and finds the view's region in them."""
-        scene = shafts.in_scene
+    def fit(self, shafts: "LightShafts", size: tuple[int, int], lit: bool, timer: Timer | None) -> None:
+        """Allocates textures for a picture of this size, where it or settings have changed, and finds the view's region in them; draws and
+        submits the pre-pass. lit: whether a light is seen."""
+        p, scene = _summed(shafts), shafts.in_scene
         share = scene.share(p)
         texels = max(1, round(share * size[0])), max(1, round(share * size[1]))
         apron, source = (1 if p.border == "black" else 0), None
@@ -86,14 +87,13 @@ class ScreenSpaceState:
             self.region = WHOLE
         sums = self._sums
         kept = sums is not None and (source is sums.source if source is not None else not lit or self._laid_out == (texels, apron))
-        if sums is None or not kept:
+        if not kept:
             if source is None:
                 source = self.device.texture(texels[0] + 2 * apron, texels[1] + 2 * apron, "rgba16float")
             self._binds.clear()
-            sums = self._sums = _Sums(self.device, source, p, apron)
+            self._sums = _Sums(self.device, source, p, apron)
             self._laid_out = None if scene.occluders == "prepass" else (texels, apron)  # whose texture is another's
         self.uniforms.lay_out(size, texels, apron)
-        return sums
 
     def _drawn(self, shafts: "LightShafts", size: tuple[int, int], timer: Timer | None) -> tuple[Any, Region]:
         """Draws the source by the pre-pass, for a picture of this size; returns it, and where the view lies in it."""

@@ -1,0 +1,93 @@
+"""Scenes drawn in parts: whatever is submitted on the way, each part sees its own frame's camera, lights and maps."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+gfx = pytest.importorskip("pygfx")
+
+from airlight.gpu.slices import Sliced, watching  # noqa: E402
+from airlight.options import March, Parameters, SceneOptions  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight, use_hdr  # noqa: E402
+from airlight.pygfx.divided import DividedRenderer  # noqa: E402
+from airlight.scatter.radial import radial  # noqa: E402
+
+SIZE = 64, 40
+WAYS: dict[str, tuple[Parameters, SceneOptions]] = {
+    **{
+        f"{method} {occluders}": (Parameters(method=method), SceneOptions(occluders=occluders, view_transform="none"))  # type: ignore[arg-type]
+        for method in ("epipolar", "radial", "bands", "multipass", "additive")
+        for occluders in ("stencil", "contrast", "prepass")
+    },
+    "adapted": (Parameters(), SceneOptions(depth_aware=2.0, occluders="contrast", clear="#405060")),
+    "march": (Parameters(method="march"), SceneOptions(view_transform="none")),
+    "march steps": (Parameters(method="march"), SceneOptions(view_transform="none", resolution=0.5)),
+    "article": (Parameters(method="article"), SceneOptions(view_transform="none")),
+}
+
+
+class Room:
+    """A slab before a lamp, two suns' discs, and a floor; with a renderer whose work may be divided."""
+
+    def __init__(self, way: str) -> None:
+        self.scene, self.camera = gfx.Scene(), gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+        slab, floor = (gfx.Mesh(gfx.box_geometry(*size), gfx.MeshStandardMaterial(color="#864")) for size in ((1, 1.4, 0.3), (9, 0.2, 9)))
+        floor.local.y = -1.5
+        self.lamp = gfx.Mesh(gfx.sphere_geometry(0.5), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(5, 4, 2)))
+        self.sun = gfx.DirectionalLight(intensity=3, cast_shadow=True)
+        glow = gfx.PointLight(intensity=30, decay=2)
+        self.scene.add(gfx.Background.from_color("#445566"), slab, floor, self.lamp.add(glow), self.sun)
+        self.lights = [SceneLight(self.lamp), SceneLight(self.sun, disc_half_angle=3.0)]
+        self.renderer = DividedRenderer(gfx.Texture(dim=2, size=(*SIZE, 1), format="rgba8unorm"), pixel_scale=1, ppaa="none")
+        use_hdr(self.renderer)
+        parameters, in_scene = WAYS[way]
+        lights = self.lights[1:] if parameters.method == "article" else self.lights  # which takes one sun
+        march = March(steps=16 if "steps" in way else "exact", shadow_size=64)
+        self.shafts = LightShafts(self.renderer, self.scene, self.camera, lights, parameters, in_scene=in_scene, march=march)
+        self.shafts.doubts = False
+        self.renderer.effect_passes = [self.shafts]
+
+    def move(self, number: int) -> None:
+        """Let camera and lights be where they are at the n-th picture."""
+        self.camera.local.position = (0.9 * number, 0.3, 5 - number)
+        self.camera.look_at((0, 0, 0))
+        self.lamp.local.position = (0.7 - 0.8 * number, 0.5, -2.0)
+        self.sun.local.position = (1 - 2 * number, 3, -6)
+        self.lights[0].color = (1.0, 1.0 - 0.4 * number, 1.0)
+
+    def picture(self) -> np.ndarray:
+        self.renderer.render(self.scene, self.camera)
+        return np.asarray(self.renderer.snapshot())
+
+
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Sliced, "part", 0.0)
+
+
+def in_slices(draw: Any) -> int:
+    """Carry work out, as little at a time as can be: in so many slices."""
+    work, count = Sliced(draw), 1
+    while not work.go_on(0.0):
+        count += 1
+    return count
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_picture_in_parts_is_of_its_own_frame(way: str) -> None:
+    """After another frame, whose camera and lights nothing may see any more; and one that is dropped on the way."""
+    whole, divided = Room(way), Room(way)
+    whole.move(1)
+    found: list[np.ndarray] = []
+    divided.move(0)
+    assert in_slices(lambda: found.append(divided.picture())) > 4
+    divided.move(2)
+    dropped = Sliced(divided.picture)  # type: ignore[arg-type]
+    for _ in range(5):
+        dropped.go_on(0.0)
+    dropped.drop()
+    divided.move(1)
+    in_slices(lambda: found.append(divided.picture()))
+    expected = whole.picture()
+    assert np.array_equal(found[1], expected) and not np.array_equal(found[0], expected)
