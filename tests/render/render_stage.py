@@ -37,12 +37,12 @@ def stage(*_, **__) -> Stage:
 
 
 @functools.cache
-def _renderer_of(width, height, samples, divided):
-    return make_renderer(offline.Shot(width, height, samples), divided)
+def _renderer_of(width, height, samples):
+    return make_renderer(offline.Shot(width, height, samples))
 
 
-def kept_renderer(shot, divided=False):
-    return _renderer_of(shot.width, shot.height, shot.samples, divided)
+def kept_renderer(shot):
+    return _renderer_of(shot.width, shot.height, shot.samples)
 
 
 make_renderer = offline.make_renderer

@@ -87,8 +87,8 @@ class Casters:
         self._bounds = Bounds()
         self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
         self._states: dict[Role, Any] = {}  # kept, or they would be made anew each time
-        self.still: Any = None  # what says where all casters are, for layers that are kept while it does; None: all are drawn anew
-        self._layers: dict[int, tuple[Any, ...]] = {}  # by the layer's id: the layer, and what it was drawn for
+        self.still: Any = None  # says what casters are like: layers are kept while it does and none moves; None: all are drawn anew
+        self._layers: Any = weakref.WeakKeyDictionary()  # layer, while its map is there -> what it was drawn for
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
     def draw(
@@ -127,14 +127,16 @@ class Casters:
             made[role].update(mesh, states[role])
             drawn.append((made[role], states[role]))
         for matrix, size, layer in layers:
-            key = layer, self.still, matrix.tobytes()
-            if self.still is not None and self._layers.get(id(layer)) == key:
-                continue
-            self._layers.pop(id(layer), None)  # it may be left unfinished
             inside = np.flatnonzero(fit.reached(matrix, size, hulls))
-            self._draw_layer(fit.clip(matrix, size), size, layer, [drawn[i] for i in inside], timer)
+            now = [drawn[i] for i in inside]
+            # pipelines are of a mesh with its material: whatever is shown, hidden, moved or made anew differs, said to be still or not
+            key = self.still, matrix.tobytes(), hulls[inside].tobytes(), [pipelines for pipelines, _ in now]
+            if self.still is not None and self._layers.get(layer) == key:
+                continue
+            self._layers.pop(layer, None)  # it may be left unfinished
+            self._draw_layer(fit.clip(matrix, size), size, layer, now, timer)
             if self.still is not None:
-                self._layers[id(layer)] = key
+                self._layers[layer] = key
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
         """Allocates a texture of `size` for each light, with so many layers."""

@@ -197,8 +197,7 @@ class Studio:
             self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
             expose(stage, self.exposure.pre)
         self.ev = self.exposure.ev if asked is None else asked
-        # methods of the picture write uniforms after their passes are recorded, so that these are submitted in one
-        self.renderer = make_renderer(shot, METHODS[self._described[0][0].method].lights_medium)
+        self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius, self.shafts.doubts = stage.radius, False
         self.shafts.pre_exposure = self.exposure.pre
@@ -318,10 +317,10 @@ class Studio:
     _at: np.ndarray | None = None
 
 
-def make_renderer(shot: Shot, divided: bool = False) -> Any:
-    """Make a renderer for a shot. divided: whether long passes of its effects may be carried out in parts."""
+def make_renderer(shot: Shot) -> DividedRenderer:
+    """Make a renderer for a shot, whose long passes may be carried out in parts. Raises AirlightError for one that is too large."""
     target = gfx.Texture(dim=2, size=(shot.width, shot.height, 1), format="rgba8unorm")  # which nobody reads
-    renderer = (DividedRenderer if divided else gfx.WgpuRenderer)(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
+    renderer = DividedRenderer(target, pixel_scale=shot.samples, pixel_filter="nearest", ppaa="none")
     most = renderer.device.limits["max-texture-dimension-2d"]
     if max(shot.width, shot.height) * shot.samples > most:
         raise AirlightError(
