@@ -9,7 +9,7 @@ gfx = pytest.importorskip("pygfx")
 
 from airlight.gpu.slices import Sliced, watching  # noqa: E402
 from airlight.options import March, Parameters, SceneOptions  # noqa: E402
-from airlight.pygfx import LightShafts, SceneLight, use_hdr  # noqa: E402
+from airlight.pygfx import LightShafts, SceneLight, divided, use_hdr  # noqa: E402
 from airlight.pygfx.divided import DividedRenderer  # noqa: E402
 from airlight.scatter.radial import radial  # noqa: E402
 
@@ -77,17 +77,56 @@ def in_slices(draw: Any) -> int:
 @pytest.mark.parametrize("way", WAYS)
 def test_a_picture_in_parts_is_of_its_own_frame(way: str) -> None:
     """After another frame, whose camera and lights nothing may see any more; and one that is dropped on the way."""
-    whole, divided = Room(way), Room(way)
+    whole, parted = Room(way), Room(way)
     whole.move(1)
     found: list[np.ndarray] = []
-    divided.move(0)
-    assert in_slices(lambda: found.append(divided.picture())) > 4
-    divided.move(2)
-    dropped = Sliced(divided.picture)  # type: ignore[arg-type]
+    parted.move(0)
+    assert in_slices(lambda: found.append(parted.picture())) > 4
+    parted.move(2)
+    dropped = Sliced(parted.picture)  # type: ignore[arg-type]
     for _ in range(5):
         dropped.go_on(0.0)
     dropped.drop()
-    divided.move(1)
-    in_slices(lambda: found.append(divided.picture()))
+    parted.move(1)
+    in_slices(lambda: found.append(parted.picture()))
     expected = whole.picture()
     assert np.array_equal(found[1], expected) and not np.array_equal(found[0], expected)
+
+
+@pytest.mark.parametrize("way", ["radial contrast", "radial prepass", "additive stencil", "march"])
+def test_a_long_sum_that_is_waited_for_is_of_its_own_frame(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without slices too a long sum is submitted part by part, lest nothing answers an interrupt."""
+    whole, parted = Room(way), Room(way)
+    whole.move(1)
+    expected = whole.picture()
+    monkeypatch.setattr(radial, "TAPS_A_DISPATCH", 1)
+    for number in (0, 1):
+        parted.move(number)
+        found = parted.picture()
+    assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("way", ["epipolar stencil", "radial prepass", "march"])
+def test_a_picture_in_bands_that_are_told_is_the_same(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, parted = Room(way), Room(way)
+    shares: list[float] = []
+    monkeypatch.setattr(divided, "BAND_PIXELS", SIZE[0] * SIZE[1] // 7)
+    monkeypatch.setattr(divided, "VERTEX_PIXELS", 0)
+    for room in (whole, parted):
+        room.scene.add(gfx.Points(gfx.Geometry(positions=[(0, 0, 1), (1, 1, 1)]), gfx.PointsMaterial(size=9, alpha_mode="blend")))
+        room.move(1)
+    with watching(shares.append, drawing=True):
+        found = parted.picture()
+    drawn = shares[: shares.index(1.0) + 1]
+    assert drawn == sorted(drawn) and len(drawn) == 7 and np.array_equal(found, whole.picture())
+    assert np.array_equal(parted.picture(), found)
+
+
+def test_bands_are_of_large_pictures_of_few_vertices() -> None:
+    assert divided.bands(720, 1280 * 720, 1000) == [(0, 720)]  # a quick one costs what it did
+    found = divided.bands(2160, 3840 * 2160, 1000)
+    assert sorted(row for first, count in found for row in range(first, first + count)) == list(range(2160)) and len(found) == 7
+    assert len(divided.bands(20000, 2**27, 100)) == divided.MOST_BANDS
+    assert len(divided.bands(20000, 2**27, 2**21)) == 6
+    assert divided.bands(2160, 3840 * 2160, 10**7) == [(0, 2160)]
+    assert divided.bands(3, 2**27, 100) == [(0, 1), (2, 1), (1, 1)] and divided.bands(9, 0, 100) == [(0, 9)]

@@ -29,6 +29,7 @@ def test_the_renderer_has_a_blender() -> None:
 
 def test_the_renderer_draws_as_it_is_divided() -> None:
     """What pygfx/divided.py overrides and stands in for."""
+    from pygfx.renderers.wgpu.engine.pipeline import RenderPipelineContainer
     from pygfx.renderers.wgpu.engine.renderer import FlatScene, WgpuRenderer
 
     see = ": see airlight/pygfx/divided.py"
@@ -37,6 +38,8 @@ def test_the_renderer_draws_as_it_is_divided() -> None:
     for source in (drawn, flushed):
         assert "command_encoder = self._device.create_command_encoder()" in source, "WgpuRenderer._device" + see
     assert "in flat.iter_render_pipelines_per_pass_type():" in drawn and hasattr(FlatScene, "iter_render_pipelines_per_pass_type"), see
+    made = inspect.getsource(RenderPipelineContainer.draw)
+    assert 'self.render_info["indices"]' in made, "RenderPipelineContainer.render_info" + see
     assert "self._canvas_context.get_current_texture()" in flushed, "WgpuRenderer._canvas_context" + see
 
 

@@ -52,6 +52,47 @@ def test_time_is_foreseen_by_the_share_of_a_step(monkeypatch: pytest.MonkeyPatch
     assert (work.described(), work.left()) == ("writing", "about 4 s left")
 
 
+def test_a_pass_that_follows_is_foreseen_by_its_own_pace(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene is drawn in large bands, then its light is summed in more parts: by shares that begin anew, even above the first band's."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    work = progress.Work("drawing", 3, is_timed=False)
+    for at, share in ((1, 0.125), (2, 0.5), (3, 1.0)):
+        now[0] = at
+        work.foresee(share, 4.0)
+    assert work.left() == "about 4 s left"
+    for at, share, left in ((5, 0.25, 7), (7, 0.5, 8), (11, 1.0, 4)):
+        now[0] = at
+        work.foresee(share, 4.0)
+        assert work.left() == f"about {left} s left"
+
+
+@pytest.mark.parametrize(("method", "size", "passes"), [("epipolar", 64, 0), ("epipolar", 4096, 2), ("radial", 64, 2), ("march", 64, 1)])
+def test_a_single_frame_tells_its_drawing_and_its_sum_unless_it_is_quick(
+    method: str, size: int, passes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from types import SimpleNamespace
+
+    from airlight.jobs.frame_work import FrameWork
+
+    told: list[float] = []
+    shafts = SimpleNamespace(timing=False, parameters=SimpleNamespace(method=method))
+    studio = SimpleNamespace(shot=SimpleNamespace(width=size, height=size, samples=1), shafts=shafts)
+    work = FrameWork(Spent(), studio, None, False, None, None)  # type: ignore[arg-type]
+
+    def render(*_: object) -> None:
+        if isinstance(watched := slices.current(), slices.Watched):
+            if watched.drawing:
+                watched.tell(1.0)
+            slices.tell(1.0)
+
+    monkeypatch.setattr(work, "render", render)
+    monkeypatch.setattr(work, "write", lambda *_: None)
+    monkeypatch.setattr(progress.Work, "foresee", lambda self, share, after: told.append(after))
+    work.alone(None, progress.Work())  # type: ignore[arg-type]
+    assert len(told) == passes and all(after == told[0] > size * size * 5e-7 for after in told)
+
+
 def test_a_watched_pass_comes_from_all_over_and_tells() -> None:
     shares: list[float] = []
     with slices.watching(shares.append):

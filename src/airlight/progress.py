@@ -26,6 +26,7 @@ class Work:
         self.text, self.done = name, 0.0
         self._part: tuple[float, float] = (0.0, 0.0)  # where it begins, and how much it is
         self._first: tuple[float, float] | None = None  # share of a step, and when it was done
+        self._last = 0.0  # share that was told last
 
     def advance(self, amount: float = 1.0) -> None:
         self.done += amount
@@ -60,8 +61,9 @@ class Work:
         after: seconds that what follows the step takes.
         """
         now = time.monotonic()
-        if self._first is None or share < self._first[0]:
+        if self._first is None or share < self._last:  # another pass
             self._first = share, now  # the first part may have compiled
+        self._last = share
         done, seconds = share - self._first[0], now - self._first[1]
         if seconds >= FORESEEN_S and done > 0:
             self.is_timed = True

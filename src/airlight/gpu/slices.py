@@ -93,13 +93,14 @@ class Sliced:
 class Watched:
     """Tells how much of a long pass is done while this thread carries it out, part by part, each of which is waited for.
 
-    told: is called with the share, 0..1, of all that are done one after the other, see `among`.
+    told: is called with the share, 0..1, of all that are done one after the other, see `among`. drawing: whether that of a scene is told
+    before them, by itself.
     """
 
     part, strips = WATCHED_PART, 1
 
-    def __init__(self, told: Callable[[float], None]) -> None:
-        self._told = told
+    def __init__(self, told: Callable[[float], None], drawing: bool = False) -> None:
+        self._told, self.drawing = told, drawing
         self.number, self.count = 0, 1  # of the pass
 
     def worked(self) -> float:
@@ -120,9 +121,9 @@ def current() -> Sliced | Watched | None:
 
 
 @contextlib.contextmanager
-def watching(told: Callable[[float], None]) -> Iterator[None]:
+def watching(told: Callable[[float], None], drawing: bool = False) -> Iterator[None]:
     """Let long passes that this thread submits in a block tell which share of them is done, 0..1, see `Watched`."""
-    before, _own.work = current(), Watched(told)
+    before, _own.work = current(), Watched(told, drawing)
     try:
         yield
     finally:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, MachineError
-from airlight.jobs.foreseen import MERGE_S, WRITE_S, foreseen
+from airlight.jobs.foreseen import MERGE_S, QUICK_SAMPLES, SOURCE_S, WRITE_S, foreseen
 from airlight.jobs.profile import Spent, show
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
 from airlight.jobs.verdict import OfScene
 from airlight.options.storage import Storage
 from airlight.progress import Work
+from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
     from airlight.scenes.offline import Frame
@@ -41,9 +42,11 @@ class FrameWork:
     def alone(self, task: FrameTask, told: Work) -> None:
         """Render and write the only frame, and tell how much is left of it."""
         told.step("drawing")
-        shot = self.studio.shot
-        after = (MERGE_S * shot.samples**2 + WRITE_S) * shot.width * shot.height
-        with foreseen(told, after, self.studio.shafts.timing):
+        shot, shafts = self.studio.shot, self.studio.shafts
+        method, samples = METHODS[shafts.parameters.method], shot.width * shot.height * shot.samples**2
+        after = (MERGE_S + SOURCE_S * (not method.lights_medium)) * samples + WRITE_S * shot.width * shot.height
+        is_quick = shafts.parameters.method == "epipolar" and samples <= QUICK_SAMPLES
+        with foreseen(told, after, shafts.timing or is_quick, drawing=not method.lights_medium):
             frame = self.render(task, None)
         told.step("writing")
         self.write(task, None, frame)

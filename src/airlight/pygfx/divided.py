@@ -6,34 +6,63 @@ from typing import Any
 
 import pygfx as gfx
 
-from airlight.gpu.device import Device
-from airlight.gpu.slices import current, parts
+from airlight.gpu.device import Device, Recording
+from airlight.gpu.slices import Watched, current, parts
+from airlight.pygfx.private import vertices
+
+MOST_BANDS = 16  # of a picture's rows, that are drawn one after the other where that is told
+BAND_PIXELS = 2**20  # about 0.15 s on software Vulkan, and at least that many
+VERTEX_PIXELS = 10  # pixels of a band, for each vertex at least: they are placed again for every band
+
+
+def bands(height: int, pixels: int, count: int) -> list[tuple[int, int]]:
+    """Divide the rows of a picture of so many pixels into (first, number), from all over it. count: of vertices."""
+    most = min(MOST_BANDS, height, pixels // max(BAND_PIXELS, VERTEX_PIXELS * count))
+    edges = [height * i // most for i in range(most + 1)] if most > 1 else [0, height]
+    order = sorted(range(len(edges) - 1), key=lambda i: f"{i:016b}"[::-1])
+    return [(edges[i], edges[i + 1] - edges[i]) for i in order]
+
+
+class _Banded(Recording):
+    """Draws in a band (x, y, width, height) alone, where there is one."""
+
+    band: tuple[int, int, int, int] | None = None
+
+    def begin_render_pass(self, **given: Any) -> Any:
+        run = self._encoder.begin_render_pass(**given)
+        if self.band is not None:
+            run.set_scissor_rect(*self.band)
+        return run
 
 
 class Recorder:
     """Stands in for a renderer's device: its encoders are ours, which can be divided. last: the one that was made last."""
 
     def __init__(self, device: Device) -> None:
-        self.device, self.last = device, device.encoder()
+        self.device, self.last = device, _Banded(device)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.device.device, name)
 
     def create_command_encoder(self) -> Any:
-        self.last = self.device.encoder()
+        self.last = _Banded(self.device)
         return self.last
 
 
 class _Parts:
     """Stands in for pygfx's list of what is drawn: a pass is divided into several, with the same pixels."""
 
-    def __init__(self, flat: Any, recorder: Recorder) -> None:
-        self.flat, self.recorder = flat, recorder
+    def __init__(self, flat: Any, recorder: Recorder, size: tuple[int, int]) -> None:
+        self.flat, self.recorder, self.size = flat, recorder, size
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.flat, name)
 
     def iter_render_pipelines_per_pass_type(self) -> Iterator[tuple[str, Any]]:
+        work = current()
+        if isinstance(work, Watched) and work.drawing:
+            yield from self._in_bands(work)
+            return
         for kind, containers in self.flat.iter_render_pipelines_per_pass_type():
             if kind == "weighted":  # resolved after its pass
                 yield kind, containers
@@ -42,6 +71,20 @@ class _Parts:
             for first, count in parts(len(drawn)):
                 yield kind, drawn[first : first + count]
                 self.recorder.last.divide()
+
+    def _in_bands(self, work: Watched) -> Iterator[tuple[str, Any]]:
+        """Give all of what is drawn for each band, and tell how much is done."""
+        passes = [(kind, list(containers)) for kind, containers in self.flat.iter_render_pipelines_per_pass_type()]
+        width, height = self.size
+        pixels = 0 if any(kind == "weighted" for kind, _ in passes) else width * height
+        done = 0
+        for first, rows in bands(height, pixels, sum(vertices(container) for _, drawn in passes for container in drawn)):
+            self.recorder.last.band = (0, first, width, rows) if rows < height else None
+            yield from passes
+            self.recorder.last.divide()
+            done += rows
+            work.tell(done / height)
+        self.recorder.last.band = None
 
 
 class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
@@ -68,7 +111,7 @@ class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
         if current() is None:
             return super()._render_recording(renderstate, flat, viewport)
         with _Recording(self) as recorder:
-            return super()._render_recording(renderstate, _Parts(flat, recorder), viewport)
+            return super()._render_recording(renderstate, _Parts(flat, recorder, self.physical_size), viewport)
 
     def flush(self, target: Any = None) -> None:
         """Put the effects on what is drawn, and draw it onto the texture."""
