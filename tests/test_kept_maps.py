@@ -11,9 +11,12 @@ import pytest
 
 gfx = pytest.importorskip("pygfx")
 
+from airlight.gpu.device import shared_device  # noqa: E402
+from airlight.medium.resolve import resolve  # noqa: E402
 from airlight.options import March, Medium, Parameters, SceneOptions  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
 from airlight.pygfx.casters import Casters  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 from airlight.scenes.offline import Shot, make_renderer  # noqa: E402
 
 PLAIN = SceneOptions(view_transform="none")
@@ -67,13 +70,13 @@ class Hall:
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The side of each layer that is drawn."""
     sizes: list[int] = []
-    draw = Casters._draw_layer
+    draw = Casters.draw_layer
 
     def counted(self: Casters, clip: Any, size: int, *rest: Any) -> None:
         sizes.append(size)
         draw(self, clip, size, *rest)
 
-    monkeypatch.setattr(Casters, "_draw_layer", counted)
+    monkeypatch.setattr(Casters, "draw_layer", counted)
     return sizes
 
 
@@ -214,17 +217,23 @@ def test_without_a_word_all_maps_are_drawn_in_each_frame(drawn: list[int]) -> No
 
 
 def test_maps_of_other_sizes_are_let_go(drawn: list[int]) -> None:
-    """As a draft's are, whose maps are smaller, and those of lights that are gone."""
+    """As a draft's are, which are smaller, and those of lights that are gone."""
     hall = Hall()
-    hall.picture()
-    casters = hall.shafts._state.casters  # type: ignore[union-attr]
-    first = weakref.ref(casters._maps[0][0])
-    for size in (32, 64, 32, 64):
-        hall.shafts.march = March(shadow_size=size, steps=16, cascades=2)
+    casters = Casters(shared_device(), hall.scene)
+    casters.still = "always"
+    lamps = punctual_lights(hall.shafts.lights)
+
+    def draw(lights: Any, size: int) -> list[Any]:
+        air = resolve(hall.shafts.medium, March(shadow_size=size, cascades=2), "normal", 5.0)
         drawn.clear()
-        hall.picture()
-        assert drawn.count(size) >= SUN + LAMP + SPOT
-    hall.shafts.lights = hall.shafts.lights[:1]
-    hall.picture()
+        return [
+            weakref.ref(shadow.texture) for shadow in casters.draw(hall.camera.view_matrix, hall.camera.projection_matrix, lights, air)
+        ]
+
+    seen = []
+    for size in (64, 32, 64):
+        seen.append(draw(lamps, size))
+        assert len(drawn) == SUN + LAMP + SPOT
+    draw(lamps[:1], 64)
     gc.collect()
-    assert first() is None and len(casters._layers) == SUN
+    assert not drawn and [[texture() is not None for texture in one] for one in seen] == [[False] * 3, [False] * 3, [True, False, False]]

@@ -45,7 +45,7 @@ class FrameWork:
         shot, shafts = self.studio.shot, self.studio.shafts
         method, samples = METHODS[shafts.parameters.method], shot.width * shot.height * shot.samples**2
         after = (MERGE_S + SOURCE_S * (not method.lights_medium)) * samples + WRITE_S * shot.width * shot.height
-        is_quick = shafts.parameters.method == "epipolar" and samples <= QUICK_SAMPLES
+        is_quick = method.is_converged and not method.lights_medium and samples <= QUICK_SAMPLES
         with foreseen(told, after, shafts.timing or is_quick, drawing=not method.lights_medium):
             frame = self.render(task, None)
         told.step("writing")

@@ -134,7 +134,7 @@ class Casters:
             if self.still is not None and self._layers.get(layer) == key:
                 continue
             self._layers.pop(layer, None)  # it may be left unfinished
-            self._draw_layer(fit.clip(matrix, size), size, layer, now, timer)
+            self.draw_layer(fit.clip(matrix, size), size, layer, now, timer)
             if self.still is not None:
                 self._layers[layer] = key
 
@@ -152,7 +152,7 @@ class Casters:
             one = {"dimension": "2d", "array_layer_count": 1}
             self._maps[i : i + 1] = [(texture, [texture.create_view(base_array_layer=layer, **one) for layer in range(count)])]
 
-    def _draw_layer(self, clip: Matrix, size: int, layer: Any, drawn: list[tuple[Any, Any]], timer: Timer | None) -> None:
+    def draw_layer(self, clip: Matrix, size: int, layer: Any, drawn: list[tuple[Any, Any]], timer: Timer | None) -> None:
         """Draw a layer. clip: world to clip space, in the buffer that all pygfx's shaders share; so each layer is submitted by itself."""
         private.write_camera(
             None,
