@@ -7,7 +7,9 @@ import pytest
 
 gfx = pytest.importorskip("pygfx")
 
+from airlight.gpu.device import shared_device  # noqa: E402
 from airlight.gpu.slices import Sliced, watching  # noqa: E402
+from airlight.gpu.timing import Timer, timing  # noqa: E402
 from airlight.options import March, Parameters, SceneOptions  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight, divided, use_hdr  # noqa: E402
 from airlight.pygfx.divided import DividedRenderer  # noqa: E402
@@ -120,6 +122,19 @@ def test_a_picture_in_bands_that_are_told_is_the_same(way: str, monkeypatch: pyt
     drawn = shares[: shares.index(1.0) + 1]
     assert drawn == sorted(drawn) and len(drawn) == 7 and np.array_equal(found, whole.picture())
     assert np.array_equal(parted.picture(), found)
+
+
+def test_all_parts_of_a_frame_have_their_times() -> None:
+    """A march of some seconds has hundreds of parts in slices, and the passes after it are told too."""
+    device = shared_device()
+    timer, encoder = Timer(device), device.encoder()
+    labels = [*["march"] * 300, "merge"]
+    for label in labels:
+        encoder.begin_compute_pass(**timing(timer, label, encoder)).end()
+    timer.resolve(encoder)
+    device.submit(encoder)
+    if device.timestamps:
+        assert [label for label, ms in timer.milliseconds() if ms >= 0] == labels
 
 
 def test_bands_are_of_large_pictures_of_few_vertices() -> None:

@@ -6,11 +6,13 @@ from typing import Any
 
 from airlight.gpu.device import Device, Recording
 
+MOST_PASSES = 2000  # of a frame, whose passes may be divided: a query set holds 4096 timestamps
+
 
 class Timer:
     """Times passes by their labels, see `timing`; read `milliseconds()` after the submit."""
 
-    def __init__(self, device: Device, capacity: int = 128) -> None:
+    def __init__(self, device: Device, capacity: int = MOST_PASSES) -> None:
         self.device = device
         self.labels: list[str] = []
         self.capacity = capacity

@@ -73,6 +73,10 @@ def role(mesh: Any, material: Any) -> Role | None:
     return OPAQUE if pattern(mesh, material) else CAST
 
 
+# layer, while its map is there -> what it holds, whichever Casters drew it: those of surfaces are shared by renderers
+_drawn: Any = weakref.WeakKeyDictionary()
+
+
 class Casters:
     """Draws the shadow maps of lights over a scene's casters.
 
@@ -88,7 +92,6 @@ class Casters:
         self._made: Any = weakref.WeakKeyDictionary()  # object -> material -> role -> its pipelines
         self._states: dict[Role, Any] = {}  # kept, or they would be made anew each time
         self.still: Any = None  # says what casters are like: layers are kept while it does and none moves; None: all are drawn anew
-        self._layers: Any = weakref.WeakKeyDictionary()  # layer, while its map is there -> what it was drawn for
         self._maps: list[tuple[Any, list[Any]]] = []  # texture, a view of each layer
 
     def draw(
@@ -131,12 +134,12 @@ class Casters:
             now = [drawn[i] for i in inside]
             # pipelines are of a mesh with its material: whatever is shown, hidden, moved or made anew differs, said to be still or not
             key = self.still, matrix.tobytes(), hulls[inside].tobytes(), [pipelines for pipelines, _ in now]
-            if self.still is not None and self._layers.get(layer) == key:
+            if self.still is not None and _drawn.get(layer) == key:
                 continue
-            self._layers.pop(layer, None)  # it may be left unfinished
+            _drawn.pop(layer, None)  # it may be left unfinished
             self.draw_layer(fit.clip(matrix, size), size, layer, now, timer)
             if self.still is not None:
-                self._layers[layer] = key
+                _drawn[layer] = key
 
     def _fit(self, size: int, counts: Sequence[int]) -> None:
         """Allocates a texture of `size` for each light, with so many layers."""
