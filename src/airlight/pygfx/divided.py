@@ -8,6 +8,7 @@ import pygfx as gfx
 
 from airlight.gpu.device import Device
 from airlight.gpu.slices import current, parts
+from airlight.pygfx import private
 
 
 class Recorder:
@@ -27,8 +28,8 @@ class Recorder:
 class _Parts:
     """Stands in for pygfx's list of what is drawn: a pass is divided into several, with the same pixels."""
 
-    def __init__(self, flat: Any, recorder: Recorder) -> None:
-        self.flat, self.recorder = flat, recorder
+    def __init__(self, flat: Any, recorder: Recorder, size: tuple[int, int]) -> None:
+        self.flat, self.recorder, self.size = flat, recorder, size
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self.flat, name)
@@ -39,7 +40,7 @@ class _Parts:
                 yield kind, containers
                 continue
             drawn = list(containers)
-            for first, count in parts(len(drawn)):
+            for first, count in parts(len(drawn), kind=("surfaces", self.size)):
                 yield kind, drawn[first : first + count]
                 self.recorder.last.divide()
 
@@ -47,12 +48,39 @@ class _Parts:
 class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
     """Draws what its base draws: onto `texture`, and a slice at a time in work of `gpu.slices`.
 
-    Touches _device, _canvas_context and _render_recording, which takes (renderstate, flat, viewport).
+    Touches _device, _canvas_context, _name_of_texture_with_effects and _render_recording, which takes (renderstate, flat, viewport).
     """
 
     _canvas_context: Any
     texture: Any = None
     recorder: Recorder | None = None
+    kept: Any = None  # a copy of what was drawn, before the effects
+    kept_for: Any = None  # what it shows
+
+    def show(self, scene: Any, camera: Any, key: Any) -> None:
+        """Render, but put only the effects on what was drawn last, if the key says that it would be drawn the same."""
+        key = key, self.physical_size
+        if key != self.kept_for:
+            if self.kept is None:
+                private.use_copies(self)
+            self.kept_for = None
+            self.render(scene, camera, clear=True, flush=False)
+            self._copy(private.drawn(self), None)
+            self.kept_for = key
+        else:
+            self._copy(self.kept, private.drawn(self))
+            self._name_of_texture_with_effects = None
+        self.flush()
+
+    def _copy(self, source: Any, onto: Any) -> None:
+        """Copy a picture; onto None: onto the one that is kept."""
+        if onto is None:
+            if self.kept is None or self.kept.size != source.size:
+                self.kept = self.device.create_texture(size=source.size, format=source.format, usage=source.usage)
+            onto = self.kept
+        encoder = self.device.create_command_encoder()
+        encoder.copy_texture_to_texture({"texture": source}, {"texture": onto}, source.size)
+        self.device.queue.submit([encoder.finish()])
 
     def get_current_texture(self) -> Any:
         """Give the texture, as a canvas's context would."""
@@ -62,7 +90,7 @@ class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
         if current() is None:
             return super()._render_recording(renderstate, flat, viewport)
         with _Recording(self) as recorder:
-            return super()._render_recording(renderstate, _Parts(flat, recorder), viewport)
+            return super()._render_recording(renderstate, _Parts(flat, recorder, self.physical_size), viewport)
 
     def flush(self, target: Any = None) -> None:
         """Put the effects on what is drawn, and draw it onto the texture."""
