@@ -145,6 +145,9 @@ class Command(rich_click.RichCommand):
         more = {"is_flag": True, "is_eager": True, "expose_value": False, "callback": self._show_all}
         option: Any = rich_click.RichOption
         self.params.append(option(["--help-all"], help="Show every option and exit.", **more))
+        for param in self.params:
+            if isinstance(param.type, (click.types.IntParamType, click.types.FloatParamType)):
+                param.metavar = param.metavar or "N"  # not INTEGER RANGE
 
     def get_help(self, ctx: click.Context) -> str:
         return screen(ctx)
@@ -193,4 +196,4 @@ def _left(param: click.Parameter, ctx: click.Context) -> str:
     if getattr(param, "is_flag", False):
         return names
     takes = "NAME" if isinstance(param.type, click.Choice) else param.make_metavar(ctx)
-    return f"{names} {'N' if takes.split()[0] in ('INTEGER', 'FLOAT') else takes}"
+    return f"{names} {takes}"
