@@ -46,10 +46,17 @@ def manifests() -> list[Path]:
 
 
 def adapters(environment: dict[str, str]) -> list[dict[str, object]]:
-    """Ask a process of its own which adapters of native back ends it finds, as wgpu describes them; none where it fails."""
+    """Ask a process of its own which adapters of native back ends it finds, as wgpu describes them; none where it fails.
+
+    Raises SystemExit, with what to do, where wgpu cannot be imported.
+    """
     done = subprocess.run(
         [sys.executable, "-c", PROBE], env=os.environ | environment, capture_output=True, text=True, timeout=120, check=False
     )
+    reason = done.stderr.strip().rpartition("\n")[2]
+    if done.returncode and reason.startswith(("ModuleNotFoundError", "ImportError")):
+        print(f"{sys.executable}: {reason}: use .venv/bin/python, which `make env` makes", file=sys.stderr)
+        raise SystemExit(2)
     if done.returncode:
         return []
     return [one for one in json.loads(done.stdout.splitlines()[-1]) if one["backend_type"] in NATIVE]
@@ -79,10 +86,16 @@ def main() -> int:
         if sys.argv[1] not in found:
             print(f"there is no driver {sys.argv[1]}; there is {', '.join(found) or 'none'}", file=sys.stderr)
             return 2
-        return subprocess.run(sys.argv[2:], env=os.environ | found[sys.argv[1]], check=False).returncode
+        try:
+            return subprocess.run(sys.argv[2:], env=os.environ | found[sys.argv[1]], check=False).returncode
+        except OSError as error:
+            print(f"{sys.argv[2]}: cannot be run ({error.strerror}); give a command's name or path", file=sys.stderr)
+            return 2
     for name, environment in found.items():
         for one in adapters(environment):
             print(f"{name:14}{one['device']}, {one['backend_type']}, {one['vendor']} {one['description']}".rstrip())
+    if not found:
+        print("no driver: install one (Debian: mesa-vulkan-drivers, and chromium for SwiftShader)", file=sys.stderr)
     return 0 if found else 1
 
 

@@ -42,8 +42,23 @@ def test_frames_of_other_digits_are_named(tmp_path, capsys, file, pattern, cure)
     write_image(tmp_path / file, np.zeros((4, 4, 3), np.float32))
     args = ["-o", str(tmp_path / "b.####.png"), "--light", "0.5,0.5;strength=0"]
     assert main(["image", str(tmp_path / pattern), *args]) == 2
-    assert f"for {tmp_path / file} write {cure};" in capsys.readouterr().err
+    assert f"for {tmp_path / file} write {cure}, or give --frames\n" in capsys.readouterr().err
     assert main(["image", str(tmp_path / pattern.replace(pattern[2:-4], cure)), *args]) == 0
+
+
+@pytest.mark.parametrize(
+    ("pattern", "cure"),
+    [
+        ("shot-####.png", "; did you mean '{}shot-####.jpg'?"),
+        ("shto-%04d.jpg", "; did you mean '{}shot-####.jpg'?"),
+        ("film.####.exr", "; check the pattern, or give --frames"),
+    ],
+)
+def test_a_pattern_without_files(tmp_path, capsys, pattern, cure):
+    (tmp_path / "shot-0001.jpg").touch()
+    assert main(["image", str(tmp_path / pattern), "-o", str(tmp_path / "b.####.png")]) == 2
+    there = cure.format(str(tmp_path / "x")[:-1])
+    assert capsys.readouterr().err == f"airlight: {tmp_path / pattern}: there are no such files{there}\n"
 
 
 @pytest.mark.parametrize("text", ["", "1-", "a", "1-5x0", "1:5", "1-999999999", "1.5"])

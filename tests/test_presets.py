@@ -2,10 +2,16 @@
 
 import os
 
+import numpy as np
 import pytest
+import thumbs
 
+import airlight
 from airlight.errors import AirlightError
-from airlight.options import Look, Parameters, build, chosen_look, presets
+from airlight.files import read_image, write_image
+from airlight.options import Composite, Look, Parameters, build, chosen_look, presets
+
+SUM = {*Parameters.__struct_fields__, *Composite.__struct_fields__}
 
 
 @pytest.mark.parametrize("name", presets.names())
@@ -86,3 +92,29 @@ def test_what_is_no_file_is_refused(tmp_path):
             presets.load(tmp_path / name)
     with pytest.raises(AirlightError, match="did you mean 'vesper'"):
         presets.load("vespr")
+
+
+def test_a_preset_of_the_functions():
+    """It stands for its values, keywords go before them, and what it says of scenes is left out."""
+    image = thumbs.codes()
+
+    def added(**keywords):
+        return airlight.add_light_shafts(image, (0.5, 0.4), **keywords)
+
+    assert np.array_equal(added(preset="long"), added(strength=1.3, length=1.5))
+    assert np.array_equal(added(preset="long", strength=0.2), added(strength=0.2, length=1.5))
+    assert not np.array_equal(added(preset="long"), added())
+    assert np.array_equal(added(preset="vesper-scene"), added(**{k: v for k, v in presets.load("vesper-scene").items() if k in SUM}))
+    with pytest.raises(AirlightError, match="did you mean 'long'"):
+        added(preset="lnog")
+
+
+@pytest.mark.parametrize("function", [airlight.add_light_shafts, airlight.find_light, lambda v: airlight.light_shafts(v, (0, 0))])
+def test_a_path_is_no_image(tmp_path, function):
+    path = tmp_path / "a.png"
+    write_image(path, np.zeros((4, 4, 3), np.float32))
+    for given in (str(path), path):
+        with pytest.raises(AirlightError, match=r"image is a path, .*a\.png.: read it first, as airlight\.files\.read_image\(PATH\)"):
+            function(given)
+    with pytest.raises(AirlightError, match=r"give its array, its \.codes"):
+        function(read_image(path))

@@ -60,6 +60,15 @@ def test_the_bytes_are_those_of_files(photo, tmp_path, pipe, format):
     assert not (tmp_path / "-.png").exists()
 
 
+def test_a_dpx_is_a_files_but_for_the_name_in_its_header(photo, tmp_path, pipe):
+    code, out, _ = pipe(["image", photo, "-o", "-", "--format", "dpx", *LIGHT])
+    assert code == 0 and main(["image", str(photo), "-o", str(tmp_path / "a.dpx"), *LIGHT]) == 0
+    written = (tmp_path / "a.dpx").read_bytes()
+    assert out[36:136] == bytes(100) and written[36:136] == b"a.dpx".ljust(100, b"\0")
+    created = slice(136, 160)  # the time
+    assert out[160:] == written[160:] and out[:36] == written[:36] and len(out[created]) == len(written[created])
+
+
 def test_input_unchanged_is_copied(photo, pipe):
     code, out, _ = pipe(["image", "-", "-o", "-", "--light", "0.5,0.5;strength=0"], photo.read_bytes())
     assert code == 0 and out == photo.read_bytes()
@@ -133,6 +142,8 @@ def test_records_of_timings(pipe, monkeypatch):
         (["render", "table", "-o", "-.####.png", "--turntable", "4"], b"", "files of that name are ./-.####.png"),
         (["render", "table", "-o", "-.#.mp4", "--turntable", "4"], b"", "files of that name are ./-.#.mp4"),
         (["render", "table", "-o", "a.#.png", "--layer", "-.#.exr", "--frames", "1-2"], b"", "files of that name are ./-.#.exr"),
+        (["render", "table", "-o", "-####.png", "--turntable", "4"], b"", "files of that name are ./-####.png"),
+        (["image", "FOLDER/%d.png", "-o", "-%02d.png"], b"", "files of that name are ./-%02d.png"),
         (["image", "FOLDER/%d.png", "-o", "-.%02d.png"], b"", "files of that name are ./-.%02d.png"),
         (["image", "PHOTO", "-o", "-.gif"], b"", "unknown extension '.gif'"),
         (["image", "PHOTO", "-o", "a.png", "--format", "png"], b"", "leave --format out"),

@@ -1,6 +1,7 @@
 """The functions that a script calls: arrays in, arrays out."""
 
 import dataclasses
+import os
 import warnings
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.alpha import is_transparent
-from airlight.arrays import encode, to_linear
+from airlight.arrays import as_array, encode, to_linear
 from airlight.colour import is_neutral
 from airlight.composite.blend import blend as blend_layer
 from airlight.composite.blend import resolve, sample_step
@@ -23,7 +24,7 @@ from airlight.luminance import luminance
 from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
-from airlight.options import Composite, Look, Parameters, chosen_look, refuse_medium
+from airlight.options import OF_PICTURES, Composite, Look, Parameters, chosen_look, presets, refuse_medium
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
 
@@ -59,7 +60,7 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
 
 def _auto_threshold(p: Parameters, image: Any, lights: list[ImageLight], adapts: bool = False) -> Parameters:
     """Give the parameters for an array: `auto_threshold` on some 100,000 of its pixels where it holds integers, or is adapted."""
-    array = np.asarray(image)
+    array = as_array(image)
     is_float = array.dtype.kind == "f"
     if is_float and not adapts:
         return p
@@ -110,6 +111,7 @@ def add_light_shafts(
     mask: Any = None,
     subject: Any = None,
     near_range: Any = NEAR_RANGE,
+    preset: str | os.PathLike[str] | None = None,
     device: Where = None,
     **parameters: Any,
 ) -> Any:
@@ -118,13 +120,14 @@ def add_light_shafts(
     image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives, or "auto": the likeliest place;
     where none is likely enough the image comes back as it was, with a warning that says what to do.
     parameters: the fields of Look (strength, warmth, length, ...) and quality; or those of Parameters and Composite, which ask for
-    look="classic", the sum that light_shafts gives, put on the picture.
+    look="classic", the sum that light_shafts gives, put on the picture. preset: the name of one, or a .toml file, whose values hold where
+    no parameter is given.
     depth: (H, W), any unit, larger is farther: shafts pass behind what is nearer than near_range of it (0 its nearest, 1 its farthest);
     with occlusion="depth" it says what emits instead. subject: (H, W) in 0..1, what shafts pass behind.
     A grey image stays grey: where the light has a colour it gets the luminance. Warns (AirlightWarning) where nothing is changed.
     """
-    array = np.asarray(image)
-    named = dict(parameters)
+    array = as_array(image)
+    named = ({} if preset is None else _preset(preset)) | parameters
     given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
     emits = mask if given is None else given
     _refuse_unknown(named, (Parameters, Composite, Look))
@@ -180,6 +183,12 @@ def add_light_shafts(
         return shown(_encoded(array, rgb, np.zeros(shape, bool)))
     changed = where_lit(done.added) | (done.taken != 0)
     return shown(_encoded(array, rgb * (1 - done.taken)[..., None] + done.added, changed))
+
+
+def _preset(preset: str | os.PathLike[str]) -> dict[str, Any]:
+    """Read what a preset says of pictures; one of scenes may say more."""
+    known = {name for struct in OF_PICTURES for name in struct.__struct_fields__}
+    return {name: value for name, value in presets.load(preset).items() if name in known}
 
 
 def likeliest(image: Any, bounded: bool = False) -> Any:

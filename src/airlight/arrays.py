@@ -1,5 +1,6 @@
 """Images in memory: any array that a caller may hand in to scene-linear Rec. 709, and back to its type."""
 
+import os
 import warnings
 from typing import Any
 
@@ -62,6 +63,15 @@ def bounded(values: np.ndarray, name: str) -> np.ndarray:
     return np.clip(values, -most, most)
 
 
+def as_array(image: Any) -> np.ndarray:
+    """Take an image in memory as an array. Raises AirlightError for what is none: a path, or a picture that was read from one."""
+    if isinstance(image, (str, bytes, os.PathLike)):
+        raise AirlightError(f"image is a path, {os.fsdecode(image)!r}: read it first, as airlight.files.read_image(PATH).codes does")
+    if hasattr(image, "codes") and hasattr(image, "spec"):
+        raise AirlightError("image is a picture that was read: give its array, its .codes")
+    return np.asarray(image)
+
+
 def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Convert an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
@@ -69,7 +79,7 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     premultiplied, light over black: floats are taken to be so, codes to be straight.
     Raises AirlightError for any other shape or type and for empty arrays; bad float pixels are mended as in `repair`.
     """
-    array = np.asarray(array)
+    array = as_array(array)
     if array.dtype.kind != "f" and array.dtype not in (np.uint8, np.uint16):
         raise AirlightError(f"image of type {array.dtype}: give uint8 or uint16 (sRGB) or float (scene-linear)")
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (1, 3, 4)):

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from airlight.files import write_image
-from airlight.viewer import upload
+from airlight.viewer import download, upload
 
 BYTES = bytes(range(256)) * 700
 
@@ -166,6 +166,32 @@ def test_only_the_window_that_steers_has_the_key(view):
         assert frames(client, 0.1) is not None and view.canvas.desktop.paste() == "mine"
 
 
+def test_a_saved_picture_is_given_for_its_ticket_alone(view, tmp_path):
+    kept, said, desktop = tmp_path / "été out.png", [], view.canvas.desktop
+    kept.write_bytes(BYTES * 10)
+    desktop.say = said.append
+    desktop.deliver(str(kept))
+    (told,) = said
+    address = f"/{told['value']}"
+    assert told["type"] == "download" and told["name"] == kept.name and re.fullmatch(r"/saved/[\w-]{43}", address)
+    status, headers, body = view.get(address, cookie=view.cookie)
+    assert status == 200 and body == BYTES * 10
+    headers = {name.lower(): value for name, value in dict(headers).items()}
+    assert headers["content-disposition"] == "attachment; filename*=UTF-8''%C3%A9t%C3%A9%20out.png"
+    assert headers["x-content-type-options"] == "nosniff" and headers["content-type"] == "application/octet-stream"
+    assert view.get(address)[0] == view.get(address, cookie="airlight-1=x")[0] == 403
+    assert view.get(address, host="evil.example", cookie=view.cookie)[0] == 403
+    for wrong in (address[:-1], "/saved/", "/saved/etc/hostname", "/saved/..%2fview.js", "/saved/../view.js", f"{address}/"):
+        assert view.get(wrong, cookie=view.cookie)[0] == 404
+    assert view.get(address, cookie=view.cookie, method="DELETE")[0] == 405
+    kept.unlink()
+    assert view.get(address, cookie=view.cookie)[0] == 404
+    for _ in range(download.MOST_TICKETS):
+        desktop.deliver(str(kept))
+    kept.write_bytes(b"x")
+    assert view.get(address, cookie=view.cookie)[0] == 404  # too old
+
+
 LINE = "document.getElementById('line').textContent"
 
 
@@ -204,6 +230,18 @@ def test_a_page_sends_files(chromium, view, tmp_path):
         document.body.dispatchEvent(new DragEvent('drop', {dataTransfer: data, bubbles: true, cancelable: true})) }"""
     )
     assert page.evaluate(LINE) == "huge.exr: has 600 MiB; at most 512 MiB can be sent"
+    page.close()
+
+
+def test_a_page_keeps_what_was_saved(chromium, view, tmp_path):
+    page = chromium.new_page()
+    page.goto(view.url)
+    until(lambda: page.evaluate("document.getElementById('picture').naturalWidth > 64"))
+    (tmp_path / "été out.png").write_bytes(BYTES)
+    with page.expect_download() as waited:
+        view.call(lambda: view.canvas.desktop.deliver(str(tmp_path / "été out.png")))
+    assert waited.value.suggested_filename == "été out.png" and Path(waited.value.path()).read_bytes() == BYTES
+    assert page.evaluate(LINE) == "été out.png goes to the browser's downloads"
     page.close()
 
 
@@ -266,8 +304,9 @@ def test_the_viewer_in_a_browser_opens_saves_and_copies(chromium, tmp_path):
         page.keyboard.press("Control+c")
         until(lambda: page.evaluate(LINE) == "Copied", 10)
         assert page.evaluate("navigator.clipboard.readText()").startswith("airlight image second.png -o second-shafts.png")
-        page.keyboard.press("Control+s")
-        until(lambda: (away / "second-shafts.png").exists(), 60)
+        with page.expect_download() as saved:
+            page.keyboard.press("Control+s")
+        assert Path(saved.value.path()).read_bytes() == (away / "second-shafts.png").read_bytes()
         with page.expect_file_chooser() as waited:
             page.keyboard.press("Control+o")
         waited.value.set_files(tmp_path / "bad.png")

@@ -90,8 +90,10 @@ def test_no_strength_gives_the_inputs_codes(tmp_path, capsys, extension):
 
 def test_a_light_typed_in_pixels_without_saying_so(photo, tmp_path, capsys):
     for more in ([], ["--look", "classic"]):
-        said = run(capsys, photo, "-o", tmp_path / "a.png", "-y", "--light", "400,300", *more)
-        assert "the light 400,300 lies 400 pictures away: where pixels are meant, write 400px,300px\n" in said
+        said = run(capsys, photo, "-o", tmp_path / "a.png", "-y", "--light", "40,30", *more)
+        assert "the light 40,30 lies 40 pictures away: where pixels are meant, write 40px,30px\n" in said
+        said = run(capsys, photo, "-o", tmp_path / "a.png", "-y", "--light", "9000%,0px", *more)
+        assert "the light 9000%,0px lies 90 pictures away: is it meant to be there?\n" in said
         assert "pictures away" not in run(capsys, photo, "-o", tmp_path / "a.png", "-y", "--light", "40px,30px", *more)
         assert "pictures away" not in run(capsys, photo, "-o", tmp_path / "a.png", "-y", "--light", "1.5,-3", *more)
 

@@ -2,7 +2,7 @@
 
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -95,6 +95,29 @@ def test_a_pass_is_divided_without_a_gap_in_slices_alone() -> None:
         assert all(first + count == following for (first, count), (following, _) in itertools.pairwise(pieces))
 
 
+def test_a_pass_begins_with_as_many_rows_as_its_kind_had_last() -> None:
+    paces: dict[object, int] = {}
+    found: list[list[tuple[int, int]]] = []
+    Sliced(lambda: found.append(list(parts(90, kind="rows"))), paces=paces).go_on(60.0)
+    assert found[0][0] == (0, 1) and paces["rows"] > 8
+
+
+    def again() -> None:
+        found.extend([list(parts(90, kind="rows")), list(strips(160, "rows")), list(strips(160, "others"))])
+
+    assert Sliced(again, paces=paces).go_on(60.0) and found[1][0][1] > 8 and sum(count for _, count in found[1]) == 90
+    assert found[2] == [(0, 160)] and len(found[3]) > 1
+
+
+def test_no_event_waits_for_two_slices(kept: Driver) -> None:
+    frames = Frames(kept.viewer.device, "rgba8unorm", Pace(60.0, 60.0, 0.15), Clock())
+    for is_woken, count in ((True, 4), (False, 8)):
+        drawn: list[int] = []
+        for i in range(8):
+            assert frames.follow((is_woken, i), True, lambda level: lambda: drawn.append(level), is_woken)  # noqa: B023
+        assert len(drawn) == count
+
+
 def test_pictures_get_coarser_while_they_are_slow_and_finer_again(kept: Driver) -> None:
     clock = Clock()
     frames = Frames(kept.viewer.device, "rgba8unorm", Pace(1.0, 0.0005, 0.15), clock)
@@ -157,8 +180,42 @@ def test_a_scene_is_coarse_while_its_light_moves_and_then_what_it_was(scene: Dri
     assert abs(coarse.mean() - whole[:, 360:].mean()) < 0.15 * whole[:, 360:].mean()  # no flicker
     frames.pace = AT_ONCE
     frames.forget()
+    scene.viewer.scene.renderer.kept_for = None
     assert np.array_equal(scene.frame()[:, 360:], whole[:, 360:])
     st.set_values(scene.state, {})
+
+
+def test_surfaces_are_drawn_anew_only_where_they_look_otherwise(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    renderer, state = scene.viewer.scene.renderer, scene.state
+    drawn: list[bool] = []
+
+    def render(*those: object, **more: object) -> None:
+        drawn.append(True)
+        type(renderer).render(renderer, *those, **more)
+
+    def anew(change: Callable[[], object]) -> int:
+        """Count how often surfaces are drawn after a change that is seen; whether they are or not gives the same picture."""
+        before, count = scene.frame(), len(drawn)
+        change()
+        after = scene.frame()
+        count = len(drawn) - count
+        assert not np.array_equal(after[:, 360:], before[:, 360:])
+        renderer.kept_for = None
+        scene.viewer.following.frames.forget()
+        assert np.array_equal(scene.frame()[:, 360:], after[:, 360:])
+        return count
+
+    scene.frame(2)
+    monkeypatch.setattr(renderer, "render", render)
+    assert anew(lambda: st.set_values(state, {"mix": 0.5})) == 0
+    assert anew(lambda: st.set_values(state, {"density": 0.3, "quality": "draft"})) == 0
+    assert anew(lambda: setattr(state, "shafts", False)) == 0
+    assert anew(lambda: setattr(state, "shafts", True)) == 0
+    assert anew(lambda: st.move(state, 0, (1.0, 2.0, 0.5))) == 1
+    assert anew(lambda: setattr(state.lights[0], "color", (0.2, 0.4, 1.0))) == 1
+    moved = scene.viewer.scene.camera.world.position + (0.1, 0.0, 0.0)
+    assert anew(lambda: setattr(scene.viewer.scene.camera.world, "position", moved)) == 1
+    assert anew(lambda: st.set_values(state, {"method": "march", "steps": 16})) == 0
 
 
 @pytest.mark.parametrize("look", ["smart", "classic"])

@@ -52,16 +52,21 @@ def test_what_is_dropped_is_shown(hands: Driver, other: str, folder: Path) -> No
 
 
 def test_a_file_that_came_as_bytes_has_its_own_name(hands: Driver, other: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In the panel, in the command, in errors; what is saved of it lies in the viewer's folder."""
+    """In the panel, in the command, in errors; what is saved of it lies in the viewer's folder, and goes to the page."""
+    delivered: list[str] = []
+    monkeypatch.setattr(desk(hands), "deliver", delivered.append, raising=False)
     monkeypatch.setitem(desk(hands).names, other, "from my laptop.png")
     desk(hands).receive([other])
     hands.frame(2)
     assert command.command_line(hands.state)[2:5] == ["from my laptop.png", "-o", "from my laptop-shafts.png"]
-    hands.viewer.save()
+    hands.state.requests.append(("save", ""))
+    hands.frame()
     assert Path(hands.viewer.saving.path) == folder / "from my laptop-shafts.png"
     hands.viewer.saving.join()
     hands.frame(2)
-    assert hands.state.message.endswith("from my laptop-shafts.png saved")
+    ours = str(folder / "from my laptop-shafts.png")
+    assert hands.state.message == f"{ours} saved, where the viewer runs; the browser downloads a copy"
+    assert delivered == [ours]
     scene = folder / "3.gltf"
     scene.write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "room.bin", "byteLength": 4}]}')
     monkeypatch.setitem(desk(hands).names, str(scene), "room.gltf")

@@ -25,6 +25,20 @@ def test_marks_beyond_the_canvas_are_drawn_at_its_border() -> None:
     assert mark == (500.0, 14.0) and away == (0.0, -1.0)
 
 
+@pytest.mark.parametrize("level", [0, 119, 255])
+def test_the_mark_of_a_light_is_seen_on_any_picture(smart: Driver, folder: Path, level: int) -> None:
+    """Around its middle some are much darker or much lighter than the picture, in all directions."""
+    path = str(folder / f"level{level}.png")
+    write_image(path, None, encoded=np.full((60, 90, 3), level, np.uint8), overwrite=True)
+    smart.viewer.open(path, [LightControl((0.6, 0.4))])
+    seen = smart.frame(3)[..., 0].astype(int)
+    (x, y), *_ = smart.viewer.marks.lights()
+    assert seen[round(y) + 40, round(x) + 40] == level
+    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    rays = [[seen[round(y + r * np.sin(a)), round(x + r * np.cos(a))] for r in np.arange(3, 14, 0.5)] for a in around]
+    assert np.abs(np.array(rays) - level).max(axis=1).min() > 80
+
+
 def test_the_picture_is_that_of_airlight_image(hands: Driver, photo: str, folder: Path) -> None:
     out = folder / "out.png"
     assert main(["image", photo, "-o", str(out), "--light", "0.3,0.4", "-y", "--look", "classic"]) == 0

@@ -35,9 +35,10 @@ SCREENS = {
         examples=(("add light shafts to a photograph", "airlight image photo.jpg -o out.jpg"),),
     ),
     "image": Screen(
-        "Add light shafts to a picture, or to many: files, a folder, frames\n(shot.####.exr). The light is found, or placed with --light.",
+        "Add light shafts to a picture, or to many: files, a folder, frames\n"
+        "(shot.####.exr); -: from stdin. The light is found, or placed with --light.",
         {
-            "output": "the picture to write; of many: a folder or pattern",
+            "output": "out.png, .jpg, .exr ...; of many: a folder; -: stdout",
             "written": "where the light is, as in 0.4,0.3; unset: found",
             "candidates": "show where the light may be, numbered",
             "preset": "a look: subtle, natural, dramatic, long, soft ...",
@@ -56,9 +57,9 @@ SCREENS = {
     ),
     "render": Screen(
         "Render a 3-D scene with light shafts: a picture, numbered frames, a film.\n"
-        "SCENE: table, flying, slats ..., or a .glb, .gltf, .obj, .ply or .stl file.",
+        "SCENE: table, flying, slats ..., or a .glb, .gltf, .obj, .ply or .stl file.\n-: as SCENE a .glb from stdin; as FILE stdout.",
         {
-            "output": "what to write; shot.####.png: frames; .mp4: a film",
+            "output": "out.png, .exr ...; shot.####.png: frames; .mp4: film",
             "medium": "what fills the air: haze, mist, smoke ...",
             "light": "where the light is, in metres, or an object's name",
             "sun": "a sun instead, in degrees, as in 90,20",
@@ -71,7 +72,7 @@ SCREENS = {
         },
         (
             ("a picture of a scene that comes with Airlight", "airlight render table -o table.png"),
-            ("mist in a scene of your own, under a low sun", "airlight render room.glb -o room.png --medium mist --sun 90,20"),
+            ("smoke in a room of your own, under a low sun", "airlight render room.glb -o room.png --medium smoke --sun 90,20"),
             ("a film that goes once around", "airlight render table -o turn.mp4 --turntable 96"),
         ),
     ),
@@ -92,7 +93,7 @@ SCREENS = {
         },
         (
             ("a photograph", "airlight view photo.jpg"),
-            ("a scene full of mist", "airlight view table --medium mist"),
+            ("a landscape in mist", "airlight view flying --medium mist"),
             ("in a browser, without a display", "airlight view flying --browser"),
         ),
     ),
@@ -144,6 +145,9 @@ class Command(rich_click.RichCommand):
         more = {"is_flag": True, "is_eager": True, "expose_value": False, "callback": self._show_all}
         option: Any = rich_click.RichOption
         self.params.append(option(["--help-all"], help="Show every option and exit.", **more))
+        for param in self.params:
+            if isinstance(param.type, (click.types.IntParamType, click.types.FloatParamType)):
+                param.metavar = param.metavar or "N"  # not INTEGER RANGE
 
     def get_help(self, ctx: click.Context) -> str:
         return screen(ctx)
@@ -192,4 +196,4 @@ def _left(param: click.Parameter, ctx: click.Context) -> str:
     if getattr(param, "is_flag", False):
         return names
     takes = "NAME" if isinstance(param.type, click.Choice) else param.make_metavar(ctx)
-    return f"{names} {'N' if takes in ('INTEGER', 'FLOAT') else takes}"
+    return f"{names} {takes}"

@@ -46,7 +46,8 @@ def line_of(error: click.ClickException) -> str:
             return error.format_message()
         commands = getattr(error.ctx.find_root().command, "commands", {})
         having = [f"`airlight {name}`" for name, command in commands.items() if error.option_name in _flags(command)]
-        hint = f"; {' and '.join(having)} {'have' if len(having) > 1 else 'has'} it" if having else ""
+        listed = " and ".join([", ".join(having[:-1]), having[-1]] if having[1:] else having)
+        hint = f"; {listed} {'have' if len(having) > 1 else 'has'} it" if having else ""
         known = _flags(error.ctx.command)
         hint = hint or nearest(error.option_name, known, f"; {'--help-all' if '--help-all' in known else '--help'} shows all")
         return f"{error.option_name} is no option of `{error.ctx.command_path}`{hint}"

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.arrays import as_array
 from airlight.detect import beyond, evidence, night
 from airlight.detect.candidate import Candidate
 from airlight.detect.signals import Signals, linear_copy
@@ -25,7 +26,7 @@ def find_lights(image: Any, bounded: bool = False) -> list[Candidate]:
     At most 8, at least .08 widths apart, none where nothing speaks for a light. Scaling a float image changes nothing.
     bounded: its floats are decoded from the codes of a photograph, which end at white.
     """
-    image = np.asarray(image)
+    image = as_array(image)
     bounded = bounded or image.dtype.kind != "f"
     signals = Signals.of(linear_copy(image, bounded))
     if signals is None:

@@ -21,8 +21,8 @@ def output_format(path: str) -> tuple[str, tuple[int, ...]]:
     """Look up the format's name and possible bits by the name's extension. Raises AirlightError for an unknown one."""
     extension = os.path.splitext(path)[1].lower()
     if extension not in OUTPUTS:
-        what = f"unknown extension {extension!r}{nearest(extension, OUTPUTS)}" if extension else "no extension"
-        raise AirlightError(f"{path}: {what}; use one of {' '.join(OUTPUTS)}")
+        what = f"unknown extension {extension!r}" if extension else "no extension"
+        raise AirlightError(f"{path}: {what}{nearest(extension, OUTPUTS, '; use one of ' + ' '.join(OUTPUTS))}")
     return OUTPUTS[extension]
 
 

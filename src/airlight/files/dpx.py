@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
+from airlight.process import standard
 
 FORMATS = ("dpx", "cineon")
 # Cineon's printing density: 10-bit codes of black and white, density a code, gamma of the negative.
@@ -151,7 +152,11 @@ def describe(spec: Any, like: Any, bits: int | None) -> None:
 
 
 def put_name(path: str, name: str) -> None:
-    """Name the output in the header of a DPX, where OpenImageIO has put where it was encoded. Source: SMPTE 268M, 100 bytes from 36."""
+    """Name the output in the header of a DPX, where OpenImageIO has put where it was encoded; standard output has none.
+
+    Source: SMPTE 268M, 100 bytes from 36.
+    """
+    name = "" if standard.is_output(name) else name
     with open(path, "r+b") as file:
         file.seek(36)
         file.write(os.path.basename(name).encode(errors="replace")[:99].ljust(100, b"\0"))

@@ -1,14 +1,17 @@
 """Numbered files: `shot.####.exr`, `shot.%04d.exr`, `shot.#.exr` (all four digits), and frames as `1-100x2,150`."""
 
+import contextlib
+import itertools
 import os
 import re
 from dataclasses import dataclass
 
 from airlight.errors import AirlightError
-from airlight.messages import nearest_file
+from airlight.messages import MOST_NAMES, close, nearest_file
 
 MOST = 1_000_000
 _PATTERN = re.compile(r"#+|%0?(\d*)d")
+_FRAME = re.compile(r"(.*?)(\d{2,})(\D*)")  # a file's name with the number before its ending
 _RANGE = re.compile(r"\s*(-?\d+)(?:-(-?\d+)(?:x(\d+))?)?\s*")
 
 
@@ -34,6 +37,16 @@ class Numbered:
             hint = nearest_file(folder, "; check the name of the folder")
             raise AirlightError(f"{folder}: cannot be read ({error.strerror}){hint}") from None
         return sorted(int(m[1] + m[2]) for m in found if len(m[2]) == self.digits or not m[2].startswith("0"))
+
+    def nearest(self, otherwise: str) -> str:
+        """Ask whether the pattern of frames in the folder that is most like this one is meant. otherwise: where none is."""
+        folder, start = os.path.split(self.before)
+        with contextlib.suppress(OSError, ValueError):
+            names = itertools.islice(os.listdir(folder or "."), MOST_NAMES)
+            there = {f"{m[1]}{'#' * len(m[2])}{m[3]}" for name in names if (m := _FRAME.fullmatch(name))}
+            if found := close(f"{start}{'#' * self.digits}{self.after}", sorted(there)):
+                return f"; did you mean {os.path.join(folder, found[0])!r}?"
+        return otherwise
 
 
 def numbered(path: str) -> Numbered | None:

@@ -4,10 +4,12 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 PART = 0.015  # s that a part of a pass takes, about
 WATCHED_PART = 0.1  # the same where it is only watched: an interrupt is answered in between
 STRIPS = 4  # side by side
+SHORT = 4  # rows to a part, from which no row takes too long
 BLOCKS = 16  # of rows that are carried out in any order, a power of 2
 FASTER = 2  # times as large a part may be than the one before it
 
@@ -22,13 +24,15 @@ _own = threading.local()
 class Sliced:
     """Carries out work on a thread of its own, which runs only while `go_on` waits for it: never both at the same time.
 
-    spent: seconds that it has run. Work lets go by `pause`, which all submits of a `gpu.device.Device` call.
+    spent: seconds that it has run. Work lets go by `pause`, which all submits of a `gpu.device.Device` call. paces: how many rows, or what
+    else is divided, suit a part, by the kind of a pass; kept by whoever carries out one piece of work after the other.
     """
 
     part, strips = PART, STRIPS
 
-    def __init__(self, work: Callable[[], None], at_once: bool = False) -> None:
+    def __init__(self, work: Callable[[], None], at_once: bool = False, paces: dict[Any, int] | None = None) -> None:
         """at_once: the first `go_on` does all of it, on its own thread; it should end by waiting for what it submits."""
+        self.paces: dict[Any, int] = {} if paces is None else paces
         self._work, self._at_once = work, at_once
         self._mine, self._yours = threading.Semaphore(0), threading.Semaphore(0)
         self._begun = self._until = 0.0
@@ -102,6 +106,7 @@ class Watched:
     def __init__(self, told: Callable[[float], None], drawing: bool = False) -> None:
         self._told, self.drawing = told, drawing
         self.number, self.count = 0, 1  # of the pass
+        self.paces: dict[Any, int] = {}
 
     def worked(self) -> float:
         """Measure time, seconds."""
@@ -148,18 +153,19 @@ def let_go() -> None:
         work.pause()
 
 
-def parts(total: int, spread: bool = False) -> Iterator[tuple[int, int]]:
+def parts(total: int, spread: bool = False, kind: Any = None) -> Iterator[tuple[int, int]]:
     """Divide the rows of a pass into (first, count), each of some milliseconds where the work is sliced, else into one.
 
     Whoever takes them has to submit each, and to wait for it. spread: the pass may be long, and its rows come in any order: it is divided
-    where work is watched too, the first parts from all over it, so that they tell how long the others take.
+    where work is watched too, the first parts from all over it, so that they tell how long the others take. kind: names passes whose rows
+    take about as long: the first part is as large as the last of them suggests, instead of a row.
     """
     work = current()
     is_watched = isinstance(work, Watched)
     if is_watched and not spread:
         work = None
     blocks = _spread(total) if is_watched and spread else [(0, total)]
-    count = 1 if work else total
+    count = work.paces.get(kind, 1) if work else total
     for first, last in blocks:
         while first < last:
             now = min(count, last - first)
@@ -168,6 +174,8 @@ def parts(total: int, spread: bool = False) -> Iterator[tuple[int, int]]:
             first += now
             if work:
                 count = max(1, int(min(FASTER * count, now * work.part / max(work.worked() - start, 1e-6))))
+                if kind is not None:
+                    work.paces[kind] = count
 
 
 def _spread(total: int) -> list[tuple[int, int]]:
@@ -178,8 +186,13 @@ def _spread(total: int) -> list[tuple[int, int]]:
     return [(edges[i], edges[i + 1]) for i in order]
 
 
-def strips(total: int) -> Iterator[tuple[int, int]]:
-    """Divide the columns of a pass into (first, count): STRIPS where the work is sliced, lest a row alone takes too long, else one."""
-    wide = -(-total // work.strips) if (work := current()) else total
+def strips(total: int, kind: Any = None) -> Iterator[tuple[int, int]]:
+    """Divide the columns of a pass into (first, count): STRIPS where the work is sliced, lest a row alone takes too long, else one.
+
+    kind: that of `parts` for its rows: where it is known that many of them suit a part, there is one.
+    """
+    work = current()
+    count = 1 if work is None or work.paces.get(kind, 1) >= SHORT else work.strips
+    wide = -(-total // count)
     for first in range(0, total, wide):
         yield first, min(wide, total - first)

@@ -21,7 +21,15 @@ def tell_far_away(written: Sequence[LightText], found: Sequence[LightText], say:
         x, y = parse_position(light.position, 1, 1)
         if max(abs(x - 0.5), abs(y - 0.5)) > FAR_AWAY:
             away = max(abs(x), abs(y))
-            say(f"the light {typed.position} lies {away:.0f} pictures away: where pixels are meant, write 400px,300px")
+            say(f"the light {typed.position} lies {away:.0f} pictures away: {_nearer(typed.position)}")
+
+
+def _nearer(position: str) -> str:
+    """Say how a far place that was typed is written where other units are meant."""
+    parts = [part.strip() for part in position.split(",")]
+    if any(part.endswith(("px", "%")) for part in parts):
+        return "is it meant to be there?"
+    return f"where pixels are meant, write {','.join(f'{part}px' for part in parts)}"
 
 
 def tell_unchanged(

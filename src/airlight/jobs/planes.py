@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from airlight.errors import AirlightError
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -55,3 +57,13 @@ class Reading:
     def subject(self, path: str | None, picture: "Picture") -> "np.ndarray | None":
         """Read the mask of a subject, (H, W) in 0..1: white hides shafts."""
         return self._plane(path, self.subject_layer, picture)
+
+
+def read_range(text: str) -> tuple[float, float]:
+    """Read the two numbers of --near-range."""
+    from airlight.look.near import check_range
+
+    try:
+        return check_range(text.split(","))
+    except AirlightError:
+        raise AirlightError(f"--near-range {text}: write two numbers, the first the smaller, as in 0.05,0.6") from None

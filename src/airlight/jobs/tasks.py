@@ -77,7 +77,8 @@ def _others(pattern: "Numbered") -> str:
     for digits in range(1, 9):
         other = dataclasses.replace(pattern, digits=digits)
         if found := other.on_disk():
-            return f" of {pattern.digits} digits; for {other.frame(found[0])} write {'%d' if digits == 1 else f'%0{digits}d'}"
+            written = "%d" if digits == 1 else f"%0{digits}d"
+            return f" of {pattern.digits} digits; for {other.frame(found[0])} write {written}, or give --frames"
     return ""
 
 
@@ -107,7 +108,8 @@ def picture_tasks(
             continue
         numbers = read_frames(frames) if frames is not None else pattern.on_disk()
         if not numbers:
-            raise AirlightError(f"{source}: there are no such files{_others(pattern)}; check the pattern, or give --frames")
+            hint = _others(pattern) or pattern.nearest("; check the pattern, or give --frames")
+            raise AirlightError(f"{source}: there are no such files{hint}")
         clips[len(given)] = [(number, pattern.frame(number)) for number in pattern.on_disk() or numbers]
         given += [(number, pattern.frame(number), clip) for clip in [len(given)] for number in numbers]
     if frames is not None and not clips:

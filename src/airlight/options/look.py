@@ -22,7 +22,7 @@ class Look(Options, group="look"):
     strength: float = real(
         1.0,
         "how much one sees of the shafts: 95 % of the pixels change by at most 8 times this, in hundredths of OKLab",
-        LOOK_DOC, ge=0, le=4, slider=(0, 2),
+        LOOK_DOC, ge=0, le=4,
     )
     warmth: float | None = real(
         None,

@@ -54,8 +54,8 @@ def shown(path: str) -> str:
 
 
 def refuse_frames(pattern: str) -> None:
-    """Raise AirlightError for numbered outputs whose name begins as that of standard output does: `-.####.png`."""
-    if pattern.startswith(f"{NAME}."):
+    """Raise AirlightError for numbered outputs whose name begins as that of standard output does: `-.####.png`, `-####.png`."""
+    if pattern.startswith((f"{NAME}.", f"{NAME}#", f"{NAME}%")):
         raise AirlightError(f"{pattern}: frames do not go to standard output, which {NAME} stands for; files of that name are ./{pattern}")
 
 

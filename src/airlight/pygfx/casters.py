@@ -24,7 +24,7 @@ from airlight.pygfx.punctual import GFX_KINDS
 from airlight.shadows import Shadow, fit
 
 FORMAT = "depth32float"
-BAND = 512  # texels of a map's height that are drawn at once, in work that is done in slices
+BAND = 1024  # texels of a map's height that are drawn at once, in work that is done in slices
 HALF_TEXEL = 0.5  # of the slope of depth over a texel, along x or y, whichever is more
 
 
@@ -170,7 +170,7 @@ class Casters:
         target = {"view": layer, "depth_clear_value": 0.0, "depth_load_op": "clear", "depth_store_op": "store"}
         band = BAND if current() else size
         for top in range(0, size, band):
-            for first, count in parts(len(drawn)) if drawn else [(0, 0)]:
+            for first, count in parts(len(drawn), kind=("casters", size)) if drawn else [(0, 0)]:
                 run = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=target, **timing(timer, "shadows", encoder))
                 run.set_scissor_rect(0, top, size, min(band, size - top))
                 for pipelines, state in drawn[first : first + count]:

@@ -8,7 +8,7 @@ import pygfx as gfx
 
 from airlight.gpu.device import Device, Recording
 from airlight.gpu.slices import Watched, current, parts
-from airlight.pygfx.private import vertices
+from airlight.pygfx import private
 
 MOST_BANDS = 16  # of a picture's rows, that are drawn one after the other where that is told
 BAND_PIXELS = 2**20  # about 0.15 s on software Vulkan, and at least that many
@@ -68,7 +68,7 @@ class _Parts:
                 yield kind, containers
                 continue
             drawn = list(containers)
-            for first, count in parts(len(drawn)):
+            for first, count in parts(len(drawn), kind=("surfaces", self.size)):
                 yield kind, drawn[first : first + count]
                 self.recorder.last.divide()
 
@@ -78,7 +78,7 @@ class _Parts:
         width, height = self.size
         pixels = 0 if any(kind == "weighted" for kind, _ in passes) else width * height
         done = 0
-        for first, rows in bands(height, pixels, sum(vertices(container) for _, drawn in passes for container in drawn)):
+        for first, rows in bands(height, pixels, sum(private.vertices(container) for _, drawn in passes for container in drawn)):
             self.recorder.last.band = (0, first, width, rows) if rows < height else None
             yield from passes
             self.recorder.last.divide()
@@ -90,13 +90,40 @@ class _Parts:
 class DividedRenderer(gfx.WgpuRenderer):  # type: ignore[misc]
     """Draws what its base draws: onto `texture`, and a slice at a time in work of `gpu.slices`.
 
-    Touches _device, _canvas_context and _render_recording, which takes (renderstate, flat, viewport).
+    Touches _device, _canvas_context, _name_of_texture_with_effects and _render_recording, which takes (renderstate, flat, viewport).
     """
 
     _canvas_context: Any
     _device: Any
     texture: Any = None
     recorder: Recorder | None = None
+    kept: Any = None  # a copy of what was drawn, before the effects
+    kept_for: Any = None  # what it shows
+
+    def show(self, scene: Any, camera: Any, key: Any) -> None:
+        """Render, but put only the effects on what was drawn last, if the key says that it would be drawn the same."""
+        key = key, self.physical_size
+        if key != self.kept_for:
+            if self.kept is None:
+                private.use_copies(self)
+            self.kept_for = None
+            self.render(scene, camera, clear=True, flush=False)
+            self._copy(private.drawn(self), None)
+            self.kept_for = key
+        else:
+            self._copy(self.kept, private.drawn(self))
+            self._name_of_texture_with_effects = None
+        self.flush()
+
+    def _copy(self, source: Any, onto: Any) -> None:
+        """Copy a picture; onto None: onto the one that is kept."""
+        if onto is None:
+            if self.kept is None or self.kept.size != source.size:
+                self.kept = self.device.create_texture(size=source.size, format=source.format, usage=source.usage)
+            onto = self.kept
+        encoder = self.device.create_command_encoder()
+        encoder.copy_texture_to_texture({"texture": source}, {"texture": onto}, source.size)
+        self.device.queue.submit([encoder.finish()])
 
     @property
     def device(self) -> Any:

@@ -36,6 +36,7 @@ __all__ = [
     "TwoSided",
     "alpha_tested",
     "channels",
+    "drawn",
     "extent",
     "influences",
     "is_hdr",
@@ -44,6 +45,7 @@ __all__ = [
     "unlit",
     "update_object",
     "upload",
+    "use_copies",
     "use_hdr",
     "vertices",
     "view_offset",
@@ -66,6 +68,17 @@ def use_hdr(renderer: Any) -> None:
         for name in ("color", "altcolor"):
             renderer._blender._texture_info[name]["format"] = HDR
             renderer._blender._textures.pop(name, None)
+
+
+def use_copies(renderer: Any) -> None:
+    """Let the picture that a renderer draws, before its effects, be copied from and onto. Touches what `use_hdr` does."""
+    renderer._blender._texture_info["color"]["usage"] |= wgpu.TextureUsage.COPY_SRC | wgpu.TextureUsage.COPY_DST
+    renderer._blender._textures.pop("color", None)
+
+
+def drawn(renderer: Any) -> Any:
+    """Find the texture that a renderer has drawn on, before its effects. Touches renderer._blender."""
+    return renderer._blender.get_texture("color")
 
 
 def shader_of(wobject: Any) -> Any:

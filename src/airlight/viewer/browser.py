@@ -24,6 +24,7 @@ import msgspec
 
 from airlight.errors import AirlightError, warn
 from airlight.process.supervisor import STOPS
+from airlight.viewer import download
 from airlight.viewer.client_messages import Feedback, Paste, decode_message
 from airlight.viewer.upload import MOST_FILE, PATH, PageDesktop
 
@@ -199,9 +200,10 @@ class Guard:
 
     async def _answer(self, scope: Any, send: Any) -> None:
         token = parse_qs(scope["query_string"].decode("latin-1")[:1024]).get("token", [""])[0]
+        saved = self.desktop.tickets.path(scope["path"])
         if not self.allows_host(_header(scope, b"host")):
             await _reply(send, 403, "This is not the address that Airlight printed.\n")
-        elif scope["path"] not in self.files:
+        elif scope["path"] not in self.files and saved is None:
             await _reply(send, 404, "There is nothing here.\n")
         elif scope["method"] not in ("GET", "HEAD"):
             await _reply(send, 405, "Only GET is answered.\n")
@@ -210,6 +212,9 @@ class Guard:
             await _reply(send, 303, "", headers=[(b"location", b"/"), (b"set-cookie", cookie.encode())])
         elif token or not self._is_known(scope):
             await _reply(send, 403, "Open the address that Airlight printed, with its token.\n")
+        elif saved is not None:
+            if scope["method"] != "GET" or not await download.give(saved, send, HEADERS):
+                await _reply(send, 404, "The file is there no longer: save it again.\n")
         else:
             kind, body = self.files[scope["path"]]
             await _reply(send, 200, body, kind)

@@ -47,6 +47,9 @@ class Desktop:
         """Let the user choose a file. Returns what to say where that cannot be done, else ""."""
         return "there is no file dialog here: type a path below"
 
+    def deliver(self, path: str) -> None:
+        """Hand a file that was saved to the user, whose folders are those of another machine."""
+
     def lacks(self, path: str) -> bool:
         """Tell whether a path is that of a file that came as bytes and is kept no longer."""
         return False

@@ -23,6 +23,7 @@ class Errands:
         self.state.received, self.state.has_paths = self.desktop.names, self.desktop.has_paths
         viewer.panel.use_clipboard(self.desktop.copy, self.desktop.paste)
         self.history = History(self.state)
+        self.delivery: Any = None  # what is being saved of a file that came as bytes
 
     def opened(self) -> None:
         """Begin anew with what is shown now."""
@@ -46,6 +47,10 @@ class Errands:
         while self.desktop.arrived:
             paths = self.desktop.arrived.popleft()
             state.requests.append(("open" if len(paths) == 1 else "open first", paths[0]))
+        if self.delivery is not None and self.delivery.outcome is not None:
+            saving, self.delivery = self.delivery, None
+            if not saving.outcome[1]:
+                self.desktop.deliver(saving.path)
         requests, state.requests = state.requests, []
         for request, argument in requests:
             try:
@@ -72,6 +77,8 @@ class Errands:
             st.tell(state, f"{self.viewer.screenshot()} saved")
         elif request == "save":
             self.viewer.save()
+            if self.viewer.saving.is_received:
+                self.delivery = self.viewer.saving
         elif request == "copy":
             state.command = as_text(command_line(state))  # which from now on is shown
             st.tell(state, f"the command {self.desktop.copy(state.command)}")

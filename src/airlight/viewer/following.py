@@ -38,7 +38,7 @@ class Following:
             self.drop()
         if frames.work is not None:
             brief = viewer.woken and told == self.told and not self.stirred
-            return frames.follow(self.key, self.moving, self._picture_work, brief)  # which is made already
+            return frames.follow(self.key, self.moving, self._picture_work, viewer.woken, brief)  # which is made already
         self.stirred = False
         if state.timing and viewer.linger > 0:
             frames.forget()
@@ -48,7 +48,7 @@ class Following:
         if viewer.picture is not None:
             self.told = self.key = told
             self.moving = False
-            return frames.follow(self.key, False, self._picture_work)
+            return frames.follow(self.key, False, self._picture_work, viewer.woken)
         if state.playing and state.duration:
             state.time = (state.time + step) % state.duration
         self.moving = bool(viewer.scene.update(state, step)) or (state.playing and state.duration > 0)
@@ -57,7 +57,7 @@ class Following:
         if state.composite.adapt > 0 and frames.adapts(self.key, ADAPTED * state.in_scene.adapt_seconds):
             frames.forget()  # the eye gets used to it
             self.moving = True
-        return frames.follow(self.key, self.moving, self._scene_work)
+        return frames.follow(self.key, self.moving, self._scene_work, viewer.woken)
 
     def _told(self) -> tuple[Any, ...]:
         """Collect what the state says of the picture."""

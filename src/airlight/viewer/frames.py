@@ -1,6 +1,7 @@
 """Choose what of the picture is drawn when: the panel lies over the last picture, which is coarse while things move, and refines at rest.
 
 In a frame the picture is worked on for no longer than a slice, `gpu.slices`, whatever it costs; then the panel is drawn over what is there.
+While events come, every other frame is the panel's alone: no event waits for two slices.
 """
 
 import math
@@ -18,7 +19,7 @@ LAY = "viewer/kept.wgsl"
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
 BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
-LONG = 0.07  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
+LONG = 0.06  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
 CALM = 4  # coarse pictures in a row that were as easy
 
 
@@ -27,7 +28,7 @@ class Pace:
     """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; the rest before it refines; and a
     slice in a frame that answers what leaves the picture as it is."""
 
-    slice: float = 0.03
+    slice: float = 0.04
     moving: float = 0.04
     rest: float = 0.15
     brief: float = 0.01
@@ -58,7 +59,9 @@ class Frames:
         self._whole = math.inf  # s that a picture took that is not coarse
         self._coarse = 0.0  # s that a coarse one takes, or would, in one go
         self._in_one = False  # whether the one that is worked on is
+        self._worked = False  # whether the last frame was
         self._calm = 0
+        self._paces: dict[Any, int] = {}  # of passes in slices
         self._ratio = device.buffer(size=16, uniform=True)
         self._bound: tuple[Any, Any] = (None, None)  # a texture that was laid, and its bind group
 
@@ -92,9 +95,11 @@ class Frames:
         """Tell whether what is seen has changed so many seconds ago at most; always, where each frame is whole."""
         return self.pace is AT_ONCE or key != self._key or self.clock() - self._changed < seconds
 
-    def follow(self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]], brief: bool = False) -> bool:
-        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level; brief: the
-        frame has something else to answer.
+    def follow(
+        self, key: Any, moving: bool, make: Callable[[int], Callable[[], None]], is_woken: bool = False, brief: bool = False
+    ) -> bool:
+        """Go on with the picture of what `key` says, for a slice. moving: more will follow; make: makes the work for a level; is_woken: an
+        event came, that the panel answers; brief: the picture does not.
 
         True: another frame has to follow. Raises what the work raises, which is not tried again.
         """
@@ -102,6 +107,9 @@ class Frames:
         if key != self._key:
             self._key, self._changed = key, now
         moving = moving or now - self._changed < self.pace.rest
+        if is_woken and self._worked and self.pace is not AT_ONCE:
+            self._worked = False
+            return True
         if self.work is None:
             level = self._level() if moving else 0
             if self.shown is not None and self.shown[0] == key and self.shown[1] <= level:
@@ -109,6 +117,7 @@ class Frames:
             self.working = key, level
             self.started, self.again = self.started + 1, False
             self.work = self._begin(make(level), level)
+        self._worked = not brief
         return not self._go_on(self.pace.brief if brief else self.pace.slice) or moving or self.shown != (key, 0)
 
     def _begin(self, draw: Callable[[], None], level: int) -> Sliced:
@@ -121,7 +130,7 @@ class Frames:
             self.device.wait()
 
         self._in_one = level > 0 and self._coarse <= LONG
-        return Sliced(drawn, at_once=self._in_one)
+        return Sliced(drawn, self._in_one, self._paces)
 
     def _go_on(self, seconds: float) -> bool:
         """Work for a slice of so many seconds. True: the picture is done."""

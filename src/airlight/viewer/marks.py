@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from airlight.viewer.app import Viewer
 
 DOT = 9  # logical px, the radius of a candidate's ring
+RIM = 2.0  # logical px: of dark beside what is light, so that both are seen on any picture
 APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
 EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 Place = tuple[float, float]
@@ -27,21 +28,22 @@ class Marks:
 
         viewer = self.viewer
         state, area = viewer.state, viewer.area()
-        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.6))
+        light, dark = imgui.get_color_u32((1.0, 1.0, 1.0, 0.95)), imgui.get_color_u32((0.0, 0.0, 0.0, 0.9))
         for i, dot in self.dots():
             mark, away = controls.clamped(dot, area, EDGE)
-            draw.add_circle_filled(mark, DOT, dark)
+            draw.add_circle_filled(mark, DOT + 1.5, dark)
             draw.add_circle(mark, DOT, light, 0, 1.2)
             size = imgui.calc_text_size(str(i + 1))
             draw.add_text((mark[0] - size.x / 2, mark[1] - size.y / 2), light, str(i + 1))
-            _arrow(draw, mark, away, DOT, light)
+            _arrow(draw, mark, away, DOT, light, dark)
         for i, at in enumerate(self.lights()):
             if at is not None:
                 mark, away = controls.clamped(at, self.room(), EDGE) if state.is_image else (at, None)
-                radius = 8 if viewer.dragging == i else 6
-                draw.add_circle(mark, radius, dark, 0, 3.5)
-                draw.add_circle(mark, radius, light, 0, 1.5)
-                _arrow(draw, mark, away, radius, light)
+                radius = 9 if viewer.dragging == i else 7
+                for rim in (radius - RIM, radius + RIM):
+                    draw.add_circle(mark, rim, dark, 0, RIM)
+                draw.add_circle(mark, radius, light, 0, 2)
+                _arrow(draw, mark, away, radius, light, dark)
         if state.is_image and state.split is not None and state.is_lit and not state.debug:
             x = area[0] + state.split * area[2]
             draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
@@ -75,10 +77,11 @@ class Marks:
         return [(i, controls.to_canvas(c.position, viewer.area())) for i, c in free]
 
 
-def _arrow(draw: Any, mark: tuple[float, float], away: tuple[float, float] | None, radius: float, color: int) -> None:
-    """Draw a tip beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
+def _arrow(draw: Any, mark: Place, away: Place | None, radius: float, color: int, rim: int) -> None:
+    """Draw a tip with a rim beside a mark, towards what lies beyond the border; away: the unit direction, None: it lies within."""
     if away is None:
         return
-    (x, y), (dx, dy), tip, base = mark, away, radius + 8, radius + 2
-    sides = [(x + base * dx + 5 * s * dy, y + base * dy - 5 * s * dx) for s in (-1, 1)]
-    draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, color)
+    (x, y), (dx, dy) = mark, away
+    for tip, base, half, drawn in ((radius + 12, radius + 1, 8, rim), (radius + 9, radius + 2.5, 5, color)):
+        sides = [(x + base * dx + half * s * dy, y + base * dy - half * s * dx) for s in (-1, 1)]
+        draw.add_triangle_filled((x + tip * dx, y + tip * dy), *sides, drawn)

@@ -24,7 +24,8 @@ class Saving(threading.Thread):
         self.outcome: tuple[str, bool] | None = None
         self.then = then
         is_array = picture.spec is None  # there is no file that the command could read
-        is_homeless = is_array or state.source in state.received
+        self.is_received = state.source in state.received
+        is_homeless = is_array or self.is_received
         self.path = free_name(os.path.join(folder, command.output(state)) if is_homeless else command.output(state), folder)
         if is_array:
             self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
@@ -35,7 +36,7 @@ class Saving(threading.Thread):
     def run(self) -> None:
         try:
             self.write()
-            self.outcome = f"{self.path} saved", False
+            self.outcome = f"{self.path} saved{', where the viewer runs; the browser downloads a copy' if self.is_received else ''}", False
         except Exception as error:  # whatever it is, the viewer goes on and says so
             self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:

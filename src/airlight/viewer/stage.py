@@ -186,6 +186,11 @@ class SceneView:
         """Collect what says what is seen, but for what the state says."""
         return id(self.stage), self.camera.world.matrix.tobytes(), self.camera.projection_matrix.tobytes()
 
+    def _surfaces(self, state: ViewerState) -> tuple[Any, ...]:
+        """Collect what says what surfaces look like, before the shafts."""
+        lights = tuple((tuple(c.position), c.color, c.strength) for c in state.lights)
+        return self.opened, state.time, state.path_drawn, lights, self.key(state), self.shafts.pre_exposure
+
     def show(self, state: ViewerState, texture: Any, share: float = 1.0, settles: bool = False) -> None:
         """Draw onto a texture of the canvas's size. share: of its width and height, that is drawn, below 1 a draft; settles: light
         adaptation does at once. Raises AirlightError for parameters that do not go together."""
@@ -201,7 +206,7 @@ class SceneView:
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
         with near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), shafts.lights):
-            self.renderer.render(stage.scene, self.camera, clear=True)  # whatever became of the one before
+            self.renderer.show(stage.scene, self.camera, self._surfaces(state))
         if state.timing:
             state.passes = shafts.profile()
 

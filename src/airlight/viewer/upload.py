@@ -14,6 +14,7 @@ from urllib.parse import unquote
 
 from airlight.process import temporaries
 from airlight.viewer.desktop import Desktop
+from airlight.viewer.download import Tickets
 
 PATH = "/file"
 MOST_FILE = 512 << 20  # bytes
@@ -33,6 +34,7 @@ class PageDesktop(Desktop):
         super().__init__()
         self.say: Callable[[dict[str, Any]], Any] = lambda message: None
         self.key = secrets.token_urlsafe(32)
+        self.tickets = Tickets()
         self.folder = ""
         self.count = 0
         self.busy = False
@@ -49,6 +51,9 @@ class PageDesktop(Desktop):
     def choose(self, folder: str) -> str:
         self.say({"type": "choose", "most": MOST_FILE})
         return ""
+
+    def deliver(self, path: str) -> None:
+        self.say({"type": "download", "value": self.tickets.issue(path), "name": os.path.basename(path)})
 
     async def take(self, header: Callable[[bytes], str], receive: Any) -> Answer:
         """Keep the body of a request, and let the viewer open it. header: reads one of the request."""

@@ -150,8 +150,9 @@ class March:
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
             done = 0
-            for column, across in strips(counts[0]):
-                for row, down in parts(counts[1], spread=True):
+            kind = "march", name, counts
+            for column, across in strips(counts[0], kind):
+                for row, down in parts(counts[1], spread=True, kind=kind):
                     self._begin_at(i, (column * GROUP, row * GROUP))
                     compute(encoder, pipeline, self._of_light(i, depth), (across, down), f"march {name}", timer)
                     done += across * down
@@ -183,7 +184,7 @@ class March:
                 pipeline = self.device.pipeline(HIERARCHY, entry)
                 count = -(-size // (along * GROUP))
                 bind = self._bound(("tiles", i), HIERARCHY, texture, buffer, self._row)
-                for row, down in parts(count):
+                for row, down in parts(count, kind=(entry, size)):
                     self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
                     compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
 

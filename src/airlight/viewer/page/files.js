@@ -30,6 +30,8 @@ export function told (message) {
     copy(message.value)
   } else if (message.type === 'choose') {
     choose()
+  } else if (message.type === 'download') {
+    keep(message)
   } else {
     return false
   }
@@ -49,6 +51,14 @@ function choose () {
   } catch { // the click that asked for it is too long ago
     say('The browser did not open its file dialog: press Open again, or drop a file here')
   }
+}
+
+function keep (message) {
+  const link = document.createElement('a')
+  link.href = message.value
+  link.download = message.name
+  link.click()
+  say(`${message.name} goes to the browser's downloads`)
 }
 
 function send (files) {
