@@ -30,7 +30,9 @@ def test_shares() -> None:
     assert flat_share(codes) == ("white", 1.0) and flat_share(codes[:, :, [0, 1, 2, 2]]) == ("white", 1.0)
     codes[:3] = 0
     assert flat_share(codes) is None  # 92.5 %
-    codes[1:] = (2, 0, 1)
+    codes[3:], codes[:3] = (255, 254, 250), 255  # as the shoulder of a view transform leaves them
+    assert flat_share(codes) == ("white", 1.0)
+    codes[0], codes[1:] = 0, (2, 0, 1)
     assert flat_share(codes) == ("black", 1.0)
     light = np.full((40, 50, 3), 7, np.float32)
     assert flat_share(light) == ("white", 1.0) and flat_share(light, True) is None

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 NEARLY_ALL = 0.95  # of the pixels
 CODES = 2  # of 8 bits: what changes by no more is not seen, nor what lies no farther from black
-WHITE_LINEAR = 0.987  # code 253.5 of 255
+WHITE = 250  # of 255, the least code, where no difference is seen: the shoulders of view transforms end below 255
+WHITE_LINEAR = 0.956  # the same
 FAR_STOPS = 2  # from the measured exposure: the user's own is amiss
 LOOKED_AT = 50_000  # pixels, about
 
@@ -35,7 +36,7 @@ def flat_share(pixels: "np.ndarray", is_float: bool = False) -> tuple[str, float
 
     step = max(1, int((pixels.shape[0] * pixels.shape[1] / LOOKED_AT) ** 0.5))
     some = pixels[step // 2 :: step, step // 2 :: step, :3]
-    white, black = (253.5, CODES) if some.dtype == np.uint8 else (WHITE_LINEAR, 0.0 if is_float else BLACK_LINEAR)
+    white, black = (WHITE, CODES) if some.dtype == np.uint8 else (WHITE_LINEAR, 0.0 if is_float else BLACK_LINEAR)
     if not some.size:
         return None
     for name, marks in (("black", some <= black), ("white", (some >= white) & (not is_float))):
