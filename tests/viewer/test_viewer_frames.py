@@ -270,3 +270,30 @@ def test_a_screenshot_is_whole_whatever_is_worked_on(hands: Driver, clock: Clock
     first = read_image(hands.viewer.screenshot()).codes  # at once
     rest(hands, clock)
     assert np.array_equal(read_image(hands.viewer.screenshot()).codes, first)
+
+
+def test_steering_and_marks_go_by_where_the_camera_is_while_a_picture_is_drawn_near_the_origin(
+    scene: Driver, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    view, frames = scene.viewer.scene, scene.viewer.following.frames
+    rest(scene, clock)
+    start, ends, marks = view.camera.get_state(), [], []
+    for away in ((0.0, 0.0, 0.0), (1000.0, 0.0, 0.0)):
+        monkeypatch.setattr("airlight.viewer.stage.origin", lambda *_, away=away: np.array(away))
+        view.camera.set_state(start)
+        view.renderer.kept_for = None
+        frames.forget()
+        for _ in range(60 if away[0] else 1):
+            clock.now += 1
+            scene.frame()
+            if abs(view.camera.world.position[0] - start["position"][0]) > 500:
+                break
+        assert abs(view.camera.world.position[0] - start["position"][0]) == pytest.approx(away[0])  # paused
+        marks.append(scene.viewer.marks.lights()[0])
+        scene.event("wheel", (600.0, 300.0), dx=0, dy=-100)
+        rest(scene, clock)
+        rest(scene, clock)
+        ends.append(view.camera.world.position)
+    assert np.linalg.norm(ends[0] - start["position"]) > 1e-3
+    assert np.allclose(ends[0], ends[1], atol=1e-6) and np.allclose(marks[0], marks[1])
+    view.camera.set_state(start)

@@ -56,6 +56,8 @@ class SceneView:
         self.saved: dict[str, Any] = {}
         self.moved = False  # whether a light was
         self.posed: Any = None
+        self.clip = np.eye(4)  # from world to clip space, of the camera as it was posed last
+        self._events: list[dict[str, Any]] = []  # that steer, of which nothing was made yet
 
     def open(self, stage: Any, state: ViewerState, lamps: Sequence[str] = ()) -> None:
         """Show another stage, and let the state say what it has. lamps: the options that its lights were written as."""
@@ -157,14 +159,16 @@ class SceneView:
             self.posed = pose
 
     def handle(self, event: dict[str, Any]) -> None:
-        """Steer by an event of the canvas."""
-        if self.controller is not None:
-            self.controller.handle_event(SimpleNamespace(type=event["event_type"], **event), self.viewport)
+        """Steer by an event of the canvas, at the next `update`: until then the camera may be elsewhere, near the origin."""
+        self._events.append(event)
 
     def update(self, state: ViewerState, dt: float) -> bool:
         """Pose everything as the state says. dt: seconds since the last frame. True if another frame has to follow."""
         self.dt = dt
         self._steer(state)
+        for event in self._events:
+            self.controller.handle_event(SimpleNamespace(type=event["event_type"], **event), self.viewport)
+        self._events.clear()
         moving = self.controller.tick() is not None
         if moving:
             state.eye.moved = self.was_moved = True
@@ -173,6 +177,7 @@ class SceneView:
         if self.stage.path is not None:
             self.stage.path.visible = bool(state.path_drawn)
         eye, camera = state.eye, self.camera
+        self.clip = np.asarray(camera.projection_matrix @ camera.view_matrix, np.float64)
         eye.eye = triple(camera.world.position)
         eye.fov = float(camera.fov)
         ahead = np.asarray(camera.world.forward, float)
@@ -211,11 +216,6 @@ class SceneView:
             state.passes = shafts.profile()
 
     # where lights are in the view
-
-    @property
-    def clip(self) -> np.ndarray:
-        """Multiply projection and view: (4, 4), from world to clip space."""
-        return np.asarray(self.camera.projection_matrix @ self.camera.view_matrix, np.float64)
 
     def marks(self, state: ViewerState, area: Area) -> list[tuple[float, float] | None]:
         """Find where the movable lights are on the canvas."""
