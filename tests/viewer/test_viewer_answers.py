@@ -13,8 +13,8 @@ from airlight.viewer import state as st
 from airlight.viewer.frames import IN_SLICES
 
 ANSWER = 0.1  # s from an event to the frame that shows it, 95 % of them
-DRAG = 0.15  # s from an event of a drag to the frame after it, half of them
-PICTURE = 1.0  # and to the first picture that was begun with it
+DRAG = 0.12  # the same in a drag: below ANSWER on a quiet machine, but for what else it does now and then
+PICTURE = 1.0  # s from an event of a drag to the first picture that was begun with it, half of them
 FRAME = 1 / 60  # s between two frames of a window at least
 APART = 0.008, 0.03  # s between two events, as a hand and its mouse make them
 COUNT = 60  # events of a kind
@@ -59,7 +59,7 @@ class Watch:
             if frames.finished > finished:
                 picture += [end - at for at, number in waiting if number <= frames.started]
                 waiting = [(at, number) for at, number in waiting if number > frames.started]
-            if frames.work is None and not came and not following:
+            if frames.work is None and frames.finished == finished and not came and not following:
                 break  # what the last of them left as it was
         return panel, picture
 
@@ -160,6 +160,6 @@ def test_each_event_is_answered_in_time(
             if times:
                 figures[f"{kind}, {sort}"] = [round(1e3 * float(np.quantile(times, share))) for share in (0.5, 0.95, 1.0)]
     print(f"{Path(source).name} {values}: {figures} ms: median, 95 %, longest")
-    assert all("panel" in kind or len(found[kind.split(",")[0]][1]) > COUNT / 2 for kind in figures)
+    assert all("panel" in kind or len(found[kind.split(",")[0]][1]) > 0.9 * COUNT for kind in figures)
     assert all(figures[f"{kind}, panel"][1] < 1e3 * ANSWER for kind in ("resting", "refining")), figures
-    assert all(times[0] < 1e3 * (DRAG if "panel" in kind else PICTURE) for kind, times in figures.items()), figures
+    assert all(times[0] < 1e3 * PICTURE if "picture" in kind else times[1] < 1e3 * DRAG for kind, times in figures.items()), figures

@@ -158,14 +158,14 @@ def parts(total: int, spread: bool = False, kind: Any = None) -> Iterator[tuple[
 
     Whoever takes them has to submit each, and to wait for it. spread: the pass may be long, and its rows come in any order: it is divided
     where work is watched too, the first parts from all over it, so that they tell how long the others take. kind: names passes whose rows
-    take about as long: the first part is as large as the last of them suggests, instead of a row.
+    take about as long: the first part is half as large as the last of them suggests, instead of a row.
     """
     work = current()
     is_watched = isinstance(work, Watched)
     if is_watched and not spread:
         work = None
     blocks = _spread(total) if is_watched and spread else [(0, total)]
-    count = work.paces.get(kind, 1) if work else total
+    count = max(1, work.paces.get(kind, 1) // FASTER) if work else total
     for first, last in blocks:
         while first < last:
             now = min(count, last - first)

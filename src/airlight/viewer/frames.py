@@ -19,7 +19,7 @@ LAY = "viewer/kept.wgsl"
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
 BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
-LONG = 0.06  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
+LONG = 0.055  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
 CALM = 4  # coarse pictures in a row that were as easy
 
 
@@ -28,10 +28,10 @@ class Pace:
     """Says how long things may take, seconds: a slice of work in a frame, a picture while things move; the rest before it refines; and a
     slice in a frame that answers what leaves the picture as it is."""
 
-    slice: float = 0.04
+    slice: float = 0.035
     moving: float = 0.04
     rest: float = 0.15
-    brief: float = 0.01
+    brief: float = 0.02
 
 
 IN_SLICES = Pace()
@@ -61,7 +61,7 @@ class Frames:
         self._in_one = False  # whether the one that is worked on is
         self._worked = False  # whether the last frame was
         self._calm = 0
-        self._paces: dict[Any, int] = {}  # of passes in slices
+        self._paces: dict[Any, int] = {}  # of coarse pictures in slices; in whole ones a row by itself may take long
         self._ratio = device.buffer(size=16, uniform=True)
         self._bound: tuple[Any, Any] = (None, None)  # a texture that was laid, and its bind group
 
@@ -117,7 +117,7 @@ class Frames:
             self.working = key, level
             self.started, self.again = self.started + 1, False
             self.work = self._begin(make(level), level)
-        self._worked = not brief
+        self._worked = True
         return not self._go_on(self.pace.brief if brief else self.pace.slice) or moving or self.shown != (key, 0)
 
     def _begin(self, draw: Callable[[], None], level: int) -> Sliced:
@@ -130,7 +130,7 @@ class Frames:
             self.device.wait()
 
         self._in_one = level > 0 and self._coarse <= LONG
-        return Sliced(drawn, self._in_one, self._paces)
+        return Sliced(drawn, self._in_one, self._paces if level > 0 else None)
 
     def _go_on(self, seconds: float) -> bool:
         """Work for a slice of so many seconds. True: the picture is done."""
