@@ -52,7 +52,7 @@ def test_it_shines_in_the_shader_as_in_float64(kind: str) -> None:
     points = t[:, None] * direction
     truth = twin.in_scattered(light, air, direction, points, t)
     record = light_record(light, None, np.eye(4), air)
-    bindings = {"frame": frame_record(PROJECTION, air, (8, 8), (8, 8)), "light": record}
+    bindings = {"frame": frame_record(np.eye(4), PROJECTION, air, (8, 8), (8, 8)), "light": record}
     if light.directional:
         ray = np.zeros(count, struct_dtype("scatter/march/ray.wgsl", "Ray"))
         ray["direction"] = direction
@@ -62,7 +62,9 @@ def test_it_shines_in_the_shader_as_in_float64(kind: str) -> None:
         away = points - record["position"]
         d = np.linalg.norm(away, axis=1)
         cosine, axis_cosine = -(away * direction).sum(axis=1) / d, away @ record["axis"] / d
-        found = call("scatter/march/ray.wgsl", "in_scatter_punctual", [t, d, cosine, axis_cosine], bindings=bindings, constants=light.flags)
+        ray = np.zeros(count, struct_dtype("scatter/march/ray.wgsl", "Ray"))
+        parts = ray, t, d, cosine, axis_cosine
+        found = call("scatter/march/ray.wgsl", "in_scatter_punctual", parts, bindings=bindings, constants=light.flags)
         found = found / d[:, None] ** 2
     assert (truth[:, 0] > 0).mean() > 0.1 and np.ptp(truth) > 0
     np.testing.assert_allclose(found, truth, rtol=1e-3, atol=1e-4 * truth.mean())

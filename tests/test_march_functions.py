@@ -114,8 +114,8 @@ def test_in_scattering(kind: int, frame: Any, light: Any) -> None:
     found = call("scatter/march/ray.wgsl", "in_scatter_directional", [ray], **(own | {"bindings": {"frame": frame, "light": sun}}))
     close(found, march.in_scatter_directional(ray["direction"], frame, sun, kind), rtol=1e-4)
     t, d, cosine, axis_cosine = between(0, 9), between(0.1, 11), between(-1, 1), between(0.5, 1)
-    found = call("scatter/march/ray.wgsl", "in_scatter_punctual", [t, d, cosine, axis_cosine], **own)
-    close(found, march.in_scatter_punctual(t, d, cosine, axis_cosine, frame, light, kind), rtol=1e-3, atol=1e-6)
+    found = call("scatter/march/ray.wgsl", "in_scatter_punctual", [ray, t, d, cosine, axis_cosine], **own)
+    close(found, march.in_scatter_punctual(ray, t, d, cosine, axis_cosine, frame, light, kind), rtol=1e-3, atol=1e-6)
 
 
 def test_nearest_approach_and_parameters(light: Any) -> None:
@@ -157,7 +157,7 @@ def test_clipping(light: Any) -> None:
     ray, span = rays(), ranges(-5, 9)
     b, a = between(-5, 5), between(-2, 2)
     a[::5] = 0
-    close(call("scatter/march/lights.wgsl", "clip_range", [span, b, a]), march.clip_range(span, b, a), rtol=1e-4, atol=1e-4)
+    close(call("scatter/march/ray.wgsl", "clip_range", [span, b, a]), march.clip_range(span, b, a), rtol=1e-4, atol=1e-4)
 
     def same(found: np.ndarray, truth: np.ndarray) -> None:
         """Empty ranges are alike, whatever their ends; a ray that touches a cone's edge may be either."""

@@ -30,7 +30,7 @@ def doubt_of_medium(
 ) -> str | None:
     """Word one line where a medium hides nearly all surfaces, or neither dims nor lights anything by a visible contrast; else None.
 
-    length: (n,) metres of each ray in the medium; drawn: (n,) whether it ends at a surface. light, picture: (n, 3) what the medium
+    length: (n,) metres of each ray in the medium, where its density is 1; drawn: (n,) whether it ends at a surface. light, picture: (n, 3) what the medium
     scatters, and the picture, linear, for a display; None: not known, taken to be seen.
     """
     import numpy as np
@@ -66,6 +66,8 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     slope = np.sqrt(1 + sides[0][None, :] ** 2 + sides[1][:, None] ** 2)
     drawn = depth[at] < 1
     length = np.minimum(np.where(drawn, frame.axial(depth[at]) * slope, np.inf), medium.max_distance)
+    if medium.settings.fog != "none" and shafts.transmittance.size[:2] == depth.shape[::-1]:
+        length = medium.optical_length(studio.read(shafts.transmittance, np.float32)[at][..., :3])
     light = picture = None
     thin = float((length.max() * medium.sigma_t).max()) < -np.log(1 - VISIBLE_CONTRAST)
     if thin and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in this case alone

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,8 @@ BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # 
 VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
 HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
 EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which only a very strong light shows in it: some 10 times white, at g = 0
+FOGS = ("none", "exponential", "linear")  # numbered as in medium/height.wgsl
+FOG_SHARE = 0.1  # of the scene's height, where fog_depth is unset
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in medium/phase.wgsl
 
 
@@ -32,12 +35,31 @@ class ResolvedMedium:
     max_distance: float
     steps: int  # 0: exact
     shadow_size: int
+    fog_base: float
+    fog_depth: float
     settings: Medium
     march: March
 
     @property
     def exact(self) -> bool:
         return self.steps == 0
+
+    @property
+    def fades_suns(self) -> bool:
+        """Tells whether a sun's light is dimmed by the fog above a place."""
+        m = self.settings
+        unset = m.fog == "exponential" or (m.fog == "linear" and m.fog_above == 0)
+        return m.fog != "none" and (unset if m.sun_extinction is None else m.sun_extinction == "all")
+
+    def optical_length(self, transmittance: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+        """Finds (...) the length, m, of paths of density 1 with a transmittance (..., 3)."""
+        channel = int(np.argmax(self.sigma_t))
+        found = -np.log(np.maximum(transmittance[..., channel].astype(np.float64), 1e-30))
+        return np.asarray(found / max(float(self.sigma_t[channel]), 1e-30))
+
+    def seen_from(self, offset: float) -> "ResolvedMedium":
+        """Moves its heights by -offset, m, as a scene is that is drawn near the origin."""
+        return self if offset == 0 else replace(self, fog_base=self.fog_base - offset)
 
     def exposed(self, factor: float) -> "ResolvedMedium":
         """Scales its own light, for a scene whose radiances are scaled."""
@@ -50,8 +72,11 @@ class ResolvedMedium:
         return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
 
 
-def resolve(medium: Medium, march: March, quality: str, radius: float) -> ResolvedMedium:
-    """Gives all that is unset a value, which follows from radius, the scene's in metres, and from the quality: draft, normal or final."""
+def resolve(medium: Medium, march: March, quality: str, radius: float, height: float | None = None) -> ResolvedMedium:
+    """Gives all that is unset a value, which follows from radius, the scene's in metres, and from the quality: draft, normal or final.
+
+    height: of the scene, m; None: as much as it is wide.
+    """
     sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (OPTICAL_DEPTH / (2 * radius),) * 3, float)
     steps, size = BY_QUALITY[quality]
     requested = steps if march.steps is None else march.steps
@@ -62,6 +87,8 @@ def resolve(medium: Medium, march: March, quality: str, radius: float) -> Resolv
         max_distance=MAX_DISTANCE_RADII * radius if medium.max_distance is None else medium.max_distance,
         steps=0 if requested == "exact" else requested,
         shadow_size=size if march.shadow_size is None else march.shadow_size,
+        fog_base=medium.fog_base,
+        fog_depth=medium.fog_depth if medium.fog_depth is not None else FOG_SHARE * (height or 2 * radius),
         settings=medium,
         march=march,
     )
@@ -69,12 +96,12 @@ def resolve(medium: Medium, march: March, quality: str, radius: float) -> Resolv
 
 def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
     """Words one line where the medium hides the scene, or only a very strong light would show in it, with what would suit; else None. An
-    empty one is meant so.
+    empty one is meant so; of fog that depends on height it is not known.
 
     distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
     """
     near, far = (min(max(distance, size), medium.max_distance) for size in (radius, 2 * radius))
-    if near <= 0 or not medium.sigma_t.any():
+    if near <= 0 or not medium.sigma_t.any() or medium.settings.fog != "none":
         return None
     if medium.settings.extinction and (medium.sigma_t * near).min() > HIDING_DEPTH:
         return hides(medium, near)

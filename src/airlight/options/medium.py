@@ -47,4 +47,22 @@ class Medium(Options, group="medium"):
         "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(1, 1000), log=True,
     )
     lamp_fade: float = real(0.2, "the last part of that distance, over which lamps fade", "Hx Volumetric Lighting", ge=0, le=1)
+    fog: str = choice(
+        "none", ("none", "exponential", "linear"),
+        "how the density falls with height above fog-base, below which it is 1: never; by e for every fog-depth; "
+        "along a ramp as high as fog-depth, to fog-above",
+        "Hx Volumetric Lighting",
+    )
+    fog_base: float = real(0.0, "world y up to which the density is 1", "Hx Volumetric Lighting", "m", ge=-1e9, le=1e9, slider=(-20, 20))
+    fog_depth: float | None = real(
+        None,
+        "with fog exponential: the height over which it falls by e; linear: of the whole ramp; unset: a tenth of the scene's height",
+        "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(0.1, 100), log=True,
+    )
+    fog_above: float = real(0.0, "with fog linear: the density above the ramp", "Hx Volumetric Lighting", ge=0, le=1)
+    sun_extinction: str | None = choice(
+        None, ("none", "all"),
+        "what dims a sun's light on its own way to a place; unset: all of the fog, but for fog without an end, of fog-above > 0",
+        "Airlight",
+    )
     extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")

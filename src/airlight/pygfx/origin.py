@@ -1,6 +1,7 @@
 """Brings what is far from the origin near it while it is drawn: pygfx's GPU side counts in float32, whose digits end after seven."""
 
 import contextlib
+import contextvars
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -9,6 +10,14 @@ import pygfx as gfx
 
 from airlight.lights.punctual import triple
 from airlight.pygfx.lights import SceneLight
+
+
+_origin: contextvars.ContextVar[np.ndarray] = contextvars.ContextVar("origin", default=np.zeros(3))
+
+
+def current_origin() -> np.ndarray:
+    """Give (3,) the world coordinates that are drawn at the origin now, see `near_origin`; 0 elsewhere."""
+    return _origin.get()
 
 
 @contextlib.contextmanager
@@ -29,6 +38,7 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
     skins = [thing for thing in scene.iter() if isinstance(thing, gfx.SkinnedMesh) and thing.bind_mode == "attached" and not thing.children]
     saved = [(thing, _state(thing.local)) for thing in (*roots.values(), *skins)]
     placed = [(light, light.position) for light in lights if light.position is not None]
+    before = _origin.set(offset)
     try:
         for root in roots.values():
             if root.local.state_basis == "components":
@@ -43,6 +53,7 @@ def near_origin(scene: Any, camera: Any, origin: Any, lights: Sequence[SceneLigh
             light.position = triple(np.asarray(position, np.float64) - offset)
         yield
     finally:
+        _origin.reset(before)
         for thing, state in saved:
             if thing.local.state_basis == "components":
                 thing.local.components = state

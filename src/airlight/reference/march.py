@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from airlight.reference.height import BANDS, height_band, height_column, height_density, mean_height_density
 from airlight.reference.lights import cone_ramp, range_window
-from airlight.reference.medium import phase, phase_between, transmittance, transmittance_integral
+from airlight.reference.medium import mean_transmittance, phase, phase_between, transmittance, transmittance_integral
 
 Array = npt.NDArray[np.floating[Any]]
 QUADRATURE_WIDTHS = (0.25, 0.5, 0.25)  # of v, of a piece: before, in and behind a cone's fully lit part
@@ -37,12 +38,60 @@ def in_scatter_directional(direction: Any, frame: Any, light: Any, kind: int) ->
     return np.asarray(frame["sigma_s"].astype(float) * light["intensity"] * there[..., None])
 
 
-def in_scatter_punctual(t: Any, d: Any, cosine: Any, axis_cosine: Any, frame: Any, light: Any, kind: int) -> Array:
-    """Evaluates (..., 3) what a light scatters into a ray from points at t, along a metre of it, times d^2; d: metres from the light."""
+def height(place: Any, frame: Any) -> Array:
+    """Measures the height of places (..., 3) above the fog's base, m."""
+    return np.asarray(float(frame["base_height"]) + _dot(place, frame["up"]))
+
+
+def _at(ray: Any, t: Any) -> Array:
+    return np.asarray(ray["origin"] + np.asarray(t, float)[..., None] * ray["direction"].astype(float))
+
+
+def _fog(frame: Any) -> Array:
+    return np.stack([frame["fog_depth"], frame["fog_above"]], axis=-1).astype(float)
+
+
+def optical_length(ray: Any, t: Any, frame: Any, fog: str) -> Array:
+    """Integrates density along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
+    if fog == "none":
+        return np.asarray(t, float)
+    return np.asarray(t * mean_height_density(height(ray["origin"], frame), height(_at(ray, t), frame), _fog(frame), fog))
+
+
+def directional_integral(ray: Any, range: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
+    """Integrates density times transmittance over lit ranges (..., 2) of t, from a directional light to the eye: (..., 3) m.
+
+    Exact where the density is that of exponential fog, or of a ramp to nothing: L = e^(-D(a)) tau phi(D(b) - D(a)), phi(x) = (1 - e^-x) / x,
+    D the optical depth from the light to the eye by way of a place. fades: the light is dimmed by the fog above.
+    """
+    heights = [height(_at(ray, range[..., i]), frame) for i in (0, 1)]
+    along = (range[..., 1] - range[..., 0]) * mean_height_density(*heights, _fog(frame), fog)
+    before = optical_length(ray, range[..., 0], frame, fog)
+    ends = np.stack([before, before + along])
+    if fades:
+        ends = ends + np.stack([height_column(y, _fog(frame), fog) for y in heights]) / max(float(light["climb"]), 1e-6)
+    near, sigma = ends.min(axis=0), frame["sigma_t"].astype(float)
+    return np.asarray(along[..., None] * transmittance(near, sigma) * mean_transmittance((ends.max(axis=0) - near)[..., None] * sigma))
+
+
+def clip_to_band(ray: Any, range: Any, k: Any, frame: Any, fog: str) -> Array:
+    """Clips ranges (..., 2) of t to the k-th band of heights; empty where the end is not behind the start."""
+    band, start, climb = height_band(k, _fog(frame), fog), height(ray["origin"], frame), _dot(ray["direction"], frame["up"])
+    return clip_range(clip_range(range, start - band[..., 0], climb), band[..., 1] - start, -climb)
+
+
+def in_scatter_punctual(
+    ray: Any, t: Any, d: Any, cosine: Any, axis_cosine: Any, frame: Any, light: Any, kind: int, fog: str = "none"
+) -> Array:
+    """Evaluates (..., 3) what a light scatters into rays from points at t, along a metre of them, times d^2; d: metres from the light."""
     ramp = cone_ramp(axis_cosine, light["cone_scale"], light["cone_offset"])
     strength = phase(cosine, light["lobes"], kind) * ramp**2 * range_window(d, light["range"])
-    power = frame["sigma_s"].astype(float) * light["intensity"]
-    return np.asarray(power * strength[..., None] * transmittance(np.asarray(t) + d, frame["sigma_t"]))
+    power, path = frame["sigma_s"].astype(float) * light["intensity"], optical_length(ray, np.asarray(t, float), frame, fog) + d
+    if fog != "none":
+        y = height(_at(ray, t), frame)
+        strength = strength * height_density(y, _fog(frame), fog)
+        path = path - d + d * mean_height_density(y, height(light["position"], frame), _fog(frame), fog)
+    return np.asarray(power * strength[..., None] * transmittance(path, frame["sigma_t"]))
 
 
 def nearest_approach(ray: Any, light: Any) -> Array:
@@ -58,14 +107,15 @@ def sinh_parameter(nearest: Any, t: Any) -> Array:
     return np.asarray(np.arcsinh((t - nearest[..., 0]) / nearest[..., 1]))
 
 
-def sinh_integrand(ray: Any, nearest: Any, v: Any, frame: Any, light: Any, kind: int) -> Array:
+def sinh_integrand(ray: Any, nearest: Any, v: Any, frame: Any, light: Any, kind: int, fog: str = "none") -> Array:
     """Evaluates (..., 3) the integrand over v, where t + d = t0 + h e^v and dt / d^2 = dv / (h cosh v)."""
     d, t = nearest[..., 1] * np.cosh(v), nearest[..., 0] + nearest[..., 1] * np.sinh(v)
     from_light = ray["origin"] + t[..., None] * ray["direction"].astype(float) - light["position"]
-    return in_scatter_punctual(t, d, -np.tanh(v), _dot(from_light, light["axis"]) / d, frame, light, kind) / d[..., None]
+    there = in_scatter_punctual(ray, t, d, -np.tanh(v), _dot(from_light, light["axis"]) / d, frame, light, kind, fog)
+    return np.asarray(there / d[..., None])
 
 
-def integrate_punctual(ray: Any, nearest: Any, full: Any, segment: Any, frame: Any, light: Any, kind: int) -> Array:
+def integrate_punctual(ray: Any, nearest: Any, full: Any, segment: Any, frame: Any, light: Any, kind: int, fog: str = "none") -> Array:
     """Integrates (..., 3) in-scattered radiance over lit segments of rays, by Gauss's rule of three nodes on pieces of v."""
     inner = np.clip(full, segment[..., :1], segment[..., 1:])
     marks = np.stack([segment[..., 0], inner[..., 0], inner[..., 1], segment[..., 1]], axis=-1)
@@ -77,9 +127,30 @@ def integrate_punctual(ray: Any, nearest: Any, full: Any, segment: Any, frame: A
             pieces = max(int(np.ceil((high - low) / width)), 0)
             for k in range(pieces):
                 v = low + (high - low) / pieces * (k + 0.5 + GAUSS_NODES)
-                values = sinh_integrand(ray[at], nearest[at][None], v, frame, light, kind)
+                values = sinh_integrand(ray[at], nearest[at][None], v, frame, light, kind, fog)
                 total[at] += (high - low) / pieces * (GAUSS_WEIGHTS @ values)
     return total
+
+
+def integrate_in_fog(ray: Any, nearest: Any, full: Any, segment: Any, frame: Any, light: Any, kind: int, fog: str) -> Array:
+    """Integrates (..., 3) in-scattered radiance over lit segments of rays, band by band of the fog's heights."""
+    if fog == "none":
+        return integrate_punctual(ray, nearest, full, segment, frame, light, kind)
+    parts = (clip_to_band(ray, segment, k, frame, fog) for k in range(len(BANDS[fog]) - 1))
+    each = (np.where(part[..., 1:] > part[..., :1], part, segment[..., :1]) for part in parts)
+    return np.asarray(sum(integrate_punctual(ray, nearest, full, part, frame, light, kind, fog) for part in each))
+
+
+def integrate_directional(ray: Any, segment: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
+    """Integrates density times transmittance over lit segments (..., 2) of rays, m; band by band where a part of it is not closed."""
+    if fog == "none":
+        start, end = (transmittance_integral(segment[..., i], frame["sigma_t"]) for i in (0, 1))
+        return np.asarray(end - start)
+    if fog == "exponential" or not fades:
+        return directional_integral(ray, segment, frame, light, fog, fades)
+    parts = (clip_to_band(ray, segment, k, frame, fog) for k in range(len(BANDS[fog]) - 1))
+    each = (np.where(part[..., 1:] > part[..., :1], part, segment[..., :1]) for part in parts)
+    return np.asarray(sum(directional_integral(ray, part, frame, light, fog, fades) for part in each))
 
 
 def equiangular_angle(nearest: Any, t: Any) -> Array:
@@ -87,11 +158,11 @@ def equiangular_angle(nearest: Any, t: Any) -> Array:
     return np.asarray(np.arctan2(t - nearest[..., 0], nearest[..., 1]))
 
 
-def equiangular_integrand(ray: Any, nearest: Any, angle: Any, frame: Any, light: Any, kind: int) -> Array:
+def equiangular_integrand(ray: Any, nearest: Any, angle: Any, frame: Any, light: Any, kind: int, fog: str = "none") -> Array:
     """Evaluates (..., 3) the integrand over t, times dt / d(angle). Kulla and Fajardo 2012."""
     t, d = nearest[..., 0] + nearest[..., 1] * np.tan(angle), nearest[..., 1] / np.cos(angle)
     from_light = ray["origin"] + t[..., None] * ray["direction"].astype(float) - light["position"]
-    there = in_scatter_punctual(t, d, -np.sin(angle), _dot(from_light, light["axis"]) / d, frame, light, kind)
+    there = in_scatter_punctual(ray, t, d, -np.sin(angle), _dot(from_light, light["axis"]) / d, frame, light, kind, fog)
     return np.asarray(there / nearest[..., 1:])
 
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from airlight.lights.punctual import PositionalLight, PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
+from airlight.reference import fog
 from airlight.reference.medium import Layer, transmittance, transmittance_integral
 from airlight.reference.medium import phase as phase_of
 
@@ -49,7 +50,8 @@ def layer(
     volumes = [shadow_volumes(casters, light) for light in lights]
     into = np.linalg.inv(np.asarray(view, float))
     near, far = _depths(projection)
-    found, reach = np.zeros((height, width, 3)), np.zeros((height, width))
+    found, reach, lengths = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
+    even = medium.settings.fog == "none"
     for top in range(0, height, TILE_PX):
         told(top / height)
         for left in range(0, width, TILE_PX):
@@ -62,14 +64,16 @@ def layer(
             beam = start, side * length[:, None]
             t = _hits(origin, ray, triangles[_in_beam(triangles, beam)], near * slope, far * slope)
             t = np.minimum(t, medium.max_distance)
-            radiance = medium.sigma_s * medium.ambient * transmittance_integral(t, medium.sigma_t)
+            length = t if even else fog.optical_length(origin, origin + t[:, None] * ray, medium)
+            radiance = medium.sigma_s * medium.ambient * transmittance_integral(length, medium.sigma_t)
             for light, (planes, corners, edges) in zip(lights, volumes):
                 chosen = np.flatnonzero(_in_beam(corners, beam, edges))
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
                 scattered = in_scattered(origin, ray, *lit(origin, ray, t, planes[chosen]), light, medium)
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
-    return Layer(found, transmittance(reach, medium.sigma_t), reach)
+            lengths[where] = length.reshape(len(rows), -1)
+    return Layer(found, transmittance(lengths, medium.sigma_t), reach)
 
 
 # ---------------------------------------------------------------- rays
@@ -189,7 +193,10 @@ def in_scattered(origin: Array, ray: Array, which: Array, start: Array, end: Arr
     power = medium.sigma_s * light.intensity * light.strength
     if isinstance(light, PositionalLight):
         return power * _summed(*_over_panels(origin, ray, which, start, end, light, medium), len(ray))
-    parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
+    if medium.settings.fog == "none":
+        parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
+    else:
+        parts, which = fog.directional(origin, ray, which, start, end, light, medium)
     to_light, _, irradiance = light.incident(origin)
     there = phase((ray * to_light).sum(axis=1), medium, light) * irradiance
     return power * there[:, None] * _summed(parts, which, len(ray))
@@ -208,6 +215,9 @@ def _over_panels(
     nearest = np.einsum("rj,rj->r", to_light, ray)
     h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), MIN_APPROACH_METRES)
     breaks = break_distances(light, ray, to_light, nearest, h)[which]
+    if medium.settings.fog != "none":
+        part, start, end = fog.panels(origin[which], ray[which], start, end, medium)
+        which, breaks = which[part], breaks[part]
     marks = np.sort(np.column_stack([start, np.clip(breaks, start[:, None], end[:, None]), end]), axis=1)
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
@@ -222,8 +232,11 @@ def _over_panels(
         d = h * np.cosh(v)
         _, away, irradiance = light.incident(start + (t0 + h * np.sinh(v))[:, None] * ray)
         seen = phase(-np.tanh(v), medium, light) * irradiance * away**2 * weight * half / d
-        path = np.maximum(t0 + h * np.exp(v), 0)
-        result += seen[:, None] * np.exp(-path[:, None] * medium.sigma_t)
+        if medium.settings.fog == "none":
+            result += seen[:, None] * np.exp(-np.maximum(t0 + h * np.exp(v), 0)[:, None] * medium.sigma_t)
+        else:
+            place = start + (t0 + h * np.sinh(v))[:, None] * ray
+            result += seen[:, None] * fog.lamp_factor(place, start, light, medium)
     return result, which
 
 

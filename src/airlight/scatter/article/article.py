@@ -77,7 +77,7 @@ class Article:
             one = f"method {self.name} takes one light, a sun (here: {', '.join(light.word for light, _ in lights)})"
             raise AirlightError(f"{one}: give it one, as --sun does, or use method march")
         light, shadow = lights[0] if lights else (DARK, None)
-        frame = frame_record(projection, medium, self.pixels, self.pixels)
+        frame = frame_record(view, projection, medium, self.pixels, self.pixels)
         records = frame, light_record(light, shadow, view, medium), self.settings(medium)
         for buffer, record in zip(self._buffers, records, strict=True):
             self.device.queue.write_buffer(buffer, 0, record.tobytes())

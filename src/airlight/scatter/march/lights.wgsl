@@ -28,13 +28,6 @@ fn biased_occluder_depth(occluder: f32, bias: f32) -> f32 {
     return occluder / (1.0 + bias * occluder);
 }
 
-/// Clip a range of t to where b + t a >= 0; empty where its end is before its start. Twin: reference/march.py:clip_range.
-fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
-    let at = -b / select(a, 1.0, a == 0.0);
-    let within = select(vec2f(range.x, min(range.y, at)), vec2f(max(range.x, at), range.y), a > 0.0);
-    return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
-}
-
 struct ProjectedRay {           // a ray in a shadow view: homogeneous map coordinates b + t a
     a: vec4f,                   // of ShadowView.matrix, a metre of the ray
     b: vec4f,                   // at t = 0
@@ -120,7 +113,7 @@ fn sinh_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
     let d = nearest.y * cosh_v;
     let t = nearest.x + nearest.y * sinh_v;
     let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
-    return in_scatter_punctual(t, d, -sinh_v / cosh_v, axis_cosine) / d;
+    return in_scatter_punctual(ray, t, d, -sinh_v / cosh_v, axis_cosine) / d;
 }
 
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position. full: see full_cone_range.
@@ -155,6 +148,37 @@ fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
         let outer = sinh_integrand(ray, nearest, middle - off) + sinh_integrand(ray, nearest, middle + off);
         sum += part.z / 18.0 * (5.0 * outer + 8.0 * sinh_integrand(ray, nearest, middle));
         k += 1.0;
+    }
+    return sum;
+}
+
+/// Integrate in-scattered radiance over a lit segment of the ray of a light with a position, band by band of the fog's heights.
+/// Twin: reference/march.py:integrate_in_fog.
+fn integrate_in_fog(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
+    if (FOG == EVEN) { return integrate_punctual(ray, nearest, full, segment); }
+    var sum = vec3f(0.0);
+    var k = 0u;
+    loop {
+        if (k >= FOG_BANDS) { break; }
+        let part = clip_to_band(ray, segment, k);
+        if (part.y > part.x) { sum += integrate_punctual(ray, nearest, full, part); }
+        k += 1u;
+    }
+    return sum;
+}
+
+/// Integrate density times transmittance over a lit segment of the ray of a directional light, m: band by band of the fog's heights where
+/// there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_directional.
+fn integrate_directional(ray: Ray, segment: vec2f) -> vec3f {
+    if (FOG == EVEN) { return transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t); }
+    if (FOG == EXPONENTIAL || !FADES) { return directional_integral(ray, segment); }
+    var sum = vec3f(0.0);
+    var k = 0u;
+    loop {
+        if (k >= FOG_BANDS) { break; }
+        let part = clip_to_band(ray, segment, k);
+        if (part.y > part.x) { sum += directional_integral(ray, part); }
+        k += 1u;
     }
     return sum;
 }

@@ -9,7 +9,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
-from airlight.medium.resolve import ResolvedMedium
+from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
@@ -60,6 +60,7 @@ class March:
         self.marched_layers = [self.layer, self.layer]  # of `size`, written in turn by light after light
         self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+        self._fog: dict[str, int] = {}  # constants of pipelines
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -82,10 +83,11 @@ class March:
         """
         width, height = self.pixels
         self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
-        self.device.queue.write_buffer(self._frame, 0, frame_record(projection, medium, self.size, self.pixels).tobytes())
+        self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lights), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
-        nothing = no_shadow(self.device)
+        nothing, fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
+        self._fog = fog
         path = WALK if medium.exact else STEPS
         if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
@@ -100,13 +102,14 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
+            chosen |= {**fog, "FADES": light.directional and medium.fades_suns}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False))
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **fog))
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -159,12 +162,12 @@ class March:
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
         if self.size == self.pixels:
-            pipeline = self.device.pipeline(TRANSMIT, "transmit")
+            pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
             compute(encoder, pipeline, bind, counts, "march transmittance", timer)
         else:
             counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
-            pipeline = self.device.pipeline(UPSAMPLE, "upsample")
+            pipeline = self.device.pipeline(UPSAMPLE, "upsample", **self._fog)
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
 

@@ -1,7 +1,7 @@
 // Bindings of a march, the camera's rays through its medium, and what is scattered into them from a point.
 //! include "scatter/march/scene.wgsl"
 //! include "medium/phase.wgsl"
-//! include "medium/transmittance.wgsl"
+//! include "medium/height.wgsl"
 //! include "lights/irradiance.wgsl"
 override FIRST: bool = true;    // the first light's pass begins with the ambient term, the others with what came before
 
@@ -44,16 +44,65 @@ fn in_scatter_directional(ray: Ray) -> vec3f {
     return frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
 }
 
+/// Measure a place's height above the fog's base, m. Twin: reference/march.py:height.
+fn height(place: vec3f) -> f32 {
+    return frame.base_height + dot(frame.up, place);
+}
+
+/// Read the fog's depth and what is above it.
+fn layer_of_fog() -> vec2f {
+    return vec2f(frame.fog_depth, frame.fog_above);
+}
+
+/// Integrate density along a ray up to t: the length, m, of a path of density 1 through as much. Twin: reference/march.py:optical_length.
+fn optical_length(ray: Ray, t: f32) -> f32 {
+    if (FOG == EVEN) { return t; }
+    return t * mean_height_density(height(ray.origin), height(ray.origin + t * ray.direction), layer_of_fog());
+}
+
+/// Integrate density times transmittance over a lit range of t, from a directional light to the eye: m. Exact where the density is that of
+/// exponential fog, or of a ramp to nothing; else see integrate_directional. Twin: reference/march.py:directional_integral.
+fn directional_integral(ray: Ray, range: vec2f) -> vec3f {
+    let fog = layer_of_fog();
+    let first = height(ray.origin + range.x * ray.direction);
+    let last = height(ray.origin + range.y * ray.direction);
+    let along = (range.y - range.x) * mean_height_density(first, last, fog);
+    let before = optical_length(ray, range.x);
+    var ends = vec2f(before, before + along);
+    if (FADES) { ends += vec2f(height_column(first, fog), height_column(last, fog)) / max(light.climb, 1e-6); }
+    let near = min(ends.x, ends.y);
+    return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
+}
+
+/// Clip a range of t to the k-th band of heights; empty where its end is not behind its start. Twin: reference/march.py:clip_to_band.
+fn clip_to_band(ray: Ray, range: vec2f, k: u32) -> vec2f {
+    let band = height_band(k, layer_of_fog());
+    let from_base = height(ray.origin);
+    let climb = dot(frame.up, ray.direction);
+    return clip_range(clip_range(range, from_base - band.x, climb), band.y - from_base, -climb);
+}
+
+/// Clip a range of t to where b + t a >= 0; empty where its end is before its start. Twin: reference/march.py:clip_range.
+fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
+    let at = -b / select(a, 1.0, a == 0.0);
+    let within = select(vec2f(range.x, min(range.y, at)), vec2f(max(range.x, at), range.y), a > 0.0);
+    return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
+}
+
 /// Evaluate what a light scatters into the ray from a point at t, along a metre of it, times d^2: d metres from the light, `cosine` as of
 /// the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:in_scatter_punctual.
-fn in_scatter_punctual(t: f32, d: f32, cosine: f32, axis_cosine: f32) -> vec3f {
+fn in_scatter_punctual(ray: Ray, t: f32, d: f32, cosine: f32, axis_cosine: f32) -> vec3f {
     let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
     let strength = phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
-    return frame.sigma_s * light.intensity * strength * exp(-frame.sigma_t * (t + d));
+    if (FOG == EVEN) { return frame.sigma_s * light.intensity * strength * exp(-frame.sigma_t * (t + d)); }
+    let y = height(ray.origin + t * ray.direction);
+    let lamp = d * mean_height_density(y, height(light.position), layer_of_fog());
+    let density = height_density(y, layer_of_fog());
+    return frame.sigma_s * light.intensity * (strength * density) * exp(-frame.sigma_t * (optical_length(ray, t) + lamp));
 }
 
 /// Begin a pixel's radiance: with ambient light, or with what the lights before gave.
 fn ambient_or_previous(p: vec2u, ray: Ray) -> vec3f {
-    if (FIRST) { return frame.sigma_s * frame.ambient * transmittance_integral(ray.reach, frame.sigma_t); }
+    if (FIRST) { return frame.sigma_s * frame.ambient * transmittance_integral(optical_length(ray, ray.reach), frame.sigma_t); }
     return textureLoad(before, p, 0).rgb;
 }

@@ -13,9 +13,11 @@ from airlight.shadows import Shadow
 FRAME, LIGHT = (struct_dtype("scatter/march/scene.wgsl", name) for name in ("Frame", "Light"))
 
 
-def frame_record(projection: Any, medium: ResolvedMedium, size: tuple[int, int], pixels: tuple[int, int]) -> np.ndarray:
-    """Fills a FRAME. size: of what is computed; pixels: of the picture and its depth."""
-    out = np.zeros((), FRAME)
+def frame_record(view: Any, projection: Any, medium: ResolvedMedium, size: tuple[int, int], pixels: tuple[int, int]) -> np.ndarray:
+    """Fills a FRAME. view: (4, 4) world to view space; size: of what is computed; pixels: of the picture and its depth."""
+    out, view = np.zeros((), FRAME), np.asarray(view, np.float64)
+    out["up"] = view[:3, 1]
+    out["base_height"] = np.linalg.inv(view)[1, 3] - medium.fog_base
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
     out["size"], out["pixels"] = size, pixels
@@ -37,6 +39,7 @@ def light_record(light: PunctualLight, shadow: Shadow | None, view: Any, medium:
     out["cone_cosine"], out["range"] = light.cone_cosine(), light.attenuation_range()
     out["lobes"] = medium.lobes(light.anisotropy)[1:]
     out["bias"], out["disc_tangent"] = medium.march.shadow_bias, light.disc_tangent(medium.march.sun_size)
+    out["climb"] = view[:3, 1] @ out["position"]
     out["blend"], out["steps"] = medium.march.cascade_blend, medium.steps
     if shadow is not None:
         out["views"], out["side"] = len(shadow.views), shadow.size

@@ -3,6 +3,7 @@ override DIRECTIONAL: bool = false; // the light is a sun: its rays are parallel
 override CONE: bool = false;    // the light is a spot
 override CUBE: bool = false;    // the light's shadow views are the faces of a cube around it
 override LIT: bool = true;      // there is a light
+override FADES: bool = false;   // a sun's light is dimmed by the fog above
 
 struct Frame {
     rays: vec4f,                // projection.py: eye_rays
@@ -12,6 +13,10 @@ struct Frame {
     sigma_s: vec3f,             // 1/m
     max_distance: f32,          // m
     ambient: vec3f,             // radiance
+    base_height: f32,           // m of the eye above the fog's base
+    up: vec3f,                  // unit
+    fog_depth: f32,             // m
+    fog_above: f32,             // density
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }
@@ -40,5 +45,6 @@ struct Light {
     blend: f32,                 // the last part of a cascade, over which it passes into the next
     steps: u32,                 // along a ray, 0: exact
     begin: vec2u,               // pixel at which a pass begins
+    climb: f32,                 // sine of a directional light's height above the horizon
     view: array<ShadowView, 6>,
 }

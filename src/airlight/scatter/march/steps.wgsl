@@ -94,7 +94,7 @@ fn equiangular_integrand(ray: Ray, nearest: vec2f, angle: f32) -> vec3f {
     let d = nearest.y * longer;
     let t = nearest.x + nearest.y * slope;
     let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
-    return in_scatter_punctual(t, d, -slope / longer, axis_cosine) / nearest.y;
+    return in_scatter_punctual(ray, t, d, -slope / longer, axis_cosine) / nearest.y;
 }
 
 /// Find the first of n steps, of a length each, whose sample lies at `beyond` or after it. o: where in its step.
@@ -133,6 +133,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
         }
         // Add the step's integral of transmittance
+        if (FOG != EVEN) { weight = directional_integral(ray, vec2f(k, k + 1.0) * each); }
         total += select(vec3f(0.0), weight * share, k < end);
         weight *= fade;
         k += 1.0;
@@ -178,7 +179,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let o = offset(pixel);
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        if (light_storage.views == 0u) { total = transmittance_integral(ray.reach, frame.sigma_t); }
+        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
         for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
         sum += in_scatter_directional(ray) * total;
     } else if (LIT) {
@@ -188,7 +189,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         range.y = max(range.x, range.y);
         let start = equiangular_angle(nearest, range.x);
         let each = (equiangular_angle(nearest, range.y) - start) / n;
-        if (light_storage.views == 0u) { sum += integrate_punctual(ray, nearest, full_cone_range(ray, range), range); }
+        if (light_storage.views == 0u) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
         for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
     textureStore(layer, pixel, vec4f(sum, ray.reach));

@@ -21,7 +21,8 @@ fn relative_difference(a: f32, b: f32) -> f32 {
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
 /// likest; the longer its own ray, the less of its radiance.
-fn search_alike(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
+fn search_alike(at: vec2f, ray: Ray, likest: vec4f) -> vec3f {
+    let reach = ray.reach;
     var best = likest;
     var off = relative_difference(best.a, reach);
     var k = 0.0;
@@ -34,7 +35,8 @@ fn search_alike(at: vec2f, reach: f32, likest: vec4f) -> vec3f {
         }
         k += 1.0;
     }
-    let less = transmittance_integral(reach, frame.sigma_t) / max(transmittance_integral(best.a, frame.sigma_t), vec3f(1e-20));
+    let longer = transmittance_integral(optical_length(ray, best.a), frame.sigma_t);
+    let less = transmittance_integral(optical_length(ray, reach), frame.sigma_t) / max(longer, vec3f(1e-20));
     return best.rgb * min(less, vec3f(1.0));
 }
 
@@ -57,7 +59,8 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         if (n >= count.x * count.y) { break; }
         // Weigh the neighbours of a pixel by nearness and likeness
         let pixel = first + vec2u(n % count.x, n / count.x);
-        let reach = camera_ray_at(pixel).reach;
+        let ray = camera_ray_at(pixel);
+        let reach = ray.reach;
         let at = (vec2f(pixel) + 0.5 - shift) / ratio - 0.5;
         let near_x = max(2.0 - abs(f32(base.x) + vec4f(0.0, 1.0, 2.0, 3.0) - at.x), vec4f(0.0));
         let near_y = max(2.0 - abs(f32(base.y) + vec4f(0.0, 1.0, 2.0, 3.0) - at.y), vec4f(0.0));
@@ -69,9 +72,9 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-SHARPNESS * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (off < least && near > 1e-3) { least = off; likest = held[k]; }
         var color = sum.rgb / sum.a;
         // Search farther away where none is alike
-        if (least > MAX_DIFFERENCE) { color = search_alike(at, reach, likest); }
+        if (least > MAX_DIFFERENCE) { color = search_alike(at, ray, likest); }
         textureStore(layer, pixel, vec4f(color, reach));
-        textureStore(layer_transmittance, pixel, vec4f(transmittance(reach, frame.sigma_t), 1.0));
+        textureStore(layer_transmittance, pixel, vec4f(transmittance(optical_length(ray, reach), frame.sigma_t), 1.0));
         n += 1u;
     }
 }

@@ -26,9 +26,9 @@ fn flush_segments(ray: Ray, nearest: vec2f, full: vec2f) -> vec3f {
         if (k >= segment_count) { break; }
         let segment = segments[k];
         if (DIRECTIONAL) {
-            sum += transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t);
+            sum += integrate_directional(ray, segment);
         } else {
-            sum += integrate_punctual(ray, nearest, full, segment);
+            sum += integrate_in_fog(ray, nearest, full, segment);
         }
         k += 1u;
     }
