@@ -4,11 +4,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+import validating
 from calling import call
+from rasterising import edge_error
+from test_tracer import look
 
 from airlight.gpu.structs import struct_dtype
-from airlight.medium.resolve import FOGS
-from airlight.reference import height, march, medium
+from airlight.lights.directional import DirectionalLight
+from airlight.medium.resolve import FOGS, resolve
+from airlight.options import March, Medium
+from airlight.reference import fog, height, march, medium, tracer
 
 RNG = np.random.default_rng(18)
 COUNT = 400
@@ -182,3 +187,81 @@ def test_a_sun_is_exact_over_any_stretch(kind: str, above: float, fades: bool, f
         inside = ((t >= start) & (t <= end)) * rho
         truth.append(np.trapezoid(inside[:, None] * np.exp(-length[:, None] * frame["sigma_t"].astype(float)), t, axis=0))
     close(found, np.array(truth), 3e-3 if above and fades else 3e-4, 1e-4)
+
+
+# ---------------------------------------------------------------- whole pictures
+
+
+def open_air(**values: Any) -> Any:
+    return resolve(Medium(**{"sigma_t": (0.1, 0.2, 0.4), "max_distance": 20.0, "fog": "exponential", "fog_depth": 2.0} | values), March(), "final", 5)
+
+
+def test_the_tracer_has_the_closed_form_of_a_sun_above_exponential_fog() -> None:
+    """L = sigma_s p E e^(-tau_v(a) - tau_L(a)) times density's integral times phi((1 - m / s) tau_v), over whole rays."""
+    air, sun = open_air(fog_base=0.3), DirectionalLight((3.0, 2.0, 1.0), direction=(0.48, 0.6, -0.64))
+    view, projection = look(np.array([0.0, 0.8, 6.0]))
+    found = tracer.layer(view, projection, (16, 9), np.zeros((0, 3, 3)), [sun], air)
+    u, v = np.meshgrid((np.arange(16) + 0.5) / 16, (np.arange(9) + 0.5) / 9)
+    origin, ray, _ = tracer.camera_rays(np.linalg.inv(view), projection, u.ravel(), v.ravel())
+    up = ray[:, 1] > 0
+    origin, ray, depth, s = origin[up], ray[up], 2.0, 0.6
+    start, climb = origin[:, 1] - 0.3, ray[:, 1]
+    length = depth / climb * (np.exp(-start / depth) - np.exp(-(start + 20 * climb) / depth))
+    tau, own = length[:, None] * air.sigma_t, (depth * np.exp(-start / depth) / s)[:, None] * air.sigma_t
+    rise = (1 - climb / s)[:, None] * tau
+    there = medium.phase(ray @ np.array(sun.direction), air.lobes()[1:], air.lobes()[0])[:, None]
+    truth = air.sigma_s * sun.intensity * there * np.exp(-own) * length[:, None] * medium.mean_transmittance(rise)
+    truth = np.where(rise < 0, air.sigma_s * sun.intensity * there * np.exp(-own) * length[:, None] * np.expm1(-rise) / -rise, truth)
+    np.testing.assert_allclose(found.radiance.reshape(-1, 3)[up], truth, rtol=1e-10)
+    np.testing.assert_allclose(found.transmittance.reshape(-1, 3)[up], np.exp(-tau), rtol=1e-10)
+
+
+def test_density_of_points() -> None:
+    points = np.array([[0, -4, 0], [5, 1, 2], [0, 3, 0], [1, 5, 9.0]])
+    np.testing.assert_allclose(fog.density(points, open_air(fog_base=1)), np.exp([0, 0, -1, -2]))
+    linear = open_air(fog="linear", fog_depth=4.0, fog_base=1.0, fog_above=0.2)
+    np.testing.assert_allclose(fog.density(points, linear), [1, 1, 0.6, 0.2])
+    np.testing.assert_allclose(fog.density(points, open_air(fog="none")), 1)
+    assert resolve(Medium(fog="exponential"), March(), "normal", 5.0, 30.0).fog_depth == 3.0
+
+
+FOGGY = [
+    ("mirrored", {"fog": "exponential", "fog_depth": 0.8, "fog_base": 0.2}),
+    ("foliage-beside", {"fog": "linear", "fog_depth": 4.0, "fog_above": 0.2, "sun_extinction": "all"}),
+    ("headlamp", {"fog": "exponential", "fog_depth": 1.0}),
+    ("two-spots", {"fog": "linear", "fog_depth": 2.0, "fog_above": 0.1}),
+]
+
+
+@pytest.mark.parametrize(("name", "values"), FOGGY[::2])
+def test_a_small_picture_in_fog_is_that_of_the_tracer(name: str, values: dict[str, Any]) -> None:
+    drawn = validating.draw(name, 80, 45, shadow_size=2048, **values)
+    rmse, bias = validating.error(drawn.layer, *drawn.traced())
+    assert rmse < 0.0095 + 0.1 * edge_error() and abs(bias) < 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(("name", "values"), FOGGY)
+def test_a_picture_in_fog_is_that_of_the_tracer(name: str, values: dict[str, Any]) -> None:
+    drawn = validating.draw(name, 240, 135, **values)
+    rmse, bias = validating.error(drawn.layer, *drawn.traced())
+    assert rmse < 0.006 and abs(bias) < 0.001
+
+
+def test_fog_lies_where_it_is_whatever_is_drawn_at_the_origin(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = {"fog": "exponential", "fog_depth": 0.8, "fog_base": 0.2, "shadow_size": 512}
+    here = validating.draw("mirrored", 48, 27, **values).layer
+    monkeypatch.setattr("airlight.scenes.offline.origin", lambda *_: np.array([0.0, 1.0, 0.0]))
+    there = validating.draw("mirrored", 48, 27, **values).layer
+    np.testing.assert_allclose(there, here, rtol=0.02, atol=0.02 * here.mean())
+    lower = validating.draw("mirrored", 48, 27, **values | {"fog_base": -0.8}).layer
+    assert np.abs(lower - here).mean() > 0.05 * here.mean()
+
+
+def test_the_fog_even_at_every_height_is_the_even_medium() -> None:
+    """A ramp to 1 has density 1 everywhere, by other code."""
+    values = {"shadow_size": 512, "steps": "exact"}
+    even = validating.draw("mirrored", 48, 27, **values).layer
+    ramp = validating.draw("mirrored", 48, 27, **values, fog="linear", fog_above=1.0, sun_extinction="none").layer
+    np.testing.assert_allclose(ramp, even, rtol=2e-4, atol=2e-4 * even.mean())
