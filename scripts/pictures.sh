@@ -32,6 +32,11 @@ viewer() {
     $airlight view examples/photos/casa-mila.jpg --screenshot $to/viewer-photo.jpg -y
 }
 
+fog() { # docs/world.md
+    render flying --time 20.2 --method march --quality final --fog exponential --fog-base 2 --fog-depth 4 --sigma-t 0.06 -o "$work/fog.png"
+    put jpeg $to/fog.jpg 1 "$work/fog.png"
+}
+
 scenes() { # README.md
     render table -o "$work/table.png"
     render flying --time 20.2 -o "$work/flying.png"
@@ -90,7 +95,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer scenes animation guide world validation vesper depth border turning streaks adaptation)
+all=(photographs comparison viewer fog scenes animation guide world validation vesper depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }
