@@ -30,8 +30,8 @@ def doubt_of_medium(
 ) -> str | None:
     """Word one line where a medium hides nearly all surfaces, or neither dims nor lights anything by a visible contrast; else None.
 
-    length: (n,) metres of each ray in the medium, where its density is 1; drawn: (n,) whether it ends at a surface. light, picture: (n, 3) what the medium
-    scatters, and the picture, linear, for a display; None: not known, taken to be seen.
+    length: (n,) metres of each ray in the medium, where its density is 1; drawn: (n,) whether it ends at a surface. light, picture: (n, 3)
+    what the medium scatters, and the picture, linear, for a display; None: not known, taken to be seen.
     """
     import numpy as np
 

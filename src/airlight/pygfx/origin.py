@@ -11,13 +11,13 @@ import pygfx as gfx
 from airlight.lights.punctual import triple
 from airlight.pygfx.lights import SceneLight
 
-
-_origin: contextvars.ContextVar[np.ndarray] = contextvars.ContextVar("origin", default=np.zeros(3))
+_origin: contextvars.ContextVar[np.ndarray | None] = contextvars.ContextVar("origin", default=None)
 
 
 def current_origin() -> np.ndarray:
     """Give (3,) the world coordinates that are drawn at the origin now, see `near_origin`; 0 elsewhere."""
-    return _origin.get()
+    found = _origin.get()
+    return np.zeros(3) if found is None else found
 
 
 @contextlib.contextmanager

@@ -43,7 +43,7 @@ def optical_length(start: Array, end: Array, medium: ResolvedMedium) -> Array:
 
 
 def panels(origin: Array, ray: Array, start: Array, end: Array, medium: ResolvedMedium, count: int = 2) -> tuple[Array, Array, Array]:
-    """Divides segments (n,) of rays (n, 3) where density has kinks, and each part into `count`: (m,) the segment, the start and end of each."""
+    """Divides segments (n,) of rays (n, 3) where density has kinks, and each part into `count`: (m,) the segment of each, its ends."""
     marks = np.clip(_crossings(origin, ray, medium), start[:, None], end[:, None])
     marks = np.sort(np.column_stack([start, marks, end]), axis=1)
     share = np.arange(count) / count

@@ -47,7 +47,8 @@ def _at(ray: Any, t: Any) -> Array:
     return np.asarray(ray["origin"] + np.asarray(t, float)[..., None] * ray["direction"].astype(float))
 
 
-def _fog(frame: Any) -> Array:
+def layer_of_fog(frame: Any) -> Array:
+    """Reads (..., 2) the fog's depth and what is above it."""
     return np.stack([frame["fog_depth"], frame["fog_above"]], axis=-1).astype(float)
 
 
@@ -55,28 +56,28 @@ def optical_length(ray: Any, t: Any, frame: Any, fog: str) -> Array:
     """Integrates density along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
     if fog == "none":
         return np.asarray(t, float)
-    return np.asarray(t * mean_height_density(height(ray["origin"], frame), height(_at(ray, t), frame), _fog(frame), fog))
+    return np.asarray(t * mean_height_density(height(ray["origin"], frame), height(_at(ray, t), frame), layer_of_fog(frame), fog))
 
 
 def directional_integral(ray: Any, range: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
     """Integrates density times transmittance over lit ranges (..., 2) of t, from a directional light to the eye: (..., 3) m.
 
-    Exact where the density is that of exponential fog, or of a ramp to nothing: L = e^(-D(a)) tau phi(D(b) - D(a)), phi(x) = (1 - e^-x) / x,
-    D the optical depth from the light to the eye by way of a place. fades: the light is dimmed by the fog above.
+    Exact where the density is that of exponential fog, or of a ramp to nothing: L = e^(-D(a)) tau phi(D(b) - D(a)), with
+    phi(x) = (1 - e^-x) / x, and D the optical depth from the light to the eye by way of a place. fades: the fog above dims the light.
     """
-    heights = [height(_at(ray, range[..., i]), frame) for i in (0, 1)]
-    along = (range[..., 1] - range[..., 0]) * mean_height_density(*heights, _fog(frame), fog)
+    first, last = (height(_at(ray, range[..., i]), frame) for i in (0, 1))
+    along = (range[..., 1] - range[..., 0]) * mean_height_density(first, last, layer_of_fog(frame), fog)
     before = optical_length(ray, range[..., 0], frame, fog)
     ends = np.stack([before, before + along])
     if fades:
-        ends = ends + np.stack([height_column(y, _fog(frame), fog) for y in heights]) / max(float(light["climb"]), 1e-6)
+        ends = ends + np.stack([height_column(y, layer_of_fog(frame), fog) for y in (first, last)]) / max(float(light["climb"]), 1e-6)
     near, sigma = ends.min(axis=0), frame["sigma_t"].astype(float)
     return np.asarray(along[..., None] * transmittance(near, sigma) * mean_transmittance((ends.max(axis=0) - near)[..., None] * sigma))
 
 
 def clip_to_band(ray: Any, range: Any, k: Any, frame: Any, fog: str) -> Array:
     """Clips ranges (..., 2) of t to the k-th band of heights; empty where the end is not behind the start."""
-    band, start, climb = height_band(k, _fog(frame), fog), height(ray["origin"], frame), _dot(ray["direction"], frame["up"])
+    band, start, climb = height_band(k, layer_of_fog(frame), fog), height(ray["origin"], frame), _dot(ray["direction"], frame["up"])
     return clip_range(clip_range(range, start - band[..., 0], climb), band[..., 1] - start, -climb)
 
 
@@ -89,8 +90,8 @@ def in_scatter_punctual(
     power, path = frame["sigma_s"].astype(float) * light["intensity"], optical_length(ray, np.asarray(t, float), frame, fog) + d
     if fog != "none":
         y = height(_at(ray, t), frame)
-        strength = strength * height_density(y, _fog(frame), fog)
-        path = path - d + d * mean_height_density(y, height(light["position"], frame), _fog(frame), fog)
+        strength = strength * height_density(y, layer_of_fog(frame), fog)
+        path = path - d + d * mean_height_density(y, height(light["position"], frame), layer_of_fog(frame), fog)
     return np.asarray(power * strength[..., None] * transmittance(path, frame["sigma_t"]))
 
 

@@ -49,7 +49,7 @@ fn height(place: vec3f) -> f32 {
     return frame.base_height + dot(frame.up, place);
 }
 
-/// Read the fog's depth and what is above it.
+/// Read the fog's depth and what is above it. Twin: reference/march.py:layer_of_fog.
 fn layer_of_fog() -> vec2f {
     return vec2f(frame.fog_depth, frame.fog_above);
 }
