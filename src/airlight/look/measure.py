@@ -23,9 +23,9 @@ BLACK = 1e-4  # luminance
 HOLDS = 0.012  # a part that comes as near to the light holds it
 EMITTING = 0.1  # of full emission: from here pixels hang together as parts
 TOP = 0.25  # of the height: where parts lie that a light above the picture shines through
-SPECK = (0.25, 0.5)  # greatest emission of a part: to the first it is dust or noise in an even sky, from the second a gap beyond doubt
-SECTORS, GAPS = 64, 0.06  # of the view from beyond the picture; the share of them in which gaps lie, from which there are any
-GAP = 0.3  # of full emission, which a sector with a gap has
+GAP = 0.3  # of full emission, which gaps that a light beyond the picture shines through reach: specks in an even sky do not
+SPECK = 2e-4  # of the picture: smaller parts may be dust, birds or lens spots
+SECTORS, GAPS = 64, (0.06, 0.25)  # of the view from such a light; the share of them with gaps from which there are any, and with specks
 RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
 SCENE = (0.35, 0.25)  # share of the scene's colour in the light's, as air and surfaces have given it; diagonals in which it is read
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
@@ -135,9 +135,9 @@ def tones(small: Small, grid: RayGrid) -> Tones:
 def parts(small: Small, tone: Tones, grid: RayGrid, drawn: bool | None = None, held: bool = False) -> Array:
     """Mark bright parts, (h, w), through which the light comes: those that hold it, touch the border on its side, or lie above it.
 
-    Reflections, flower heads and snow below the light are none. Of a light beyond the picture specks are none either. Where it then has no
-    gaps the glow of the sky is marked if rays are `drawn` in it, None: if it is smooth enough that they will be. held: the frame
-    follows one that has settled that there are gaps.
+    Reflections, flower heads and snow below the light are none. Where a light beyond the picture has nothing but specks to shine through,
+    they are none either: marked is the glow of the sky, for rays to be `drawn` in it, None: if it is so smooth that they will be. held: a
+    frame before has settled that there are gaps, or rays to draw.
     """
     emits = twin.emission(small.y, tone)
     numbers, count = label(emits > EMITTING)
@@ -156,16 +156,12 @@ def parts(small: Small, tone: Tones, grid: RayGrid, drawn: bool | None = None, h
     kept = height < (grid.light[1] if grid.light[1] > 0 else TOP * grid.box[1])
     kept[np.concatenate(sides)] = True
     kept[0] = False
-    if grid.inside:
-        return _wider(kept[numbers].astype(np.float64))
-    greatest = np.zeros(count + 1)
-    np.maximum.at(greatest, numbers.ravel(), emits.ravel())
-    found = _wider((kept * twin.smoothstep(greatest, *SPECK))[numbers])
-    if (held and not drawn) or gap_share(emits * found, grid) >= GAPS:
+    found = _wider(kept[numbers].astype(np.float64))
+    if grid.inside or (held and not drawn) or gap_share(emits * found, grid) >= GAPS[1]:
         return found
-    wide = (greatest >= SPECK[1]) & (size >= OPENING * numbers.size)
-    wide[0] = False
-    glow = _wider(wide[numbers].astype(np.float64))
+    if gap_share(emits * (kept & (size >= SPECK * numbers.size))[numbers], grid) >= GAPS[0]:
+        return found
+    glow = _wider((size >= OPENING * numbers.size)[numbers] * (numbers > 0.0))
     return glow if drawn or (drawn is None and _is_smooth(emits * glow)) else np.zeros_like(glow)
 
 

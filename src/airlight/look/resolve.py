@@ -82,8 +82,8 @@ def resolve(
     rays: list[int] = []
     for number, light in enumerate(lights):
         asked = held.lights[number].rays if held is not None else look.rays
-        drawn = None if asked is None else asked > 0
-        one = measure.see(small, light.position, size, light.kind, masked, drawn, held is not None)
+        draws = None if asked is None else asked > 0
+        one = measure.see(small, light.position, size, light.kind, masked, draws, held is not None)
         if held is not None:
             one = dataclasses.replace(one, tones=held.lights[number].settings.tones, kind=held.lights[number].kind)
         automatic = DRAWN_RAYS if one.kind == "beyond" and measure.is_misty(one) else 0
