@@ -218,9 +218,9 @@ def test_contrast_is_solved_where_it_is_reached(shade: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "side", "any_gaps"), [(0, 0, False), (1, 5, False), (4, 5, False), (24, 5, True), (1, 40, True), (1, 10, False), (2, 10, True)]
+    ("count", "side", "gaps"), [(0, 0, False), (1, 5, False), (4, 5, False), (24, 5, True), (1, 40, True), (1, 10, False), (2, 10, True)]
 )
-def test_gaps_for_a_light_beyond(count: int, side: int, any_gaps: bool) -> None:
+def test_gaps_for_a_light_beyond(count: int, side: int, gaps: bool) -> None:
     """Squares in a dark wall: specks are none unless they are many, nor is one small hole; frames of a clip keep what there is."""
     picture = np.full((200, 300, 3), 0.03)
     for at in np.linspace(20, 270 - side, count).astype(int):
@@ -228,9 +228,9 @@ def test_gaps_for_a_light_beyond(count: int, side: int, any_gaps: bool) -> None:
     small, grid = Small(picture), RayGrid((300, 200), (0.5, -0.5))
     tone = measure.tones(small, grid)
     parts = measure.parts(small, tone, grid)
-    assert parts.any() == any_gaps
+    assert parts.any() == gaps
     emits = small.y > 0.5
-    assert np.all(parts[emits] == any_gaps) and np.all(measure.parts(small, tone, grid, held=True)[emits] == 1)
+    assert np.all(parts[emits] == gaps) and np.all(measure.parts(small, tone, grid, held=True)[emits] == 1)
     assert measure.gap_share(emits.astype(float), grid) <= (count * (2 + side / 3)) / 64
 
 
