@@ -1,5 +1,6 @@
 """Hold densities on a grid with their place in the world, and the rules that every format's voxels are held to."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import product
@@ -144,30 +145,24 @@ class Findings:
     def note_coarser(self, stored: tuple[int, ...], kept: tuple[int, ...], limit: int) -> None:
         """Note that a grid, both as (Z, Y, X), was coarsened."""
         before, after = ("x".join(map(str, shape[::-1])) for shape in (stored, kept))
-        self.note(f"{before} voxels are more than the limit of {limit}: coarsened to {after} by means, which keep the mass")
+        most = f"{limit}, and {MAX_SIDE} a side"
+        self.note(f"{before} voxels are more than are kept ({most}): coarsened to {after} by means, which keep the mass")
 
 
 def kept_shape(shape: Iterable[int], limit: int) -> tuple[int, ...]:
     """Choose the shape that a grid is kept in: its own, or all sides less by one factor, so that `limit` and MAX_SIDE hold."""
     sides = [int(n) for n in shape]
-    if _fits(sides, limit):
-        return tuple(sides)
     low, high = 0.0, 1.0
+    if math.prod(_shrunk(sides, high)) <= limit:
+        return _shrunk(sides, high)
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (middle, high) if _fits(_shrunk(sides, middle), limit) else (low, middle)
-    return tuple(_shrunk(sides, low))
+        low, high = (middle, high) if math.prod(_shrunk(sides, middle)) <= limit else (low, middle)
+    return _shrunk(sides, low)
 
 
-def _shrunk(sides: list[int], factor: float) -> list[int]:
-    return [max(1, int(n * factor + 1e-9)) for n in sides]
-
-
-def _fits(sides: list[int], limit: int) -> bool:
-    count = 1
-    for n in sides:
-        count *= n
-    return count <= limit and max(sides) <= MAX_SIDE
+def _shrunk(sides: list[int], factor: float) -> tuple[int, ...]:
+    return tuple(max(1, min(MAX_SIDE, int(n * factor + 1e-9))) for n in sides)
 
 
 def placed(matrix: np.ndarray, scale: float, up: str, path: str) -> np.ndarray:
