@@ -1,4 +1,4 @@
-"""OpenVDB's own reading and writing of files, by the interpreter that has its module (Debian: python3-openvdb). Used by test_volumes_openvdb.py.
+"""OpenVDB's own reading and writing of files, by an interpreter that has its module. Used by test_volumes_openvdb.py.
 
     write FOLDER                  makes files
     read OUT FILE[::GRID]...      keeps, for each grid, the box of its active voxels, their values and which are active

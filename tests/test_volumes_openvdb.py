@@ -79,7 +79,7 @@ def test_files_that_openvdb_wrote(openvdb, tmp_path):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*inactive voxels")
 def test_made_files(openvdb, tmp_path):
-    """OpenVDB reads of the tests' own files what Airlight does: versions, compressions, tiles, maps. Of doubles Debian's module reads none."""
+    """Versions, compressions, tiles, maps; of doubles OpenVDB's module in Debian reads none."""
     random = np.random.default_rng(5)
     values = random.random((20, 13, 9)).astype(np.float32) * (random.random((20, 13, 9)) < 0.7)
     kept = random.random(values.shape)

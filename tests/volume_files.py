@@ -1,9 +1,10 @@
-"""Volume files made by hand: an OpenVDB writer of its own, with tiles, instances, maps, versions and compressions that few files have; Mitsuba's.
+"""Volume files made by hand: OpenVDB's, with tiles, instances, maps, versions and compressions that few files have, and Mitsuba's.
 
-A tree is told by its leaves, {corner: (values (8, 8, 8), active (8, 8, 8))} by x, y, z, and its tiles, {(corner, edge): (value, active)}, of
-edges 8, 128 and 4096. What is written between is worked out from them.
+A tree is told by its leaves, {corner: (values (8, 8, 8), active (8, 8, 8))} by x, y, z, and its tiles, {(corner, edge): (value, active)},
+of edges 8, 128 and 4096. What is written between is worked out from them.
 """
 
+import io
 import itertools
 import struct
 import zlib
@@ -12,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ZIP, ACTIVE, BLOSC = 1, 2, 4
-DTYPES = {"float": "<f4", "double": "<f8", "half": "<f2"}
+BOX = ((0, 0, 0), (1, 1, 1))
+DTYPES = {"float": "<f4", "double": "<f8", "half": "<f2", "vec3s": "<f4", "bool": "<f4", "ptdataidx32": "<f4"}  # of what is not read, any
 EDGES = (4096, 128, 8, 1)  # of the children of root, upper, lower node, and leaf
 
 
@@ -64,7 +66,9 @@ def lz4(data: bytes) -> bytes:
     return bytes(out + bytes([min(literal, 15) << 4]) + length(literal) + data[start:])
 
 
-def blosc(data: bytes, element: int, block: int = 0, codec: int = 1, whole: bool = False, stored: bool = False, shuffled: bool = True) -> bytes:
+def blosc(
+    data: bytes, element: int, block: int = 0, codec: int = 1, whole: bool = False, stored: bool = False, shuffled: bool = True
+) -> bytes:
     """Pack a frame of Blosc 1. block: bytes, all unless said. codec: 1 LZ4, 3 zlib. whole: blocks are not split by bytes."""
     block = block or len(data)
     flags = codec << 5 | (1 if shuffled else 0) | (2 if stored else 0) | (16 if whole else 0)
@@ -281,3 +285,30 @@ def vol(density: np.ndarray, bounds: tuple = (0, 0, 0, 1, 1, 1), kind: int = 1, 
     density = density[..., None] if density.ndim == 3 else density
     z, y, x, channels = density.shape
     return b"VOL" + struct.pack("<B5i6f", version, kind, x, y, z, channels, *bounds) + density.tobytes()
+
+
+def npz(**arrays: np.ndarray) -> bytes:
+    held = io.BytesIO()
+    np.savez_compressed(held, **arrays)
+    return held.getvalue()
+
+
+def npy(array: np.ndarray) -> bytes:
+    held = io.BytesIO()
+    np.save(held, array)
+    return held.getvalue()
+
+
+def seeds() -> list[bytes]:
+    """Small files of every kind that is read, to be mutated."""
+    values = np.random.default_rng(1).random((11, 9, 7)).astype(np.float32)
+    values[values < 0.3] = 0
+    leaves = leaves_of((-3, 60, 4), values)
+    tiles = {((16, 64, 0), 8): (0.5, True), ((128, 0, 0), 128): (0.75, True), ((4096, 0, 0), 4096): (0.25, True)}
+    grids = [Grid(leaves=leaves, flags=flags, tiles=tiles if flags % 2 else {}, half=flags == 3) for flags in (0, 1, 2, 3, 4, 6)]
+    few = [Grid("other", leaves={corner: leaves[corner]}, type="double") for corner in list(leaves)[:1]]
+    shared = Grid("density", parent="other", type="double", map=("AffineMap", np.eye(4)))
+    files = [vdb(grid) for grid in grids] + [vdb(*few, shared)]
+    files += [npz(density=values, bounds=np.array(BOX)), npz(density=values.astype(np.float16), matrix=np.eye(4)), npy(values)]
+    files += [npy(np.asfortranarray(values.astype(np.uint8))), vol(values), vol(np.stack([values] * 3, axis=-1))]
+    return files

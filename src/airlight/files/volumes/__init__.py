@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files.decode import opened
-from airlight.files.sequence import Numbered, numbered
+from airlight.files.sequence import numbered
 from airlight.files.volumes import arrays, mitsuba, vdb
 from airlight.files.volumes.volume import MAX_VOXELS, Volume
 from airlight.messages import nearest
@@ -39,18 +39,23 @@ def read_volume(
     up = up or "y"
     if up not in UP:
         raise AirlightError(f"{path}: up is {up!r}{nearest(up, UP)}; use y or z")
-    with opened(path, "a volume: .vdb, .npz, .npy or .vol") as (name, head), open(name, "rb") as file:
+    quiet = np.errstate(all="ignore")  # of numbers that are none, which are looked for
+    with opened(path, "a volume: .vdb, .npz, .npy or .vol") as (name, head), open(name, "rb") as file, quiet:
         if head.startswith(vdb.MAGIC):
             if box is not None:
                 raise AirlightError(f"{path}: lies where the file itself says; leave its bounds away, scale and up are for it")
-            return vdb.read(file, path, grid, scale, up, limit)
-        if head.startswith(arrays.ZIP_MAGIC):
-            return arrays.read_npz(file, path, grid, box, scale, up, limit)
-        if head.startswith(arrays.MAGIC):
-            return arrays.read_npy(file, path, box, scale, up, limit)
-        if head.startswith(mitsuba.MAGIC):
-            return mitsuba.read(file, path, grid, box, scale, up, limit)
-    raise AirlightError(f"{path}: {'is no volume that Airlight reads' if head else 'is empty'}; give {', '.join(FORMATS)}")
+            volume = vdb.read(file, path, grid, scale, up, limit)
+        elif head.startswith(arrays.ZIP_MAGIC):
+            volume = arrays.read_npz(file, path, grid, box, scale, up, limit)
+        elif head.startswith(arrays.MAGIC):
+            volume = arrays.read_npy(file, path, box, scale, up, limit)
+        elif head.startswith(mitsuba.MAGIC):
+            volume = mitsuba.read(file, path, grid, box, scale, up, limit)
+        else:
+            raise AirlightError(f"{path}: {'is no volume that Airlight reads' if head else 'is empty'}; give {', '.join(FORMATS)}")
+    for line in volume.told:
+        warn(line)
+    return volume
 
 
 def file_of_frame(path: str, frame: int, there: Sequence[int] | None = None) -> str:

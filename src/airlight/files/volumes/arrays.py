@@ -19,7 +19,7 @@ from airlight.messages import nearest
 
 MAGIC, ZIP_MAGIC = b"\x93NUMPY", b"PK\x03\x04"
 MAX_DENSE = 2**31  # voxels of a dense grid that is read
-MAX_DENSE_SIDE = 2**15
+MAX_DENSE_SIDE = 2**12
 MAX_HEADER = 10_000  # bytes, as NumPy has it
 MAX_MEMBERS = 1000
 _SLAB = 2**22  # voxels that are read at once
@@ -49,7 +49,10 @@ def read_npy(file: BinaryIO, path: str, bounds: np.ndarray | None, scale: float,
 
 
 def read_npz(file: BinaryIO, path: str, grid: str | None, bounds: np.ndarray | None, scale: float, up: str, limit: int) -> Volume:
-    """Read `density`, or the array that `grid` names, with `bounds` or `matrix` beside it. bounds: instead of the file's. Raises AirlightError."""
+    """Read `density`, or the array that `grid` names, with `bounds` or `matrix` beside it. bounds: instead of the file's.
+
+    Raises AirlightError.
+    """
     reader = Reader(file, path)
     try:
         with zipfile.ZipFile(file) as archive:
@@ -138,7 +141,8 @@ def check_size(shape: tuple[int, ...], path: str) -> None:
     """Raise AirlightError for dense grids that are too large to be read."""
     if max(shape) > MAX_DENSE_SIDE or math.prod(shape) > MAX_DENSE:
         sides = "x".join(map(str, shape[::-1]))
-        raise AirlightError(f"{path}: {sides} voxels are more than the limit of {MAX_DENSE} ({MAX_DENSE_SIDE} a side); make it smaller first")
+        most = f"{MAX_DENSE}, and {MAX_DENSE_SIDE} a side"
+        raise AirlightError(f"{path}: {sides} voxels are more than the limit of {most}; make it smaller first")
 
 
 def checked_bounds(bounds: np.ndarray, path: str) -> np.ndarray:
@@ -180,7 +184,7 @@ def read_dense(
         values = np.frombuffer(data, header.dtype).reshape(count, planes[1], planes[2], channels)[..., channel]
         index = [np.arange(first, first + count)[:, None, None], np.arange(planes[1])[:, None], np.arange(planes[2])]
         means.add_planes(findings.clean(values, index if header.columns_first else index[::-1]), first)
-    findings.judge()
+    findings.judge(kept != stored)
     grid = means.grid.T if header.columns_first else means.grid
     if kept == stored:
         findings.mend(grid, np.zeros(3, np.int64))

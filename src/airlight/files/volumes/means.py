@@ -6,8 +6,8 @@ import numpy as np
 class Means:
     """Gathers blocks of voxels into a grid (Z, Y, X) of means, float64; the sum over cells, times their size, stays what it was.
 
-    stored: (Z, Y, X) voxels, in all; kept: (Z, Y, X) cells, as many or fewer along each axis. Where they are as many, values come through bit
-    for bit. What lies beyond the stored box is left out.
+    stored: (Z, Y, X) voxels, in all; kept: (Z, Y, X) cells, as many or fewer along each axis. Where they are as many, values come through
+    bit for bit. What lies beyond the stored box is left out.
     """
 
     def __init__(self, stored: tuple[int, ...], kept: tuple[int, ...]) -> None:
@@ -15,7 +15,7 @@ class Means:
         self.grid = np.zeros(kept)
 
     def add(self, corners: np.ndarray, values: np.ndarray, edge: int = 1) -> None:
-        """Add blocks (B, Dx, Dy, Dz) of cubes of `edge` voxels each. corners: (B, 3) voxels x, y, z of their first ones, in the box or not."""
+        """Add blocks (B, Dx, Dy, Dz) of cubes of `edge` voxels a side. corners: (B, 3), their first voxels x, y, z, in the box or not."""
         shares = [self._shares(corners[:, axis], values.shape[axis + 1], edge, axis) for axis in range(3)]
         wx, wy, wz = (weights for _, weights in shares)
         out = np.matmul(np.matmul(wy.transpose(0, 2, 1)[:, None], values), wz[:, None])
@@ -37,8 +37,8 @@ class Means:
 
     def _shares(self, corner: np.ndarray, count: int, edge: int, axis: int) -> tuple[np.ndarray, np.ndarray]:
         """Work out along an axis the first cell (B,) and how much each of the voxels has in each of the cells from there, (B, count, K)."""
-        ends = np.clip(corner[:, None] + edge * np.arange(count + 1), 0, self.stored[axis])
-        ends = ends * (self.kept[axis] / self.stored[axis])
+        voxels = np.clip(corner[:, None] + edge * np.arange(count + 1), 0, self.stored[axis])
+        ends = voxels * (self.kept[axis] / self.stored[axis])
         first = np.minimum(np.floor(ends[:, 0]).astype(np.int64), self.kept[axis] - 1)
         reach = max(1, int(np.max(np.ceil(ends[:, -1] - 1e-9) - first)))
         cell = (first[:, None] + np.arange(reach))[:, None, :]

@@ -15,7 +15,7 @@ MAX_CHANNELS = 16
 
 
 def read(file: BinaryIO, path: str, grid: str | None, bounds: np.ndarray | None, scale: float, up: str, limit: int) -> Volume:
-    """Read a grid. grid: the number of the channel, from 0, where there are several. bounds: instead of the file's. Raises AirlightError."""
+    """Read a grid. grid: the number of the channel, from 0, of several. bounds: instead of the file's. Raises AirlightError."""
     reader = Reader(file, path)
     if reader.bytes(3) != MAGIC:
         reader.damaged("it does not begin as Mitsuba's volumes do")

@@ -1,5 +1,7 @@
-"""Read OpenVDB files, versions 222 to 225: grids of float, double or half values with linear maps. Format: io/Archive.cc, io/GridDescriptor.cc
-and math/Maps.h of OpenVDB."""
+"""Read OpenVDB files, versions 222 to 225: grids of float, double or half values with linear maps.
+
+Format: io/Archive.cc, io/GridDescriptor.cc and math/Maps.h of OpenVDB.
+"""
 
 import struct
 from dataclasses import dataclass
@@ -76,7 +78,7 @@ def read(file: BinaryIO, path: str, grid: str | None, scale: float, up: str, lim
     matrix = placed(coarser(matrix, stored, kept, first, 1), scale, up, path)
     means = Means(stored, kept)
     tree.densities(means, first, last, findings)
-    findings.judge()
+    findings.judge(kept != stored)
     if kept == stored:
         findings.mend(means.grid, first)
     else:

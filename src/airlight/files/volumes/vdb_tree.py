@@ -1,4 +1,4 @@
-"""Read the tree of an OpenVDB grid: root, nodes of 32^3 and 16^3 children, leaves of 8^3 voxels; densities go to a coarser grid leaf by leaf.
+"""Read the tree of an OpenVDB grid: root, nodes of 32^3 and of 16^3 children, leaves of 8^3 voxels, which are handed on leaf by leaf.
 
 A node holds a value, a tile, where it has no child; an active tile of 0.5 is a cube of 0.5. Format: tree/RootNode.h, InternalNode.h,
 LeafNode.h and io/Compression.h of OpenVDB, file versions 222 to 225.
@@ -17,7 +17,7 @@ ZIP, ACTIVE, BLOSC = 1, 2, 4  # flags of a grid's compression
 TYPES = {"float": "<f4", "double": "<f8", "half": "<f2"}
 # Limits, far above what a renderer could use.
 MAX_LEAVES = 2**21  # 10^9 voxels
-MAX_TILED = {32: 512, 16: 2**14}  # nodes whose tiles are kept, by their children along an axis
+MAX_TILED = {32: 2**8, 16: 2**13}  # nodes whose tiles are kept, by their children along an axis
 MAX_TILES = 2**12  # of the root
 _BATCH = 1024  # leaves
 _MINUS, _ONE, _MASK, _MASK_ONE, _MASK_TWO, _ALL = 1, 2, 3, 4, 5, 6  # how a node's inactive values are stored
@@ -63,8 +63,8 @@ class Tree:
             reader.damaged("several buffers to a tree")
         background = self._value()
         if background != 0:
-            what = f"its grid has {background:.4g} wherever no voxel is, without end"
-            reader.refuse(what, "set its background to 0, and give that density to the air")
+            what = f"its grid has {background:.4g} wherever no voxel is, without end, as level sets have"
+            reader.refuse(what, "export it as a fog volume, or set its background to 0 and give that density to the air")
         tiles, children = reader.u32(), reader.u32()
         if tiles > MAX_TILES:
             reader.refuse(f"its tree has {tiles} tiles of 4096 voxels a side, more than {MAX_TILES}", "make it smaller first")
@@ -131,7 +131,7 @@ class Tree:
         if lit.any():
             rows, corners = self.masks[lit].reshape(-1, 8, 8), self.corners[lit]  # bytes of 8 voxels along z, by x and y
             in_z = np.unpackbits(np.bitwise_or.reduce(rows, axis=(1, 2))[:, None], axis=1, bitorder="little")
-            by_axis = list(enumerate((rows.any(axis=2), rows.any(axis=1), in_z)))
+            by_axis = list(enumerate((np.any(rows, axis=2), np.any(rows, axis=1), in_z)))
             low = np.array([(corners[:, axis] + on.argmax(axis=1)).min() for axis, on in by_axis])
             high = np.array([(corners[:, axis] + 7 - on[:, ::-1].argmax(axis=1)).max() for axis, on in by_axis])
             found.append((low, high))

@@ -8,11 +8,12 @@ from typing import NoReturn
 
 import numpy as np
 
-from airlight.errors import AirlightError, warn
+from airlight.errors import AirlightError
 
 MAX_VOXELS = 256**3  # of a grid that is kept; what is larger is coarsened to it
 MAX_SIDE = 2048  # voxels along an axis of a grid that is kept: the largest 3-D texture of WebGPU's defaults
 MAX_EXTENT = 1e9  # greatest coordinate in the world, as of scenes
+MIN_SIDE = 1e-9  # of a voxel or of a grid
 MAX_BROKEN = 0.01  # share of voxels that are no numbers, beyond which a file is refused
 MAX_NEGATIVE = 0.01  # of the greatest density: by how much a voxel may lie below 0 before it is no overshoot of a simulation any more
 CLAMPED = 0.5  # voxels from the outermost centres to the faces of a dense grid
@@ -24,10 +25,10 @@ class Volume:
     """Density on a grid.
 
     density: float32 (Z, Y, X), contiguous, finite, >= 0, a factor of the medium's coefficients. matrix: float64 (4, 4) from a voxel's index
-    (x, y, z, 1), its centre at whole numbers, to world metres, y up. edge: voxels by which the density reaches beyond the outermost centres;
-    it is trilinear between centres, of the nearest ones beyond them, and 0 farther out: 0 where a layer of empty voxels lies around, as
-    of OpenVDB, 0.5 for dense grids. name: of the grid, "" where it has none. stored: (Z, Y, X) of the file's grid before it was coarsened.
-    told: lines that were told as warnings.
+    (x, y, z, 1), its centre at whole numbers, to world metres, y up. edge: voxels by which the density reaches beyond the outermost
+    centres; it is trilinear between centres, that of the nearest ones beyond them, and 0 farther out: 0 where a layer of empty voxels lies
+    around, as of OpenVDB, 0.5 for dense grids. name: of the grid, "" where it has none. stored: (Z, Y, X) before it was coarsened.
+    told: what was mended or changed, a line each.
     """
 
     density: np.ndarray
@@ -80,8 +81,7 @@ class Findings:
         """Give float64 values with 0 for those that are no densities. indices: x, y, z of each, of shapes that broadcast to the values'.
         counted: how many are looked at, all unless said."""
         self.count += values.size if counted is None else counted
-        with np.errstate(over="ignore", invalid="ignore"):  # a double that is too large for float32, a signalling NaN
-            values = values.astype(np.float32).astype(np.float64)
+        values = values.astype(np.float32).astype(np.float64)
         low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
         if not np.isfinite(low) or not np.isfinite(high):
             bad = ~np.isfinite(values)
@@ -103,15 +103,16 @@ class Findings:
     def _places(self, bad: np.ndarray, indices: Iterable[np.ndarray]) -> np.ndarray:
         return np.stack([np.broadcast_to(index, bad.shape)[bad] for index in indices], axis=-1)
 
-    def judge(self) -> None:
-        """Refuse voxels that are not densities, or note what was made of them."""
+    def judge(self, coarsened: bool) -> None:
+        """Refuse voxels that are not densities, or note what is made of them."""
         if self.broken > MAX_BROKEN * self.count:
             self.refuse(f"{self.broken} of its {self.count} voxels are no finite numbers, the first at {self._first('broken')}")
         if self.least < -MAX_NEGATIVE * self.most:
             what = f"has negative densities, {self.negative} voxels down to {self.least:.4g}, the first at {self._first('negative')}"
             self.refuse(what, "densities are 0 or more: is it a distance, or another field?")
         if self.broken:
-            self.note(f"{self.broken} voxels that are no finite numbers, the first at {self._first('broken')}, are mended from those around")
+            made = "taken as 0" if coarsened else "mended from those around"
+            self.note(f"{self.broken} voxels that are no finite numbers, the first at {self._first('broken')}, are {made}")
         if self.negative:
             self.note(f"{self.negative} voxels slightly below 0, down to {self.least:.4g}, are taken as 0")
 
@@ -137,9 +138,7 @@ class Findings:
         grid[tuple(places.T)] = total / np.maximum(number, 1)
 
     def finish(self, grid: np.ndarray, matrix: np.ndarray, edge: float, name: str, stored: tuple[int, ...]) -> Volume:
-        """Make the volume, and tell what was noted."""
-        for line in self.notes:
-            warn(line, 6)
+        """Make the volume."""
         return Volume(np.ascontiguousarray(grid, np.float32), matrix, edge, self.path, name, stored, tuple(self.notes))
 
     def note_coarser(self, stored: tuple[int, ...], kept: tuple[int, ...], limit: int) -> None:
@@ -172,13 +171,12 @@ def placed(matrix: np.ndarray, scale: float, up: str, path: str) -> np.ndarray:
     """
     turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], np.float64) if up == "z" else np.eye(3)
     out = np.eye(4)
-    with np.errstate(all="ignore"):
-        out[:3] = scale * turn @ matrix[:3]
-        edges = np.linalg.norm(out[:3, :3], axis=0)
-        volume = abs(np.linalg.det(out[:3, :3] / np.where(edges > 0, edges, 1)))
+    out[:3] = scale * turn @ matrix[:3]
+    edges = np.linalg.norm(out[:3, :3], axis=0)
+    volume = abs(np.linalg.det(out[:3, :3] / np.where(edges > 0, edges, 1)))
     if not np.isfinite(out).all() or np.abs(out).max() > MAX_EXTENT:
         raise AirlightError(f"{path}: reaches farther than {MAX_EXTENT:g} m; give a smaller scale")
-    if edges.min() < 1e-9 or volume < 1e-6:
+    if edges.min() < MIN_SIDE or volume < 1e-6:
         raise AirlightError(f"{path}: its voxels are flat, of sides {edges[0]:.3g}, {edges[1]:.3g} and {edges[2]:.3g} m; export it again")
     return out
 
@@ -208,5 +206,4 @@ def sound_bounds(bounds: np.ndarray) -> bool:
     """Tell whether (2, 3) numbers can be the outer faces of a grid: finite, of an order, and not so thin that they must be garbage."""
     if not np.isfinite(bounds).all() or np.abs(bounds).max() > MAX_EXTENT:
         return False
-    sides = bounds[1] - bounds[0]
-    return bool((sides > 0).all() and sides.min() > 1e-6 * max(float(sides.max()), float(np.abs(bounds).max())))
+    return bool((bounds[1] - bounds[0]).min() > max(MIN_SIDE, 1e-9 * float(np.abs(bounds).max())))
