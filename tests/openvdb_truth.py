@@ -7,7 +7,11 @@
 import sys
 
 import numpy as np
-import pyopenvdb as vdb
+
+try:
+    import openvdb as vdb  # from OpenVDB 12 on
+except ImportError:
+    import pyopenvdb as vdb
 
 
 def fill(grid, low, high, value):

@@ -21,9 +21,10 @@ ENOUGH = 2**40  # voxels: nothing is coarsened
 @cache
 def interpreter() -> str:
     """Find a Python that has OpenVDB's module, "" where there is none."""
-    for candidate in dict.fromkeys(["/usr/bin/python3", shutil.which("python3", path=os.defpath) or "/usr/bin/python3"]):
-        if Path(candidate).exists() and not subprocess.run([candidate, "-c", "import pyopenvdb"], capture_output=True).returncode:
-            return candidate
+    for candidate in dict.fromkeys(["/usr/bin/python3", shutil.which("python3", path=os.defpath) or ""]):
+        for module in ("pyopenvdb", "openvdb"):
+            if Path(candidate).is_file() and not subprocess.run([candidate, "-c", f"import {module}"], capture_output=True).returncode:
+                return candidate
     return ""
 
 
