@@ -51,9 +51,11 @@ class Grid:
 
     @property
     def kind(self) -> str:
-        """Tell what its voxels hold: a key of TYPES, or another word of OpenVDB; "other" for trees of another shape."""
+        """Tell what its voxels hold: a key of TYPES, or another word; "odd tree" for trees of another shape."""
         part = self.type.split("_")
-        return part[1] if len(part) == 5 and part[0] == "Tree" and part[2:] == ["5", "4", "3"] else "other"
+        if len(part) != 5 or part[0] != "Tree" or part[2:] != ["5", "4", "3"]:
+            return "odd tree"
+        return "points" if part[1].startswith(("ptdataidx", "ptidx")) else part[1]
 
 
 def read(file: BinaryIO, path: str, grid: str | None, scale: float, up: str, limit: int) -> Volume:
@@ -65,7 +67,7 @@ def read(file: BinaryIO, path: str, grid: str | None, scale: float, up: str, lim
     findings = Findings(path)
     tree.topology()
     said, found = metadata.get("file_voxel_count"), tree.active_voxels()
-    if said is not None and said != struct.pack("<q", found):
+    if said is not None and len(said) == 8 and said != struct.pack("<q", found):
         reader.damaged(f"grid {chosen.shown!r} has {found} active voxels, not as many as it says")
     box = tree.box()
     if box is None:
@@ -121,11 +123,11 @@ def _choose(reader: Reader, grids: list[Grid], name: str | None) -> Grid:
     there = ", ".join(f"{g.shown!r} ({g.kind})" for g in grids[:10]) or "none"
     fits = [g for g in grids if g.kind in TYPES]
     if name is not None:
-        found = [g for g in grids if name in (g.name, g.shown)]
+        found = [g for g in (*fits, *grids) if name in (g.name, g.shown)]
         if not found:
             reader.refuse(f"has no grid {name!r}, but {there}{nearest(name, [g.shown for g in grids], '')}", "name one by grid=")
         if found[0].kind not in TYPES:
-            reader.refuse(f"grid {name!r} holds {_words(found[0].kind)}", f"name one of float values; there are {there}")
+            reader.refuse(f"grid {name!r} holds no float values: {found[0].kind}", f"name one that does; there are {there}")
         return found[0]
     if named := [g for g in fits if g.name == "density"]:
         return named[0]
@@ -134,12 +136,6 @@ def _choose(reader: Reader, grids: list[Grid], name: str | None) -> Grid:
     if not fits:
         reader.refuse(f"has no grid of float, double or half values, but {there}", "export its density")
     reader.refuse(f"has no grid 'density', but {there}", "name one by grid=")
-
-
-def _words(kind: str) -> str:
-    if kind.startswith(("ptdataidx", "ptidx")):
-        return "points, no densities"
-    return "a tree of an unusual shape" if kind == "other" else f"{kind} values, no float ones"
 
 
 def _open(reader: Reader, grid: Grid, grids: list[Grid]) -> tuple[np.ndarray, Tree, dict[str, bytes]]:

@@ -20,7 +20,7 @@ CLAMPED = 0.5  # voxels from the outermost centres to the faces of a dense grid
 _AROUND = [np.array(step) for step in product((-1, 0, 1), repeat=3) if any(step)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Volume:
     """Density on a grid.
 
