@@ -5,6 +5,7 @@ import io
 import itertools
 import pickle
 import re
+import struct
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -93,6 +94,12 @@ def test_real_files(name, grid, low, step, mark):
     assert volume.name == grid and volume.told == ()
 
 
+@pytest.mark.parametrize("told", [{"suffix": False}, {"more": {"is_saved_as_half_float": None}}])
+def test_half_is_told_in_two_places(told, tmp_path):
+    grid = Grid(leaves=made.leaves_of(CORNER, VALUES), half=True, **told)
+    assert_equal(read_volume(kept(tmp_path, made.vdb(grid))), grid)
+
+
 def test_instances_and_names(tmp_path):
     leaves = made.leaves_of(CORNER, VALUES)
     smoke = Grid("smoke", leaves)
@@ -144,6 +151,10 @@ def test_density_fades_to_the_background(tmp_path):
     np.testing.assert_allclose(sampled(volume, points), [2, 1, 0.75, 0, 0], atol=1e-12)
 
 
+NOISE = np.frombuffer(RANDOM.bytes(2048), np.float32).reshape(8, 8, 8)
+UNPACKED = made.vdb(Grid(leaves={(0, 0, 0): (NOISE, np.ones(NOISE.shape, bool))}, flags=ZIP))
+
+
 @pytest.mark.parametrize(
     "data, line",
     [
@@ -160,6 +171,7 @@ def test_density_fades_to_the_background(tmp_path):
         (made.vdb(Grid(flags=8)), "packed in an unknown way"),
         (made.vdb(Grid(leaves=made.leaves_of(CORNER, VALUES), count=5)), "active voxels, not as many as it says"),
         (made.vdb(Grid(leaves=made.leaves_of(CORNER, VALUES)))[:-1], "is cut off"),
+        (UNPACKED.replace(struct.pack("<q", -2048), struct.pack("<q", -2044)), "another number of values than it says"),
         (made.vdb(Grid(parent="gone")), "shares the tree of one that is not there"),
         (made.vdb(Grid(parent="density")), "shares the tree of one that is not there"),
         (made.vdb(Grid(tiles={((0, 0, 0), 8): (np.nan, True)})), "a tile of 8 voxels a side is no finite number"),
@@ -392,7 +404,7 @@ def test_dense_files_refused(data, more, line, tmp_path):
 
 def test_broken_and_negative_voxels(tmp_path):
     density = np.full((8, 9, 10), 2, np.float32)
-    density[3, 4, 5], density[0, 0, 0], density[7, 8, 9] = np.nan, np.inf, -0.001
+    density[3, 4, 4:6], density[0, 0, 0], density[7, 8, 9] = np.nan, np.inf, -0.001
     density[3, 4, 6] = 5
     grid = Grid(leaves=made.leaves_of((0, 0, 0), density.T, np.ones(density.T.shape, bool)))
     for path, more in ((kept(tmp_path, npy(density), "a.npy"), {"bounds": BOX}), (kept(tmp_path, made.vdb(grid)), {})):
@@ -400,11 +412,11 @@ def test_broken_and_negative_voxels(tmp_path):
             volume = read_volume(path, **more)
         first = "0, 0, 0"
         lines = [str(one.message) for one in told]
-        assert re.search(f"2 voxels that are no finite numbers, the first at x, y, z = {first}, are mended from those around", lines[0])
+        assert re.search(f"3 voxels that are no finite numbers, the first at x, y, z = {first}, are mended from those around", lines[0])
         assert "1 voxels slightly below 0, down to -0.001, are taken as 0" in lines[1] and len(lines) == 2
         mended = volume.density if more else volume.density[1:-1, 1:-1, 1:-1]
         expected = density.copy()
-        expected[3, 4, 5], expected[0, 0, 0], expected[7, 8, 9] = (25 * 2 + 5) / 26, 2, 0
+        expected[3, 4, 4], expected[3, 4, 5], expected[0, 0, 0], expected[7, 8, 9] = 2, (24 * 2 + 5) / 25, 2, 0
         np.testing.assert_allclose(mended, expected, rtol=1e-6)
     density[:, :, 2:] = np.nan
     with pytest.raises(AirlightError, match="577 of its 720 voxels are no finite numbers, the first at x, y, z = 0, 0, 0"):
@@ -417,10 +429,12 @@ def test_inactive_voxels(tmp_path):
     """What is stored counts within the box of the active ones, as in OpenVDB's samplers; what lies outside is told."""
     active = np.zeros(VALUES.shape, bool)
     active[2:9, 3:8, 1:7] = True
-    grid = Grid(leaves=made.leaves_of((0, 0, 0), np.ones(VALUES.shape, np.float32), active))
+    values = np.ones(VALUES.shape, np.float32)
+    values[0, 0, 0], values[19, 12, 8] = np.nan, -1
+    grid = Grid(leaves=made.leaves_of((0, 0, 0), values, active))
     with pytest.warns(UserWarning, match=f"{VALUES.size - 7 * 5 * 6} inactive voxels that are not 0, outside the box"):
         volume = read_volume(kept(tmp_path, made.vdb(grid)))
-    assert volume.density.sum() == 7 * 5 * 6 and volume.stored == (6, 5, 7)
+    assert volume.density.sum() == 7 * 5 * 6 and volume.stored == (6, 5, 7) and len(volume.told) == 1
 
 
 # ---------------------------------------------------------------- sequences

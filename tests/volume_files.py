@@ -97,7 +97,7 @@ def blosc(
 @dataclass
 class Grid:
     """A grid to be written. parent: name of the grid whose tree it shares. map: kind and doubles. count: told as file_voxel_count, the true
-    one unless said, none for False. blosc: arguments of `blosc`."""
+    one unless said, none for False. blosc: arguments of `blosc`. suffix: whether the tree's type says that it is half. more: metadata."""
 
     name: str = "density"
     leaves: dict = field(default_factory=dict)
@@ -113,6 +113,7 @@ class Grid:
     tree: str = "5_4_3"
     more: dict = field(default_factory=dict)
     blosc: dict = field(default_factory=dict)
+    suffix: bool = True
 
     def active(self) -> int:
         tiles = sum(edge**3 for (_, edge), (_, on) in self.tiles.items() if on)
@@ -213,7 +214,7 @@ def _node(grid: Grid, corner: tuple, level: int) -> tuple[bytes, list]:
     for at, (value, on) in tiles.items():
         values[at], active[at] = value, on
     for at in corners:
-        child[at], active[at], values[at] = True, False, 0
+        child[at], active[at], values[at] = True, False, 99  # which nobody reads
     out, leaves = _mask(child) + _mask(active) + _values(grid, values, active, child), []
     for at in sorted(corners):
         if level == 2:
@@ -265,9 +266,10 @@ def vdb(*grids: Grid, version: int = 224, stream: bool = False, more: dict | Non
     out = head + b"01234567-89ab-cdef-0123-456789abcdef" + metadata(more or {"creator": "a test"}) + struct.pack("<I", len(grids))
     for grid in grids:
         told = {"class": grid.grid_class, "name": grid.name.partition("\x1e")[0], "is_saved_as_half_float": grid.half, **grid.more}
+        told = {key: value for key, value in told.items() if value is not None}
         if grid.count is not False:
             told["file_voxel_count"] = grid.active() if grid.count is None else grid.count
-        listed = text(grid.name) + text(f"Tree_{grid.type}_{grid.tree}" + "_HalfFloat" * grid.half) + text(grid.parent)
+        listed = text(grid.name) + text(f"Tree_{grid.type}_{grid.tree}" + "_HalfFloat" * (grid.half and grid.suffix)) + text(grid.parent)
         body = struct.pack("<I", grid.flags) + metadata(told) + transform(*grid.map)
         topology, buffers = (b"", b"") if grid.parent else tree(grid)
         start = len(out) + len(listed) + 24

@@ -39,7 +39,7 @@ class Means:
         """Work out along an axis the first cell (B,) and how much each of the voxels has in each of the cells from there, (B, count, K)."""
         voxels = np.clip(corner[:, None] + edge * np.arange(count + 1), 0, self.stored[axis])
         ends = voxels * (self.kept[axis] / self.stored[axis])
-        first = np.minimum(np.floor(ends[:, 0]).astype(np.int64), self.kept[axis] - 1)
+        first = np.floor(ends[:, 0]).astype(np.int64)
         reach = max(1, int(np.max(np.ceil(ends[:, -1] - 1e-9) - first)))
         cell = (first[:, None] + np.arange(reach))[:, None, :]
         low, high = ends[:, :-1, None], ends[:, 1:, None]
