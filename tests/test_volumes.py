@@ -106,11 +106,17 @@ def test_instances_and_names(tmp_path):
     place = ("ScaleTranslateMap", ((0.1, 0.2, 0.3), (1, 2, 3)))
     shared = Grid("density", parent="smoke", map=place)
     path = kept(tmp_path, made.vdb(smoke, shared, Grid("empty"), Grid("density\x1e1", leaves, type="double")))
-    first, other = read_volume(path), read_volume(path, grid="smoke")
+    with pytest.warns(UserWarning, match="2 grids are named 'density', of which 'density' is read"):
+        first = read_volume(path)
+    other = read_volume(path, grid="smoke")
     np.testing.assert_array_equal(first.density, other.density)
     assert (first.name, other.name) == ("density", "smoke")
     np.testing.assert_allclose(world(first, 0, 0, 0), np.array([-10, 2, 119]) * (0.1, 0.2, 0.3) + (1, 2, 3))
     assert read_volume(path, grid="density[1]").name == "density[1]"
+    twins = kept(tmp_path, made.vdb(Grid("a\x1e0", leaves, more={"comment": "long" * 1000}), Grid("a\x1e1")), "twins.vdb")
+    with pytest.warns(UserWarning, match=r"2 grids are named 'a', of which 'a\[0\]' is read; grid= names another"):
+        assert read_volume(twins, grid="a").name == "a[0]"
+    assert read_volume(twins, grid="a[0]").told == ()
     with pytest.raises(AirlightError, match=r"no grid 'smok', but .*'smoke' \(float\).*did you mean 'smoke'"):
         read_volume(path, grid="smok")
     with pytest.warns(UserWarning, match="no active voxels: it adds nothing"):

@@ -65,6 +65,9 @@ def read(file: BinaryIO, path: str, grid: str | None, scale: float, up: str, lim
     chosen = _choose(reader, grids, grid)
     matrix, tree, metadata = _open(reader, chosen, grids)
     findings = Findings(path)
+    alike = [g.shown for g in grids if g.name == chosen.name]
+    if len(alike) > 1 and grid != chosen.shown:
+        findings.note(f"{len(alike)} grids are named {chosen.name!r}, of which {chosen.shown!r} is read; grid= names another")
     tree.topology()
     said, found = metadata.get("file_voxel_count"), tree.active_voxels()
     if said is not None and len(said) == 8 and said != struct.pack("<q", found):
