@@ -405,6 +405,16 @@ def test_dense_files_refused(data, more, line, tmp_path):
     assert "\n" not in str(told.value) and "; " in str(told.value)
 
 
+@pytest.mark.filterwarnings("ignore:.*coarsened")
+@pytest.mark.parametrize("whole", made.seeds())
+def test_cut_off(whole, tmp_path):
+    more = {"bounds": BOX} if whole[:6] == b"\x93NUMPY" else {"grid": "0"} if whole[:3] == b"VOL" else {}
+    read_volume(kept(tmp_path, whole), limit=10**4, **more)
+    for end in [*range(0, len(whole), max(1, len(whole) // 60)), len(whole) - 1]:
+        with pytest.raises(AirlightError, match=r"cut off|empty|archive|no volume|makes no sense|begin as|damaged"):
+            read_volume(kept(tmp_path, whole[:end]), limit=10**4, **more)
+
+
 # ---------------------------------------------------------------- what is no density
 
 
