@@ -9,8 +9,11 @@ import itertools
 import struct
 import zlib
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+
+from airlight.files.volumes import Volume
 
 ZIP, ACTIVE, BLOSC = 1, 2, 4
 BOX = ((0, 0, 0), (1, 1, 1))
@@ -314,3 +317,32 @@ def seeds() -> list[bytes]:
     files += [npz(density=values, bounds=np.array(BOX)), npz(density=values.astype(np.float16), matrix=np.eye(4)), npy(values)]
     files += [npy(np.asfortranarray(values.astype(np.uint8))), vol(values), vol(np.stack([values] * 3, axis=-1))]
     return files
+
+
+# ---------------------------------------------------------------- in tests
+
+
+def kept(folder: Path, data: bytes, name: str = "a.vdb") -> str:
+    """Write a file: its path."""
+    path = folder / name
+    path.write_bytes(data)
+    return str(path)
+
+
+def world(volume: Volume, *index: float) -> np.ndarray:
+    """The world position of an index."""
+    return volume.matrix[:3] @ (*index, 1)
+
+
+def sampled(volume: Volume, points: np.ndarray) -> np.ndarray:
+    """The density at points (N, 3), from what Volume says of itself alone."""
+    index = (points - volume.matrix[:3, 3]) @ np.linalg.inv(volume.matrix[:3, :3]).T
+    sides = np.array(volume.density.shape[::-1])
+    inside = ((index >= -volume.edge) & (index <= sides - 1 + volume.edge)).all(axis=1)
+    index = np.clip(index, 0, sides - 1)
+    low = np.minimum(index.astype(int), np.maximum(sides - 2, 0))
+    share, total = index - low, np.zeros(len(points))
+    for step in itertools.product((0, 1), repeat=3):
+        x, y, z = np.minimum(low + step, sides - 1).T
+        total += np.prod(np.where(step, share, 1 - share), axis=1) * volume.density[z, y, x]
+    return np.where(inside, total, 0)
