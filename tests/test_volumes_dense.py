@@ -198,5 +198,3 @@ def test_blosc(element, how):
             if damaged != frame and not how.get("stored"):
                 with pytest.raises(ValueError, match="Blosc"):
                     unpack(damaged, len(data))
-
-
