@@ -12,7 +12,7 @@ ifneq ($(shell cat .build/env.stamp 2>/dev/null),$(if $(wildcard .venv/bin/airli
 $(shell rm -f .build/*.stamp)
 endif
 
-.PHONY: help demo test validate adapters mutants bench lint wheel env vulkan chromium clean
+.PHONY: help demo test validate adapters mutants bench lint wheel env vulkan chromium openvdb clean
 .NOTPARALLEL:
 
 help:
@@ -36,6 +36,9 @@ vulkan: env
 chromium:
 	@scripts/ensure_chromium.sh
 
+openvdb:
+	@scripts/ensure_openvdb.sh
+
 demo: env vulkan
 	@mkdir -p "$(dir $(OUT))"
 	@$(RUN)/airlight image "$(PHOTO)" -o "$(OUT)" --light auto --overwrite
@@ -45,7 +48,7 @@ test: lint vulkan chromium
 	$(RUN)/python -m pytest -n 2 --dist loadfile --ignore tests/viewer
 	$(RUN)/python -m pytest tests/viewer
 
-validate: .build/validate.stamp vulkan chromium
+validate: .build/validate.stamp vulkan chromium openvdb
 	$(RUN)/python -m pytest -m slow
 	$(MAKE) adapters
 

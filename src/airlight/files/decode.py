@@ -54,13 +54,13 @@ _FOREIGN = {"raw": extras.decode_raw, "heic": extras.decode_heic, "avif": by_pil
 
 
 @contextlib.contextmanager
-def opened(path: str) -> Iterator[tuple[str, bytes]]:
-    """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes."""
+def opened(path: str, wanted: str = "an image file") -> Iterator[tuple[str, bytes]]:
+    """Open a regular file: its name for OpenImageIO (any bytes may be in the true name) and its first bytes. wanted: for messages."""
     there = standard.local(path)
     try:
         if not stat.S_ISREG(os.stat(there).st_mode):
             kind = "a folder" if os.path.isdir(path) else "not a regular file"
-            raise AirlightError(f"{path}: is {kind}; give the name of an image file")
+            raise AirlightError(f"{path}: is {kind}; give the name of {wanted}")
         handle = os.open(there, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -68,7 +68,7 @@ def opened(path: str) -> Iterator[tuple[str, bytes]]:
         raise AirlightError(f"{path!s}: cannot be read ({reason}){hint or '; check the name and the permissions'}") from error
     try:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise AirlightError(f"{path}: is not a regular file; give the name of an image file")
+            raise AirlightError(f"{path}: is not a regular file; give the name of {wanted}")
         head = os.read(handle, 4096)
         name = f"/proc/self/fd/{handle}"
         yield (name if os.path.exists(name) else there), head
