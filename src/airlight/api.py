@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import warnings
 from typing import Any
 
 import msgspec
@@ -14,7 +13,7 @@ from airlight.arrays import as_array, encode, to_linear
 from airlight.colour import is_neutral
 from airlight.composite.blend import blend as blend_layer
 from airlight.composite.blend import resolve, sample_step
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError, warn
 from airlight.files.images import COARSE, every
 from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
 from airlight.lights import ImageLight, as_lights
@@ -27,6 +26,7 @@ from airlight.occlusion.automatic import auto_threshold
 from airlight.options import OF_PICTURES, Composite, Look, Parameters, chosen_look, presets, refuse_medium
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
+from airlight.words import in_python
 
 FloatArray = npt.NDArray[np.float32]
 
@@ -149,7 +149,7 @@ def add_light_shafts(
             linear = to_linear(array)[0]
             place = likeliest(linear, array.dtype.kind != "f")
             if isinstance(place, str):
-                warnings.warn(place, AirlightWarning, stacklevel=2)
+                warn(place)
                 return shown(_encoded(array, linear, np.zeros(array.shape[:2], bool)))
             lights = as_lights(place)
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
@@ -169,12 +169,12 @@ def add_light_shafts(
     if searched:
         place = likeliest(coarse, not is_float)
         if isinstance(place, str):
-            warnings.warn(place, AirlightWarning, stacklevel=2)
+            warn(place)
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
         lights = as_lights(place)
     done = apply_look(open_renderer(device), pixels, coarse, lights, look, **options)
     if done.resolved.message:
-        warnings.warn(done.resolved.message, AirlightWarning, stacklevel=2)
+        warn(in_python(done.resolved.message))
     if done.codes is not None:
         return shown(_with_own_alpha(done.codes, array))
     if rgb is None:

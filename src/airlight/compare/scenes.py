@@ -118,8 +118,9 @@ class ComparedView:
         exposure, medium = self._exposure or Exposure(), self.resolved(v)
         factor = 2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre
         length = np.minimum(layer.path_length, medium.max_distance).ravel()
-        light, picture = ((factor * pixels).reshape(-1, 3) for pixels in (layer.radiance, self.surfaces))
-        return doubt_of_medium(medium, length, length < medium.max_distance, light, picture)
+        shown = layer.radiance, self.surfaces, self.surfaces * layer.transmittance
+        light, picture, own = ((factor * pixels).reshape(-1, 3) for pixels in shown)
+        return doubt_of_medium(medium, length, length < medium.max_distance, light, picture, own)
 
     # ------------------------------------------------------------ truths
 
