@@ -136,7 +136,7 @@ def add_light_shafts(
         raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
     lights = [] if searched else as_lights(light)
     parallel = any(one.angle is not None for one in lights)
-    chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "a parallel light" if parallel else "")
+    chosen = chosen_look(named, Look(look=named.get("look")).look, "occlusion" if given is not None else "a parallel light" if parallel else "")
     if chosen == "classic":
         if subject is not None:
             raise AirlightError("a subject is for the smart look: leave out what asks for the classic one")

@@ -12,6 +12,10 @@ class AirlightError(Exception):
     exit_code = 2
 
 
+class NotAPicture(AirlightError):
+    """A file that is no picture of any kind that is read."""
+
+
 class MachineError(AirlightError):
     """A failure of the program or the machine: no adapter, memory, disk full (exit code 1)."""
 

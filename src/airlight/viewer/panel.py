@@ -279,6 +279,9 @@ class Panel(Rows):
 
     def _view(self, opened: bool) -> None:
         s = self.state
+        if s.command_wanted:
+            imgui.set_next_item_open(True)
+        s.command_wanted = False
         if not self._header("View", opened):
             return
         if not s.is_smart:

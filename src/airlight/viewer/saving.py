@@ -12,6 +12,8 @@ from airlight.jobs.image import run_image
 from airlight.viewer import command
 from airlight.viewer.state import ViewerState
 
+SENT = ", where the viewer runs; the browser downloads a copy"
+
 
 class Saving(threading.Thread):
     """Writes one picture. `path` is its file; `outcome` becomes (text, whether it is an error) at the end, then `then` is called.
@@ -36,7 +38,7 @@ class Saving(threading.Thread):
     def run(self) -> None:
         try:
             self.write()
-            self.outcome = f"{self.path} saved{', where the viewer runs; the browser downloads a copy' if self.is_received else ''}", False
+            self.outcome = f"{self.path} saved{SENT if self.is_received else ''}", False
         except Exception as error:  # whatever it is, the viewer goes on and says so
             self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:
