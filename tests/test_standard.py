@@ -133,7 +133,7 @@ def test_records_of_timings(pipe, monkeypatch):
         (["image", "-", "-o", "x.png"], b"\x89PNG\r\n\x1a\n" + b"\0" * 30, "-: is damaged"),
         (["image", "PHOTO", "-o", "-", "--layer", "-"], b"", "-: is named for two outputs"),
         (["image", "PHOTO", "PHOTO", "-o", "-"], b"", "-: 2 pictures do not go into one file"),
-        (["render", "-", "-o", "x.png"], b"\xff\xd8\xff\xe0 of a photo", "-: is a picture, not a scene; airlight image adds light shafts to it"),
+        (["render", "-", "-o", "x.png"], b"\xff\xd8\xff\xe0 of a photo", "-: is a picture, not a scene; airlight image"),
         (["render", "-", "-o", "x.png"], b"hello", "-: is not a scene; give table, flying, or a .glb"),
         (["image", "-", "-o", "x.png"], b"glTF\2\0\0\0", "-: is a 3-D scene, which airlight render draws"),
         (["view", "-", "--screenshot", "x.png"], b"glTF\2\0\0\0", "-: is a 3-D scene, which airlight render draws"),

@@ -9,7 +9,7 @@ import pytest
 import airlight
 from airlight.errors import AirlightWarning
 from airlight.options import declared
-from airlight.words import in_panel, in_python
+from airlight.options.words import in_panel, in_python
 
 BLACK = np.zeros((40, 60, 3), np.uint8)
 

@@ -24,9 +24,9 @@ from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import OF_PICTURES, Composite, Look, Parameters, chosen_look, presets, refuse_medium
+from airlight.options.words import in_python
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
-from airlight.words import in_python
 
 FloatArray = npt.NDArray[np.float32]
 
@@ -136,7 +136,8 @@ def add_light_shafts(
         raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
     lights = [] if searched else as_lights(light)
     parallel = any(one.angle is not None for one in lights)
-    chosen = chosen_look(named, Look(look=named.get("look")).look, "occlusion" if given is not None else "a parallel light" if parallel else "")
+    of_sum = "occlusion" if given is not None else "a parallel light" if parallel else ""
+    chosen = chosen_look(named, Look(look=named.get("look")).look, of_sum)
     if chosen == "classic":
         if subject is not None:
             raise AirlightError("a subject is for the smart look: leave out what asks for the classic one")

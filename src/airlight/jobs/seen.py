@@ -48,11 +48,11 @@ def doubt_of_medium(
     if not depths.size or not depths.any():  # an empty one is meant so
         return None
     if is_dense(medium, depths[drawn]):
-        shown = np.zeros(len(length), bool)
+        shown = 0.0
         if own is not None:
             there = own if light is None else own + light
-            shown = ((own > VISIBLE_CONTRAST * there) & (own > BLACK_LINEAR)).any(axis=1)
-        if shown[drawn].mean() < 1 - NEARLY_ALL:
+            shown = float(np.mean(((own > VISIBLE_CONTRAST * there) & (own > BLACK_LINEAR))[drawn].any(axis=1)))
+        if shown < 1 - NEARLY_ALL:
             return hides(medium, float(np.median(length[drawn])))
     if depths.max() > -np.log(1 - VISIBLE_CONTRAST) or light is None or picture is None:
         return None

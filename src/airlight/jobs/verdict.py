@@ -97,6 +97,7 @@ class OfScene:
     ev: float = 0.0  # with which they are shown
     measured: float | None = None  # the automatic one of physical lights
     brightest: float = 0.0  # of any frame, see above
+    doubtful: bool = False  # whether its medium was
     seen: bool = False  # something of the scene, in any frame
     lamps: Lamps = field(default_factory=Lamps)
 
@@ -121,6 +122,7 @@ class OfScene:
         self.seen = sees(studio, depth)
         if self.frames == 1 and (doubt := doubt_of_frame(studio, frame, depth)) is not None:  # at once: a film may take hours
             warn(doubt)
+            self.doubtful = True
 
     def tell(self) -> None:
         """Say what all frames have in common that nobody wants, with its cure."""
@@ -137,7 +139,8 @@ class OfScene:
         for name, cure in (("white", darker), ("black", f"{brighter}--light or --sun adds a light")):
             if self.frames and self.flat[name] == self.frames:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
-        if self.frames and self.brightest < DIM_LINEAR and not (self._is_light or self.flat["black"] == self.frames):
+        told = self.doubtful or self._is_light or self.flat["black"] == self.frames
+        if self.frames and self.brightest < DIM_LINEAR and not told:
             ev = self.ev + max(1, round(math.log2(0.5 / max(self.brightest, BLACK_LINEAR))))
             cure = darker if self.measured is not None and abs(self.ev - self.measured) > FAR_STOPS else f"--ev {ev:g} brightens it"
             say(f"{of}it is dark, nearly all of it below {percent(DIM_LINEAR)} of white: {cure}", prefix="")

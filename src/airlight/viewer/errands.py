@@ -7,8 +7,8 @@ from typing import Any
 from airlight.errors import AirlightError
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
-from airlight.viewer.saving import SENT
 from airlight.viewer.desktop import desktop_of
+from airlight.viewer.saving import SENT
 from airlight.viewer.undo import History
 
 COMMAND = ("Control", "Meta")

@@ -5,9 +5,9 @@ from typing import Any
 from imgui_bundle import imgui
 
 from airlight.options import Option
+from airlight.options.words import label
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
-from airlight.words import label
 
 LABEL = 104  # logical px
 Rect = tuple[float, float, float, float]

@@ -15,8 +15,8 @@ from airlight.look.measure import Small
 from airlight.look.plan import LookPlan
 from airlight.look.resolve import FINENESS, ResolvedLook, resolve
 from airlight.options import Look
+from airlight.options.words import in_panel
 from airlight.reference.look import Tones
-from airlight.words import in_panel
 
 LAY = "viewer/lay.wgsl"
 DRAFT_SIDE = 240  # px of the longer side of what is measured while something is dragged

@@ -3,7 +3,8 @@
 import re
 from collections.abc import Callable
 
-from airlight.options import Option, declared
+from airlight.options import declared
+from airlight.options.declare import Option
 
 NAMED = re.compile(r"--([a-z][a-z-]*[a-z])(?: ([\w.+-]*\w))?")  # an option, and the word behind it, which may be its value
 
