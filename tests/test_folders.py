@@ -152,7 +152,7 @@ def test_what_is_refused(photos, tmp_path, capsys):
         ([photos, "-o", photos], "is also an input"),
         ([photos, "-o", tmp_path / "one.png"], "5 pictures do not go into one file"),
         ([photos, "-o", tmp_path / "a" / "b"], "the folder cannot be made"),
-        ([photos, "-o", tmp_path / "out.####.png"], "the inputs have no numbers"),
+        ([photos, "-o", tmp_path / "out.####.png"], "frames are numbered by an input that is a pattern"),
         ([photos, "-o", tmp_path / "out", "--frames", "1-3"], "--frames needs a pattern"),
         ([photos, "-o", tmp_path / "out", "--format", "gif"], "'gif' is none of"),
         ([photos / "a2.jpg", "-o", tmp_path / "a.png", "--format", "png"], "leave --format out"),

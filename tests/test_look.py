@@ -140,6 +140,33 @@ def test_pictures_without_shafts_are_declined(renderer: airlight.Renderer, name:
     assert change.applied.resolved.message.endswith("--look classic draws on black" if black else "draws some")
 
 
+def evening(specks: float = 0.0) -> np.ndarray:
+    """(H, W, 3) float32: a glow over dark ground, fading into an even sky above. specks: how much brighter three spots are."""
+    rows = ((np.arange(HEIGHT) + 0.5) / HEIGHT)[:, None, None]
+    picture = (0.12 + 0.8 * np.exp(-np.square((rows - 0.55) / 0.25))) * np.ones((1, WIDTH, 3))
+    picture[rows[:, 0, 0] > 0.55] = 0.05
+    for x, y in ((90, 30), (250, 50), (330, 40)):
+        picture[y : y + 5, x : x + 5] += specks
+    return picture.astype(np.float32)
+
+
+@pytest.mark.parametrize("specks", [0.0, 0.24, 0.7])
+@pytest.mark.parametrize("light", [(0.4, -0.1), (0.6, -0.3), (0.1, -0.05)])
+def test_specks_in_an_open_sky_throw_no_bars(renderer: airlight.Renderer, specks: float, light: tuple[float, float]) -> None:
+    """Faint or bright, they are no gaps for a light beyond the picture: its rays are drawn as without them, or it has none."""
+    change, clean = (shone(renderer, evening(s), Light(light)) for s in (specks, 0.0))
+    assert change.applied.resolved.lights[0].rays == 24 and "24 rays drawn" in change.applied.resolved.message
+    assert np.abs(change.codes - clean.codes).mean() < 0.3
+    none = shone(renderer, evening(specks), Light(light), Look(rays=0))
+    assert np.array_equal(none.after, none.before) and none.applied.resolved.message.startswith("nothing stands before the light")
+
+
+def test_rays_asked_for_are_drawn_beneath_an_open_sky(renderer: airlight.Renderer) -> None:
+    """As the line says that tells of nothing before the light: `--rays 24 draws some`."""
+    change = shone(renderer, evening(), Light((0.4, -0.1)), Look(rays=24))
+    assert change.contrast == pytest.approx(8, rel=0.05)
+
+
 def test_half_the_size_is_the_half(renderer: airlight.Renderer) -> None:
     """Pictures of 960 and 480 px: within a code on average, five in 99 of 100 values; the rest lies on edges of bars, mixed otherwise."""
     full = barred(size=(2 * WIDTH, 2 * HEIGHT))

@@ -217,6 +217,23 @@ def test_contrast_is_solved_where_it_is_reached(shade: float) -> None:
     assert contrast.solve(90.0) == (measure.STRONGEST, contrast.at(measure.STRONGEST)) and contrast.at(measure.STRONGEST) < 90
 
 
+@pytest.mark.parametrize(
+    ("count", "side", "gaps"), [(0, 0, False), (1, 5, False), (4, 5, False), (24, 5, True), (1, 40, True), (1, 10, False), (2, 10, True)]
+)
+def test_gaps_for_a_light_beyond(count: int, side: int, gaps: bool) -> None:
+    """Squares in a dark wall: specks are none unless they are many, nor is one small hole; frames of a clip keep what there is."""
+    picture = np.full((200, 300, 3), 0.03)
+    for at in np.linspace(20, 270 - side, count).astype(int):
+        picture[20 : 20 + side, at : at + side] = 1
+    small, grid = Small(picture), RayGrid((300, 200), (0.5, -0.5))
+    tone = measure.tones(small, grid)
+    parts = measure.parts(small, tone, grid)
+    assert parts.any() == gaps
+    emits = small.y > 0.5
+    assert np.all(parts[emits] == gaps) and np.all(measure.parts(small, tone, grid, held=True)[emits] == 1)
+    assert measure.gap_share(emits.astype(float), grid) <= (count * (2 + side / 3)) / 64
+
+
 def test_oklab_of_known_colours() -> None:
     """Ottosson's table: white, and linear red, green and blue."""
     known = [[1, 0, 0], [0.6280, 0.2249, 0.1258], [0.8664, -0.2339, 0.1795], [0.4520, -0.0325, -0.3115]]

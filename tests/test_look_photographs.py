@@ -10,6 +10,7 @@ from look_scenes import Change, rays_share, shone
 
 import airlight
 from airlight.files import read_image
+from airlight.lights import Light
 from airlight.options import Look, presets
 from airlight.planes import shrink
 from airlight.reference.look import WHITE
@@ -61,6 +62,13 @@ def test_mist_without_gaps_gets_drawn_rays(changes: dict[str, Change]) -> None:
         drawn = name == "tea-gardens-mist"
         assert change.applied.resolved.lights[0].rays == (24 if drawn else 0)
         assert ("24 rays drawn" in change.applied.resolved.message) == drawn
+
+
+@pytest.mark.parametrize("light", [(0.4, -0.1), (0.6, -0.1), (0.1, -0.1), (0.4, -0.05)])
+def test_lens_spots_are_no_gaps(renderer: airlight.Renderer, light: tuple[float, float]) -> None:
+    """A light above the hill's evening sky, in which the lens left faint spots: drawn rays, no bar that begins at a spot."""
+    resolved = shone(renderer, photograph("hill-sunset", 640), Light(light)).applied.resolved
+    assert resolved.lights[0].rays == 24 and "24 rays drawn" in resolved.message
 
 
 @pytest.mark.parametrize("name", LIGHTS)

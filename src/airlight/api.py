@@ -1,7 +1,9 @@
 """The functions that a script calls: arrays in, arrays out."""
 
 import dataclasses
+import inspect
 import os
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -54,7 +56,7 @@ def _parameters(image: Any, named: dict[str, Any]) -> tuple[Parameters, Any]:
     if not isinstance(named.get("occlusion", "none"), str):
         mask = named.pop("occlusion")
         named["occlusion"] = "none"
-    _refuse_unknown(named, (Parameters,))
+    _refuse_unknown(named, (Parameters,), light_shafts)
     return Parameters(**named), mask
 
 
@@ -130,7 +132,7 @@ def add_light_shafts(
     named = ({} if preset is None else _preset(preset)) | parameters
     given = named.pop("occlusion") if not isinstance(named.get("occlusion", ""), str) else None  # an array, the mask
     emits = mask if given is None else given
-    _refuse_unknown(named, (Parameters, Composite, Look))
+    _refuse_unknown(named, (Parameters, Composite, Look), add_light_shafts)
     searched = isinstance(light, str) and light == "auto"
     if isinstance(light, str) and not searched:
         raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
@@ -205,8 +207,10 @@ def likeliest(image: Any, bounded: bool = False) -> Any:
     return found[0]
 
 
-def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...]) -> None:
-    known = [field for struct in structs for field in struct.__struct_fields__]
+def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...], of: Callable[..., Any]) -> None:
+    """Refuse keywords that neither the structs have as fields nor the function that takes them."""
+    known = [name for name, one in inspect.signature(of).parameters.items() if one.kind is not one.VAR_KEYWORD]
+    known += [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
     if unknown:
         refuse_medium(unknown, lambda one: one.name)

@@ -297,3 +297,47 @@ def test_steering_and_marks_go_by_where_the_camera_is_while_a_picture_is_drawn_n
     assert np.linalg.norm(ends[0] - start["position"]) > 1e-3
     assert np.allclose(ends[0], ends[1], atol=1e-6) and np.allclose(marks[0], marks[1])
     view.camera.set_state(start)
+
+
+def test_a_picture_that_was_dropped_is_not_taken_for_the_one_before(kept: Driver) -> None:
+    """It may be drawn already, onto the same texture."""
+    frames, drawn = Frames(kept.viewer.device, "rgba8unorm", Pace(0.0, 60.0, 0.0), Clock()), []
+
+    def make(key: str) -> Callable[[int], Callable[[], None]]:
+        def work() -> None:
+            frames.view((8, 8))
+            drawn.append(key)
+            current().pause()  # type: ignore[union-attr]
+
+        return lambda level: work
+
+    while frames.follow("first", False, make("first")):
+        pass
+    frames.follow("other", False, make("other"))
+    assert frames.refines() and drawn == ["first", "other"]
+    frames.drop()
+    while frames.follow("first", False, make("first")):
+        pass
+    assert drawn == ["first", "other", "first"]
+
+
+def test_the_eye_is_used_to_a_screenshot_and_to_a_picture_at_rest(scene: Driver, clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever time passes without a frame."""
+    st.set_values(scene.state, {"adapt": 1.0, "exposure": 0.3})
+    rest(scene, clock)
+    following = scene.viewer.following
+    settled: list[bool] = []
+    show = scene.viewer.scene.show
+    monkeypatch.setattr(scene.viewer.scene, "show", lambda *those: (settled.append(those[3]), show(*those)))
+    st.set_values(scene.state, {"adapt": 1.0, "exposure": 3.0})
+    scene.frame(3)
+    scene.viewer.screenshot()
+    assert settled[-1]
+    st.set_values(scene.state, {"adapt": 1.0, "exposure": 0.5})
+    scene.frame(3)
+    clock.now += 1000  # as in a window that is hidden
+    rest(scene, clock)  # of the picture that was worked on
+    scene.frame()
+    rest(scene, clock)
+    assert settled[-1] and not following.adapting, (settled, following.adapting, following.moving)
+    st.set_values(scene.state, {})

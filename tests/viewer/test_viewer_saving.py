@@ -24,7 +24,8 @@ def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, code
     for source in (jpeg, deep):
         smart.viewer.open(str(source), [LightControl((0.31, 0.42))])
         st.change(smart.state, "look", look)
-        smart.canvas.submit_event({"event_type": "key_down", "key": "s", "modifiers": ("Control",)})
+        for kind in ("key_down", "key_up"):
+            smart.canvas.submit_event({"event_type": kind, "key": "s", "modifiers": ("Control",)})
         smart.frame()
         assert "saving" in smart.state.message
         ours = source.with_name(f"{source.stem}-shafts{source.suffix}")

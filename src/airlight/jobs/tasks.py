@@ -123,7 +123,8 @@ def picture_tasks(
             standard.refuse_frames(target)
             return pattern.frame(number)
         if pattern is not None and is_explicit_pattern(target):
-            raise AirlightError(f"{target}: the inputs have no numbers; name a folder, or a file without {pattern.written}")
+            named = "frames are numbered by an input that is a pattern, as 'frame.####.jpg'"
+            raise AirlightError(f"{target}: {named}; name it so, or a folder, or a file without {pattern.written}")
         if target == standard.NAME and len(given) == 1:
             return outputs.to_stdout(source, format)
         if outputs.is_folder(target, of_folder):

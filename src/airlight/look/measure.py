@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from airlight.lights import ImageLight
-from airlight.look.grid import Array, RayGrid, points
+from airlight.look.grid import LINES, Array, RayGrid, points
 from airlight.luminance import luminance
 from airlight.planes import blur, box, label, shrink_to, shrunk_size
 from airlight.reference import look as twin
@@ -23,6 +23,9 @@ BLACK = 1e-4  # luminance
 HOLDS = 0.012  # a part that comes as near to the light holds it
 EMITTING = 0.1  # of full emission: from here pixels hang together as parts
 TOP = 0.25  # of the height: where parts lie that a light above the picture shines through
+GAP = 0.3  # of full emission, which gaps that a light beyond the picture shines through reach: specks in an even sky do not
+SPECK = 5e-4  # of the picture: smaller parts may be dust, birds or lens spots
+SECTORS, GAPS = 64, (0.06, 0.25)  # of the view from such a light; the share of them with gaps from which there are any, and with specks
 RING = (0.40, 0.70, 0.12)  # where the light's colour is read: emission of the tone, from, to; distance
 SCENE = (0.35, 0.25)  # share of the scene's colour in the light's, as air and surfaces have given it; diagonals in which it is read
 UNCLIPPED = (0.90, 0.97)  # largest channel of pixels that are bright, and still have their colour
@@ -129,10 +132,12 @@ def tones(small: Small, grid: RayGrid) -> Tones:
     return Tones(surroundings, max(float(np.percentile(close, 99.5)), surroundings * 1.0001))
 
 
-def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
+def parts(small: Small, tone: Tones, grid: RayGrid, drawn: bool | None = None, held: bool = False) -> Array:
     """Mark bright parts, (h, w), through which the light comes: those that hold it, touch the border on its side, or lie above it.
 
-    Reflections, flower heads and snow below the light are none.
+    Reflections, flower heads and snow below the light are none. Where a light beyond the picture has nothing but specks to shine through,
+    they are none either: marked is the glow of the sky, for rays to be `drawn` in it, None: if it is so smooth that they will be. held: a
+    frame before has settled that there are gaps, or rays to draw.
     """
     emits = twin.emission(small.y, tone)
     numbers, count = label(emits > EMITTING)
@@ -151,8 +156,25 @@ def parts(small: Small, tone: Tones, grid: RayGrid) -> Array:
     kept = height < (grid.light[1] if grid.light[1] > 0 else TOP * grid.box[1])
     kept[np.concatenate(sides)] = True
     kept[0] = False
-    found = kept[numbers].astype(np.float64)
-    for axis in (0, 1):  # a pixel wider, as it is enlarged
+    found = _wider(kept[numbers].astype(np.float64))
+    if grid.inside or (held and not drawn) or gap_share(emits * found, grid) >= GAPS[1]:
+        return found
+    if gap_share(emits * (kept & (size >= SPECK * numbers.size))[numbers], grid) >= GAPS[0]:
+        return found
+    glow = _wider((size >= OPENING * numbers.size)[numbers] * (numbers > 0.0))
+    return glow if drawn or (drawn is None and _is_smooth(emits * glow)) else np.zeros_like(glow)
+
+
+def gap_share(emits: Array, grid: RayGrid) -> float:
+    """Find the share of the view from a light beyond the picture, 0..1, in which something emits."""
+    height, width = emits.shape
+    sector = np.clip(grid.polar(*points(width, height))[1] * (SECTORS / LINES), 0, SECTORS - 1).astype(int)
+    return len(np.unique(sector[emits > GAP])) / SECTORS
+
+
+def _wider(found: Array) -> Array:
+    """Spread marks by a pixel, as they are enlarged."""
+    for axis in (0, 1):
         wide = np.pad(found, [(1, 1) if a == axis else (0, 0) for a in (0, 1)])
         found = np.maximum.reduce([np.take(wide, range(i, i + found.shape[axis]), axis=axis) for i in range(3)])
     return found
@@ -235,12 +257,20 @@ class Seen:
     distance: Array | None = None
 
 
-def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind: str | None, masked: Array | None = None) -> Seen:
+def see(
+    small: Small,
+    position: tuple[float, float],
+    size: tuple[int, int],
+    kind: str | None,
+    masked: Array | None = None,
+    drawn: bool | None = None,
+    held: bool = False,
+) -> Seen:
     """Look at a light. size: of the whole picture; kind: as in detect.Candidate, None to be told by what is there; masked: (h, w), what
-    may emit at all."""
+    may emit at all; drawn, held: as of `parts`."""
     grid = RayGrid(size, position)
     tone = tones(small, grid)
-    may_emit = parts(small, tone, grid)
+    may_emit = parts(small, tone, grid, drawn, held)
     if masked is not None:
         may_emit = may_emit * masked
     emits = twin.emission(small.y, tone) * may_emit
@@ -251,11 +281,15 @@ def see(small: Small, position: tuple[float, float], size: tuple[int, int], kind
 
 def is_misty(seen: Seen) -> bool:
     """Tell whether all edges of what emits are wide and smooth, as of a sky in mist: there are no gaps for light to come through."""
-    if min(seen.emits.shape) < 2:
+    return _is_smooth(seen.emits)
+
+
+def _is_smooth(emits: Array) -> bool:
+    if min(emits.shape) < 2:
         return False
-    diagonal = math.hypot(*seen.emits.shape)
-    rise = np.hypot(*np.gradient(seen.emits)) * diagonal
-    between = (seen.emits > 0.1) & (seen.emits < 0.9)
+    diagonal = math.hypot(*emits.shape)
+    rise = np.hypot(*np.gradient(emits)) * diagonal
+    between = (emits > 0.1) & (emits < 0.9)
     return bool(between.mean() > 0.02 and np.median(rise[between]) < 1 / SOFT_EDGE)
 
 

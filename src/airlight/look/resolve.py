@@ -81,11 +81,13 @@ def resolve(
     seen: list[Seen] = []
     rays: list[int] = []
     for number, light in enumerate(lights):
-        one = measure.see(small, light.position, size, light.kind, masked)
+        asked = held.lights[number].rays if held is not None else look.rays
+        draws = None if asked is None else asked > 0
+        one = measure.see(small, light.position, size, light.kind, masked, draws, held is not None)
         if held is not None:
             one = dataclasses.replace(one, tones=held.lights[number].settings.tones, kind=held.lights[number].kind)
         automatic = DRAWN_RAYS if one.kind == "beyond" and measure.is_misty(one) else 0
-        count = held.lights[number].rays if held is not None else automatic if look.rays is None else look.rays
+        count = automatic if asked is None else asked
         pattern = twin.drawn_pattern(count, one.grid, look.rays_seed + number, look.rays_shimmer) if count else None
         usual: Found | None = None
         if held is None and fineness != FINENESS:  # whether a picture holds rays is not told by ones that are smoothed away

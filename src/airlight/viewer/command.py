@@ -1,4 +1,4 @@
-"""Write the command and the request that make what the viewer shows. Nothing here draws."""
+"""Write the command that makes what the viewer shows. Nothing here draws."""
 
 import math
 import os
@@ -6,8 +6,7 @@ import shlex
 from typing import Any
 
 from airlight.files import OUTPUTS
-from airlight.jobs.image import AUTO, ImageRequest
-from airlight.jobs.light_text import LightText, read_light
+from airlight.jobs.light_text import LightText
 from airlight.options.declare import as_text as value_as_text
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -51,12 +50,6 @@ def written_values(state: ViewerState) -> dict[str, Any]:
     if not state.is_image and state.automatic.get("ev"):  # which another camera would change
         found.setdefault("ev", state.automatic["ev"])
     return found
-
-
-def image_request(state: ViewerState, path: str, device: str | None) -> ImageRequest:
-    """Request what the command line requests, written to a path."""
-    lights = [read_light(word.partition("=")[2]) for word in light_words(state)]
-    return ImageRequest([state.source], path, lights or AUTO, written_values(state), device=device)
 
 
 def command_line(state: ViewerState) -> list[str]:

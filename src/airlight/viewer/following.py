@@ -28,6 +28,8 @@ class Following:
         self.key: Any = None  # and all that it shows
         self.moving = False  # whether more follow
         self.stirred = False
+        self.adapting = False  # whether the last picture was one on the way of light adaptation
+        self.settling = False
         self.last: float | None = None
 
     def go_on(self) -> bool:
@@ -54,9 +56,11 @@ class Following:
         self.moving = bool(viewer.scene.update(state, step)) or (state.playing and state.duration > 0)
         self.told = self._told()
         self.key = self.told + viewer.scene.key(state)
-        if state.composite.adapt > 0 and frames.adapts(self.key, ADAPTED * state.in_scene.adapt_seconds):
-            frames.forget()  # the eye gets used to it
-            self.moving = True
+        adapts = state.composite.adapt > 0 and not self.settling and frames.adapts(self.key, ADAPTED * state.in_scene.adapt_seconds)
+        if adapts or self.adapting:  # the eye gets used to it, and at the end it is
+            frames.forget()
+        self.adapting = adapts
+        self.moving |= adapts
         return frames.follow(self.key, self.moving, self._scene_work, viewer.woken)
 
     def _told(self) -> tuple[Any, ...]:
@@ -81,11 +85,11 @@ class Following:
         """Draw the picture whole and at once. Raises AirlightError."""
         self.drop()
         self.frames.forget()
-        pace, self.frames.pace = self.frames.pace, AT_ONCE
+        pace, self.frames.pace, self.settling = self.frames.pace, AT_ONCE, True
         try:
             self.go_on()
         finally:
-            self.frames.pace = pace
+            self.frames.pace, self.settling = pace, False
 
     def _picture_work(self, level: int) -> Callable[[], None]:
         """Make the work for a picture, of the state as it is now; level above 0: a draft."""
@@ -119,7 +123,7 @@ class Following:
 
     def _scene_work(self, level: int) -> Callable[[], None]:
         """Make the work for a scene as it is posed now."""
-        seen, settles = replace(self.viewer.state), not self.moving and self.frames.pace is not AT_ONCE
+        seen, settles = replace(self.viewer.state), not self.moving and (self.settling or self.frames.pace is not AT_ONCE)
 
         def work() -> None:
             self.viewer.scene.show(seen, self.frames.view(seen.size), SHARES[level], settles)

@@ -85,6 +85,8 @@ class Frames:
             self.work.drop()
             if self.refines():  # lest one that is too slow is begun again and again
                 self._whole = max(self._whole, self.work.spent)
+            if self.next is self.kept:  # which may be drawn already
+                self.shown = None
             self.work, self.dropped = None, self.dropped + 1
 
     def forget(self) -> None:

@@ -1,17 +1,21 @@
-"""Write the whole picture with its shafts, exactly as the command that the viewer shows writes it, while the viewer goes on."""
+"""Write the whole picture with its shafts by the command that the viewer shows, in a process of its own, while the viewer goes on."""
 
 import functools
 import itertools
 import os
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any
 
+from airlight.errors import AirlightError
 from airlight.files import Picture, write_image
-from airlight.jobs.image import run_image
+from airlight.messages import say
 from airlight.viewer import command
 from airlight.viewer.state import ViewerState
 
+BEHIND = 10  # of niceness
 SENT = ", where the viewer runs; the browser downloads a copy"
 
 
@@ -32,8 +36,8 @@ class Saving(threading.Thread):
         if is_array:
             self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
-        request = command.image_request(state, self.path, device)
-        self.write = functools.partial(run_image, request)
+        words = ["image", state.source, "-o", self.path, *command.command_line(state)[5:]]
+        self.write = functools.partial(_run, [*words, *(["--device", device] if device else [])])
 
     def run(self) -> None:
         try:
@@ -43,6 +47,23 @@ class Saving(threading.Thread):
             self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:
             self.then()
+
+
+def _run(words: list[str]) -> None:
+    """Run a command by itself, behind what else there is to do: coding a large file would hold up frames. Raises AirlightError."""
+    more: Any = {"start_new_session": True}
+    if sys.platform == "win32":
+        more = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS}
+    words = [sys.executable, "-m", "airlight", *words]
+    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, **more) as process:
+        if sys.platform != "win32":
+            os.setpriority(os.PRIO_PROCESS, process.pid, BEHIND)
+        _, said = process.communicate()
+    lines = [line for line in said.splitlines() if line.strip()]
+    if process.returncode:
+        raise AirlightError(lines[-1].removeprefix("airlight: ") if lines else f"the command ended with {process.returncode}")
+    for line in lines:
+        say(line, prefix="")
 
 
 def free_name(path: str, folder: str) -> str:
@@ -58,7 +79,6 @@ def free_name(path: str, folder: str) -> str:
 def _array_writer(state: ViewerState, picture: Picture, path: str, device: str | None) -> Callable[[], None]:
     """Make what writes an array with the lights and parameters of the state as it is now."""
     from airlight.jobs.doubts import tell_unchanged
-    from airlight.messages import say
     from airlight.occlusion.automatic import auto_threshold
     from airlight.pictures import render_look, render_picture
 
