@@ -81,6 +81,9 @@ def drivers() -> dict[str, dict[str, str]]:
 
 
 def main() -> int:
+    if sys.argv[1:2] in (["-h"], ["--help"]):
+        print(__doc__.strip())
+        return 0
     found = drivers()
     if len(sys.argv) > 2:
         if sys.argv[1] not in found:

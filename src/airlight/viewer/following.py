@@ -82,7 +82,10 @@ class Following:
                 self.viewer.picture.forget()
 
     def settle(self) -> None:
-        """Draw the picture whole and at once. Raises AirlightError."""
+        """Draw the picture whole and at once, if it is not there. Raises AirlightError."""
+        still = self.frames.work is None and not (self.stirred or self.adapting) and self._told() == self.told
+        if still and self.frames.shown == (self.key, 0):
+            return
         self.drop()
         self.frames.forget()
         pace, self.frames.pace, self.settling = self.frames.pace, AT_ONCE, True
