@@ -141,7 +141,7 @@ class OfScene:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
         told = self.doubtful or self._is_light or self.flat["black"] == self.frames
         if self.frames and self.brightest < DIM_LINEAR and not told:
-            ev = self.ev + max(1, round(math.log2(0.5 / max(self.brightest, BLACK_LINEAR))))
+            ev = self.ev + max(1, int(math.log2(0.5 / max(self.brightest, BLACK_LINEAR))))
             cure = darker if self.measured is not None and abs(self.ev - self.measured) > FAR_STOPS else f"--ev {ev:g} brightens it"
             say(f"{of}it is dark, nearly all of it below {percent(DIM_LINEAR)} of white: {cure}", prefix="")
 
