@@ -69,8 +69,9 @@ def table(drawn: dict[str, dict[str, np.ndarray]]) -> str:
             off = np.abs(drawn[other][f"picture {name}"].astype(float) - drawn[first][f"picture {name}"])
             cells += [f"{np.sqrt(np.mean(off**2)):.3f}", f"{off.max():.0f}", f"{100 * np.mean(off > 1):.3f} %"]
         rows.append(f"| {name} | " + " | ".join(cells) + " |")
-    rows += ["", "Light in a medium, the exact walk, 240 x 135, over its mean: rmse and bias against the tracer; and how much"]
-    rows += [f"pixels differ from those of {first}: half and 99 % of them by less, the worst by, and the share off by more than 1 %.", ""]
+    rows += ["", f"Light in a medium, the exact walk, 240 x 135, shadow maps of {drawn[first]['map_side']}, over its mean: rmse and"]
+    rows += [f"bias against the tracer; and how much pixels differ from those of {first}: half and 99 % of them by less, the worst"]
+    rows += ["by, and the share off by more than 1 %.", ""]
     heads = [f"{n}: rmse | bias" for n in drawn] + [f"{o}: half | 99 % | worst | off by more than 1 %" for o in others]
     rows += ["| | " + " | ".join(heads) + " |", "|---" * (1 + 2 * len(drawn) + 4 * len(others)) + "|"]
     for name in (key.partition(" ")[2] for key in drawn[first] if key.startswith("scene ")):

@@ -48,7 +48,7 @@ def main() -> None:
         found[f"error {name}"] = np.array(validating.error(drawn.layer, truths[f"light {name}"], truths[f"way {name}"]))
     if kept:
         np.savez(kept, **truths)
-    np.savez(out, driver=device.driver, **found)
+    np.savez(out, driver=device.driver, map_side=MAP_SIDE, **found)
 
 
 if __name__ == "__main__":

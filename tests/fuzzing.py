@@ -284,7 +284,7 @@ TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+
 TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
 TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
-TOLD += "|.* lies? (behind the camera|beside the view): method "
+TOLD += "|.*: it is dark, nearly all of it below |.* lies? (behind the camera|beside the view): method "
 OF_NUMPY = re.compile("airlight: warning: .*(encountered in|degrees of freedom|empty slice|poorly conditioned)", re.IGNORECASE)
 
 

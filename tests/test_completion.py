@@ -49,6 +49,13 @@ def test_what_is_offered(line, names):
     assert offered(line) == names
 
 
+def test_commands_are_described_in_whole_phrases():
+    found = ShellComplete(cli, {}, "airlight", "_AIRLIGHT_COMPLETE").get_completions([], "")
+    told = {one.value: one.help for one in found}
+    assert set(told) == set(cli.commands) and told["image"] == "Add light shafts to a picture, or to many"
+    assert not any("..." in text or "\n" in text for text in told.values())
+
+
 def test_completion_reads_nothing_heavy():
     code = "import sys; from airlight.cli import main\ntry: main()\nexcept SystemExit: pass\n"
     code += "print([m for m in 'rich.console numpy wgpu difflib OpenImageIO'.split() if m in sys.modules])"

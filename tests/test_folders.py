@@ -169,3 +169,24 @@ def test_what_is_refused(photos, tmp_path, capsys):
     assert call(tmp_path / "single", "-o", tmp_path / "one.jpg", *LIGHT) == 0  # of one there is no doubt
     with pytest.raises(AirlightError, match="cannot be read"):
         pictures_in(str(tmp_path / "nosuch"))
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ("*.nothing", "*.nothing: stands for no file: nothing has such a name"),
+        ("*.[jp][pn]g", "*.[jp][pn]g: stands for 2 files: leave its quotes out"),
+        ("a.jp*", "a.jp*: stands for 1 file: leave its quotes out"),
+        ("airship.glb", "airship.glb: is a 3-D scene, which airlight render draws"),
+        ("table", "table: is a 3-D scene, which airlight render draws"),
+    ],
+)
+@pytest.mark.parametrize("output", ["out.png", "x/"])
+def test_what_is_no_picture(
+    source: str, says: str, output: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.jpg", "b.png"):
+        Path(name).write_bytes(b"any")
+    assert main(["image", source, "-o", output]) == 2
+    assert capsys.readouterr().err == f"airlight: {says}\n"

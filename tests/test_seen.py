@@ -34,10 +34,10 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, s
     return code, capsys.readouterr().err
 
 
-def said(depth: Any, drawn: Any = True, light: Any = DARK, picture: Any = WHITE, **keywords: Any) -> str:
+def said(depth: Any, drawn: Any = True, light: Any = DARK, picture: Any = WHITE, own: Any = None, **keywords: Any) -> str:
     medium = resolve(Medium(sigma_t=keywords.pop("sigma_t", 0.1), **keywords), March(), "normal", 10.0)
     length = np.broadcast_to(np.asarray(depth, float) / 0.1, 100)
-    return doubt_of_medium(medium, length, np.broadcast_to(drawn, 100), light, picture) or ""
+    return doubt_of_medium(medium, length, np.broadcast_to(drawn, 100), light, picture, own) or ""
 
 
 def test_a_medium_hides_from_its_visibility_on() -> None:
@@ -46,9 +46,17 @@ def test_a_medium_hides_from_its_visibility_on() -> None:
         assert ("hides the scene: an optical depth of 4 over 39.5 m" in line and "about 0.013 1/m" in line) is says, line
     assert not said(10, extinction=False)  # surfaces are seen
     assert not said(10, drawn=False)  # there are none
-    assert not said(np.where(np.arange(100) < 10, 1, 10))  # a tenth of the surfaces is seen
-    assert "hides" in said(np.where(np.arange(100) < 4, 1, 10))
     assert not said(10, sigma_t=(0.1, 0.1, 0.01))  # blue is seen
+    assert "hides" in said(np.where(np.arange(100) < 49, 3.7, 10))
+    assert not said(np.where(np.arange(100) < 51, 3.7, 10))  # half may be seen, were they black
+
+
+@pytest.mark.parametrize(("lit", "says"), [(4, True), (6, False)])
+def test_what_shows_by_its_own_light_is_not_hidden(lit: int, says: bool) -> None:
+    """Of 100 surfaces in a dense medium some send more than a contrast of .02 of what is there through it."""
+    bright = (np.arange(100) < lit)[:, None]
+    assert ("hides" in said(4.2, light=WHITE, own=np.where(bright, 0.021, 0.019) * WHITE)) is says
+    assert ("hides" in said(4.2, light=DARK, own=np.where(bright, 7e-4, 5e-4) * WHITE)) is says  # less is black
 
 
 def test_a_medium_is_too_thin_below_a_visible_contrast() -> None:

@@ -11,7 +11,7 @@ from airlight.colour import srgb_decode
 from airlight.files import read_image, write_image
 from airlight.jobs import doubts
 from airlight.jobs.light_text import LightText
-from airlight.jobs.verdict import changed_share, flat_share, percent
+from airlight.jobs.verdict import DIM_LINEAR, brightest, changed_share, flat_share, percent
 from airlight.options import Look, Parameters
 from airlight.pictures import Rendered
 
@@ -98,6 +98,22 @@ def test_a_scene_that_is_black_or_white(tmp_path: Path, capsys: pytest.CaptureFi
     lines = said(capsys, "render", "table", "-o", tmp_path / "w.png", *SMALL, "--exposure", "1e5")
     assert len(lines) == 1 and "% of it is white: --ev -4" in lines[0]
     assert said(capsys, "render", "table", "-o", tmp_path / "w.exr", *SMALL, "--exposure", "1e5") == []  # light has no white
+
+
+def test_a_scene_that_is_dark(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Not black, but too dark to look at; its cure is followed, and nothing is said."""
+    args = ["render", "slats", "--method", "march", *SMALL, "-o"]
+    lines = said(capsys, *args, tmp_path / "a.png", "--ev", "-6")
+    assert len(lines) == 1 and "a.png: it is dark, nearly all of it below 5 % of white: --ev " in lines[0], lines
+    assert said(capsys, *args, tmp_path / "a.png", "--ev", lines[0].split("--ev ")[1].split()[0]) == []
+    assert said(capsys, *args, tmp_path / "a.exr", "--ev", "-6.5") == []  # light has no exposure
+
+
+@pytest.mark.parametrize(("lit", "says"), [(2, True), (5, False)])
+def test_brightest(lit: int, says: bool) -> None:
+    pixels = np.full((50, 60, 3), 0.01, np.float32)
+    pixels[0, :lit] = 0.06
+    assert (brightest(pixels) < DIM_LINEAR) is says
 
 
 def test_compared_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

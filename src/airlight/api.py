@@ -3,7 +3,6 @@
 import dataclasses
 import inspect
 import os
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +15,7 @@ from airlight.arrays import as_array, encode, to_linear
 from airlight.colour import is_neutral
 from airlight.composite.blend import blend as blend_layer
 from airlight.composite.blend import resolve, sample_step
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError, warn
 from airlight.files.images import COARSE, every
 from airlight.layers import Where, checked_plane, compute_codes, compute_layer, hiding_nearness, open_renderer, where_lit
 from airlight.lights import ImageLight, as_lights
@@ -27,6 +26,7 @@ from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import OF_PICTURES, Composite, Look, Parameters, chosen_look, presets, refuse_medium
+from airlight.options.words import in_python
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
 
@@ -138,7 +138,8 @@ def add_light_shafts(
         raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
     lights = [] if searched else as_lights(light)
     parallel = any(one.angle is not None for one in lights)
-    chosen = chosen_look(named, named.get("look"), "occlusion" if given is not None else "a parallel light" if parallel else "")
+    of_sum = "occlusion" if given is not None else "a parallel light" if parallel else ""
+    chosen = chosen_look(named, Look(look=named.get("look")).look, of_sum)
     if chosen == "classic":
         if subject is not None:
             raise AirlightError("a subject is for the smart look: leave out what asks for the classic one")
@@ -151,7 +152,7 @@ def add_light_shafts(
             linear = to_linear(array)[0]
             place = likeliest(linear, array.dtype.kind != "f")
             if isinstance(place, str):
-                warnings.warn(place, AirlightWarning, stacklevel=2)
+                warn(place)
                 return shown(_encoded(array, linear, np.zeros(array.shape[:2], bool)))
             lights = as_lights(place)
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
@@ -171,12 +172,12 @@ def add_light_shafts(
     if searched:
         place = likeliest(coarse, not is_float)
         if isinstance(place, str):
-            warnings.warn(place, AirlightWarning, stacklevel=2)
+            warn(place)
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
         lights = as_lights(place)
     done = apply_look(open_renderer(device), pixels, coarse, lights, look, **options)
     if done.resolved.message:
-        warnings.warn(done.resolved.message, AirlightWarning, stacklevel=2)
+        warn(in_python(done.resolved.message))
     if done.codes is not None:
         return shown(_with_own_alpha(done.codes, array))
     if rgb is None:

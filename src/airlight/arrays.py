@@ -1,14 +1,13 @@
 """Images in memory: any array that a caller may hand in to scene-linear Rec. 709, and back to its type."""
 
 import os
-import warnings
 from typing import Any
 
 import numpy as np
 
 from airlight.alpha import is_transparent, premultiply, straighten
 from airlight.colour import alpha_of, decode_codes, encode_codes, is_neutral
-from airlight.errors import AirlightError, AirlightWarning
+from airlight.errors import AirlightError, warn
 
 MOST_BAD = 0.01  # share of the pixels that may be NaN or infinite
 MOST_VALUE = 1e31  # of light and depths: sums and products of these stay finite
@@ -42,11 +41,7 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
         mended[y, x] = np.where(bad[y, x], mean, values[y, x])
     y, x = places[0]
     pixels = "pixel was" if count == 1 else "pixels were"
-    warnings.warn(
-        f"{name}: {count} {pixels} NaN or infinite (the first at x={x}, y={y}) and mended from the neighbours",
-        AirlightWarning,
-        stacklevel=3,
-    )
+    warn(f"{name}: {count} {pixels} NaN or infinite (the first at x={x}, y={y}) and mended from the neighbours")
     return mended
 
 
@@ -59,7 +54,7 @@ def bounded(values: np.ndarray, name: str) -> np.ndarray:
         return values
     most = np.float32(MOST_VALUE / 10)
     message = f"{name}: holds values up to {np.abs(values).max():.2g}, which no light has; those beyond 1e30 are taken as that"
-    warnings.warn(message, AirlightWarning, stacklevel=3)
+    warn(message)
     return np.clip(values, -most, most)
 
 

@@ -1,6 +1,5 @@
 """Computes layers of pictures in memory: on a device, or by the reference where there is none; checks the planes beside them."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.composite.blend import CompositeSettings
-from airlight.errors import AirlightError, AirlightWarning, MachineError
+from airlight.errors import AirlightError, MachineError, warn
 from airlight.files import Picture
 from airlight.gpu.device import Device
 from airlight.lights import ImageLight
@@ -31,7 +30,7 @@ def open_renderer(device: Any) -> PictureRenderer | None:
     try:
         return PictureRenderer(device, keep=0)
     except MachineError as error:
-        warnings.warn(f"{error}; going on without, by the NumPy reference, which is much slower", AirlightWarning, stacklevel=3)
+        warn(f"{error}; going on without, by the NumPy reference, which is much slower")
         return None
 
 

@@ -38,6 +38,15 @@ def test_a_picture_has_the_smart_look_at_once(smart: Driver, forest: str, trees:
     assert not {"fineness", "samples", "light 0", "path", "debug"} & set(smart.places)  # folded
 
 
+def test_a_command_that_is_copied_by_its_key_is_shown(smart: Driver) -> None:
+    """Its group is folded: it opens, and comes into view."""
+    assert "command" not in smart.places
+    smart.canvas.submit_event({"event_type": "key_down", "key": "c", "modifiers": ("Control",)})
+    smart.frame(4)
+    assert 0 < smart.places["command"][1] < smart.canvas.get_logical_size()[1] and not smart.state.command_wanted
+    smart.open_group("View")  # folds it
+
+
 def test_sliders_of_the_look(smart: Driver, trees: np.ndarray) -> None:
     state = smart.state
     smart.drag(smart.where("strength", 0.5), smart.where("strength", 0.25))

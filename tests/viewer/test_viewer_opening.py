@@ -67,6 +67,10 @@ def test_a_file_that_came_as_bytes_has_its_own_name(hands: Driver, other: str, f
     ours = str(folder / "from my laptop-shafts.png")
     assert hands.state.message == f"{ours} saved, where the viewer runs; the browser downloads a copy"
     assert delivered == [ours]
+    hands.state.requests += [("screenshot", ""), ("copy", "")]
+    hands.frame()
+    assert [Path(path).name for path in delivered[1:]] == [f"{Path(other).stem}-0001.png"] and Path(delivered[1]).exists()
+    assert "it is for the folder where you have from my laptop.png" in hands.state.message
     scene = folder / "3.gltf"
     scene.write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "room.bin", "byteLength": 4}]}')
     monkeypatch.setitem(desk(hands).names, str(scene), "room.gltf")

@@ -137,6 +137,11 @@ SCREENS = {
 }
 
 
+def short(name: str) -> str:
+    """Say what a command does in a few words, for lists of commands."""
+    return re.split(r"[:.\n]", SCREENS[name].about)[0]
+
+
 class Command(rich_click.RichCommand):
     """Is a command with a screen of help, and the rest behind --help-all."""
 
@@ -152,6 +157,9 @@ class Command(rich_click.RichCommand):
     def get_help(self, ctx: click.Context) -> str:
         return screen(ctx)
 
+    def get_short_help_str(self, limit: int = 45) -> str:
+        return short(str(self.name))
+
     def _show_all(self, ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
         if wanted and not ctx.resilient_parsing:
             click.echo(super().get_help(ctx), color=ctx.color)
@@ -164,7 +172,7 @@ def screen(ctx: click.Context) -> str:
     usage = ctx.command.collect_usage_pieces(ctx)
     lines = [" ".join((strong("Usage:"), ctx.command_path, *usage)), "", *found.about.splitlines()]
     if isinstance(ctx.command, click.Group):
-        lines += _table("Commands", [(name, re.split(r"[:.\n]", SCREENS[name].about)[0]) for name in ctx.command.commands])
+        lines += _table("Commands", [(name, short(name)) for name in ctx.command.commands])
     by_name = {param.name: param for param in ctx.command.params}
     rows = [(_left(by_name[name], ctx), about) for name, about in found.options.items()]
     options = sum(isinstance(one, click.Option) and one.expose_value for one in ctx.command.params)

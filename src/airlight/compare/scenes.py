@@ -121,8 +121,9 @@ class ComparedView:
         drawn = length < medium.max_distance
         if medium.settings.fog != "none":
             length = medium.optical_length(layer.transmittance).ravel()
-        light, picture = ((factor * pixels).reshape(-1, 3) for pixels in (layer.radiance, self.surfaces))
-        return doubt_of_medium(medium, length, drawn, light, picture)
+        shown = layer.radiance, self.surfaces, self.surfaces * layer.transmittance
+        light, picture, own = ((factor * pixels).reshape(-1, 3) for pixels in shown)
+        return doubt_of_medium(medium, length, drawn, light, picture, own)
 
     # ------------------------------------------------------------ truths
 

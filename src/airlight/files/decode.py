@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, warn
+from airlight.errors import AirlightError, NotAPicture, warn
 from airlight.files import boxes, by_pillow, channels, dpx, extras, views
 from airlight.messages import nearest, nearest_file
 from airlight.process import standard
@@ -120,7 +120,9 @@ def _sniff(head: bytes, path: str) -> str:
     for magic, name in _MAGIC:
         if head.startswith(magic):
             return name
-    raise AirlightError(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
+    if head.startswith(b"glTF"):
+        raise AirlightError(f"{path}: is a 3-D scene, which airlight render draws")
+    raise NotAPicture(f"{path}: is not an image that Airlight reads; convert it to PNG, JPEG, TIFF, WebP, EXR, HDR or DPX")
 
 
 def format_of(path: str) -> str:

@@ -1,6 +1,7 @@
 """Says where pictures are written: their names in folders, folders that are made, and what an output holds."""
 
 import contextlib
+import glob
 import os
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from airlight.errors import AirlightError
 from airlight.messages import nearest_file, say
 from airlight.options.storage import OUTPUTS
 from airlight.process import standard, temporaries
+from airlight.scenes.names import is_scene
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +25,7 @@ def expanded(sources: Sequence[str]) -> list[str]:
     found: list[str] = []
     for source in sources:
         if not standard.is_folder(source):
+            _refuse_what_is_no_picture(source)
             if not (os.path.splitext(source)[1] or os.path.lexists(source) or standard.is_input(source)):
                 raise AirlightError(f"{source}: there is no such folder or picture{nearest_file(source)}")
             found.append(source)
@@ -40,6 +43,19 @@ def expanded(sources: Sequence[str]) -> list[str]:
             pattern = f"{clip.before}{clip.written}{clip.after}"
             say(f'{source}: pictures, each with a light of its own; if they are frames of one clip, give "{pattern}"', prefix="")
     return found
+
+
+def _refuse_what_is_no_picture(source: str) -> None:
+    """Raise AirlightError for a scene, and for a pattern of the shell's that stands for nothing, or came in quotes."""
+    from airlight.files.sequence import numbered
+
+    if is_scene(source) and (os.path.splitext(source)[1] or not os.path.lexists(source)):
+        raise AirlightError(f"{source}: is a 3-D scene, which airlight render draws")
+    if glob.has_magic(source) and not os.path.lexists(source) and numbered(source) is None:
+        there = len(glob.glob(source))
+        files = f"{there} file{'s' if there > 1 else ''}"
+        cure = f"stands for {files}: leave its quotes out" if there else "stands for no file: nothing has such a name"
+        raise AirlightError(f"{source}: {cure}")
 
 
 def named_in(folder: str, source: str, format: str | None) -> str:

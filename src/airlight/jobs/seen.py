@@ -26,28 +26,49 @@ def some(shape: tuple[int, ...]) -> Any:
 
 
 def doubt_of_medium(
-    medium: "ResolvedMedium", length: "np.ndarray", drawn: "np.ndarray", light: "np.ndarray | None", picture: "np.ndarray | None"
+    medium: "ResolvedMedium",
+    length: "np.ndarray",
+    drawn: "np.ndarray",
+    light: "np.ndarray | None",
+    picture: "np.ndarray | None",
+    own: "np.ndarray | None" = None,
 ) -> str | None:
     """Word one line where a medium hides nearly all surfaces, or neither dims nor lights anything by a visible contrast; else None.
 
-    length: (n,) metres of each ray in the medium, where its density is 1; drawn: (n,) whether it ends at a surface. light, picture: (n, 3)
-    what the medium scatters, and the picture, linear, for a display; None: not known, taken to be seen.
+    It hides them where it is dense before them, see `is_dense`, and nearly none shows by its own light.
+    length: (n,) metres of each ray in the medium, where its density is 1; drawn: (n,) whether it ends at a surface. light, picture, own:
+    (n, 3) what the medium scatters, the picture, and what the medium leaves of the surfaces' light, all linear, for a display; None: not
+    known; the first two are then taken to be seen, the last not to be.
     """
     import numpy as np
 
-    from airlight.medium.resolve import HIDING_DEPTH, VISIBLE_CONTRAST, hides, is_too_thin
+    from airlight.medium.resolve import VISIBLE_CONTRAST, hides, is_too_thin
 
     depths = length[:, None] * medium.sigma_t
     if not depths.size or not depths.any():  # an empty one is meant so
         return None
-    surfaces = depths[drawn]
-    if len(surfaces) and medium.settings.extinction and (surfaces.min(axis=1) > HIDING_DEPTH).mean() > NEARLY_ALL:
-        return hides(medium, float(np.median(length[drawn])))
+    if is_dense(medium, depths[drawn]):
+        shown = 0.0
+        if own is not None:
+            there = own if light is None else own + light
+            shown = float(np.mean(((own > VISIBLE_CONTRAST * there) & (own > BLACK_LINEAR))[drawn].any(axis=1)))
+        if shown < 1 - NEARLY_ALL:
+            return hides(medium, float(np.median(length[drawn])))
     if depths.max() > -np.log(1 - VISIBLE_CONTRAST) or light is None or picture is None:
         return None
     visible = np.maximum(VISIBLE_CONTRAST * picture.max(axis=1), BLACK_LINEAR)
     shows = (light.max(axis=1) > visible).mean() > HARDLY_ANY
     return None if shows else is_too_thin(medium, float(np.median(length[drawn] if drawn.any() else length)))
+
+
+def is_dense(medium: "ResolvedMedium", depths: "np.ndarray") -> bool:
+    """Tell whether before more than half of the surfaces a contrast of 1, in luminance, is not seen. depths: (n, 3), optical."""
+    import numpy as np
+
+    from airlight.luminance import REC709_F32
+    from airlight.medium.resolve import VISIBLE_CONTRAST
+
+    return bool(len(depths) and medium.settings.extinction and (np.exp(-depths) @ REC709_F32 < VISIBLE_CONTRAST).mean() > 0.5)
 
 
 def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str | None:
@@ -68,13 +89,18 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     length = np.minimum(np.where(drawn, frame.axial(depth[at]) * slope, np.inf), medium.max_distance)
     if medium.settings.fog != "none" and shafts.transmittance.size[:2] == depth.shape[::-1]:
         length = medium.optical_length(studio.read(shafts.transmittance, np.float32)[at][..., :3])
-    light = picture = None
+    light = picture = own = None
     thin = float((length.max() * medium.sigma_t).max()) < -np.log(1 - VISIBLE_CONTRAST)
-    if thin and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in this case alone
+    dense = is_dense(medium, length[drawn][:, None] * medium.sigma_t)
+    if (thin or dense) and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in these cases alone
         factor = np.float32(2.0**studio.ev / studio.exposure.pre)
-        light = (studio.read(shafts.layer, np.float32)[at][..., :3] * factor).reshape(-1, 3)
+        mix = np.float32(1 if shafts.composite.mix is None else shafts.composite.mix)
+        light = (studio.read(shafts.layer, np.float32)[at][..., :3] * (factor * mix)).reshape(-1, 3)
         picture = (frame.picture[at][..., :3].astype(np.float32) * (factor if studio.linear else np.float32(1))).reshape(-1, 3)
-    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture)
+        if dense:
+            through = np.exp(-length[..., None] * medium.sigma_t).astype(np.float32)
+            own = (studio.surfaces()[at] * through * factor).reshape(-1, 3)
+    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own)
 
 
 @dataclass

@@ -1,5 +1,6 @@
 """Judges results by what is written: nearly all of it white, black, or as it was; a scene of which nothing is seen."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ NEARLY_ALL = 0.95  # of the pixels
 CODES = 2  # of 8 bits: what changes by no more is not seen, nor what lies no farther from black
 WHITE = 250  # of 255, the least code, where no difference is seen: the shoulders of view transforms end below 255
 WHITE_LINEAR = 0.956  # the same
+DIM_LINEAR = 0.05  # of white, code 63: where all but a thousandth is darker, a display shows a dark room at most
 FAR_STOPS = 2  # from the measured exposure: the user's own is amiss
 LOOKED_AT = 50_000  # pixels, about
 
@@ -44,6 +46,15 @@ def flat_share(pixels: "np.ndarray", is_float: bool = False) -> tuple[str, float
         if share > NEARLY_ALL:
             return name, share
     return None
+
+
+def brightest(pixels: "np.ndarray") -> float:
+    """Find the light that a thousandth of a picture exceeds. pixels: (h, w, 3 or more), linear."""
+    import numpy as np
+
+    step = max(1, int((pixels.shape[0] * pixels.shape[1] / LOOKED_AT) ** 0.5))
+    some = pixels[step // 2 :: step, step // 2 :: step, :3].max(axis=2)
+    return float(np.quantile(some.astype(np.float32), 0.999)) if some.size else 0.0
 
 
 def changed_share(before: "np.ndarray", after: "np.ndarray", most: float = 1.0) -> float:
@@ -85,6 +96,8 @@ class OfScene:
     least: float = 1.0
     ev: float = 0.0  # with which they are shown
     measured: float | None = None  # the automatic one of physical lights
+    brightest: float = 0.0  # of any frame, see above
+    doubtful: bool = False  # whether its medium was
     seen: bool = False  # something of the scene, in any frame
     lamps: Lamps = field(default_factory=Lamps)
 
@@ -100,6 +113,8 @@ class OfScene:
         if found is not None:
             self.flat[found[0]] += 1
             self.least = min(self.least, found[1])
+        if self.brightest < DIM_LINEAR:
+            self.brightest = max(self.brightest, brightest(frame.picture))
         self.lamps.look(studio)
         if self.seen:
             return
@@ -107,6 +122,7 @@ class OfScene:
         self.seen = sees(studio, depth)
         if self.frames == 1 and (doubt := doubt_of_frame(studio, frame, depth)) is not None:  # at once: a film may take hours
             warn(doubt)
+            self.doubtful = True
 
     def tell(self) -> None:
         """Say what all frames have in common that nobody wants, with its cure."""
@@ -123,6 +139,11 @@ class OfScene:
         for name, cure in (("white", darker), ("black", f"{brighter}--light or --sun adds a light")):
             if self.frames and self.flat[name] == self.frames:
                 say(f"{of}{percent(self.least)} of it is {name}: {cure}", prefix="")
+        told = self.doubtful or self._is_light or self.flat["black"] == self.frames
+        if self.frames and self.brightest < DIM_LINEAR and not told:
+            ev = self.ev + max(1, int(math.log2(0.5 / max(self.brightest, BLACK_LINEAR))))
+            cure = darker if self.measured is not None and abs(self.ev - self.measured) > FAR_STOPS else f"--ev {ev:g} brightens it"
+            say(f"{of}it is dark, nearly all of it below {percent(DIM_LINEAR)} of white: {cure}", prefix="")
 
 
 def sees(studio: "Studio", depth: "np.ndarray") -> bool:

@@ -61,7 +61,7 @@ class ImageLight:
             if len(numbers) != size or not all(math.isfinite(v) for v in numbers):
                 raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
             object.__setattr__(self, name, numbers)
-        if self.kind is not None and self.kind not in IMAGE_LIGHT_KINDS:
+        if self.kind is not None and not (isinstance(self.kind, str) and self.kind in IMAGE_LIGHT_KINDS):
             hint = nearest(str(self.kind), IMAGE_LIGHT_KINDS, f": there is {', '.join(IMAGE_LIGHT_KINDS)}")
             raise AirlightError(f"light kind {self.kind!r}{hint}")
         if max(abs(v) for v in self.position) > FAR_LIMIT:

@@ -45,6 +45,8 @@ def description(name: str, kind: str = PRESETS) -> str:
 
 def load(preset: str | os.PathLike[str], kind: str = PRESETS) -> dict[str, Any]:
     """Read the values of a preset, checked: one that comes with Airlight by its name, or a .toml file."""
+    if not isinstance(preset, str | bytes | os.PathLike):
+        raise AirlightError(f"{_what(kind)} must be a name or a path, not {type(preset).__name__}")
     name, known = os.fsdecode(preset), names(kind)
     if name in known:
         return _check(_folder(kind) / f"{name}.toml", kind)

@@ -58,4 +58,4 @@ class MediumState:
         """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen. center, radius: of that, metres."""
         if radius > 0 and (line := doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius)) is not None:
             shafts.doubts = False
-            warn(line, level=2)
+            warn(line)

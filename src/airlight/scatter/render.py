@@ -211,6 +211,8 @@ class PictureRenderer:
     """
 
     def __init__(self, device: Any = None, *, keep: int = 2) -> None:
+        if not isinstance(keep, int) or keep < 0:
+            raise AirlightError(f"keep must be a number of plans, 0 or more, not {keep!r}")
         self.device = open_device(device) if device is None or isinstance(device, str) else Device.of(device)
         self.keep = keep
         self._plans: dict[Any, ImagePlan] = {}

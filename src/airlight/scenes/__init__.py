@@ -5,7 +5,7 @@ import os
 from airlight.errors import AirlightError
 from airlight.messages import nearest, nearest_file
 from airlight.process import standard
-from airlight.scenes.names import A_FILE, MESHES, NAMES, VALIDATION, is_scene
+from airlight.scenes.names import A_FILE, MESHES, NAMES, VALIDATION, is_picture, is_scene
 from airlight.scenes.stage import Stage
 
 __all__ = ["NAMES", "VALIDATION", "Stage", "is_scene", "open_scene"]
@@ -55,6 +55,8 @@ def open_scene(
         return flying() if seed is None else flying(seed)
     if not is_scene(name) and not standard.is_input(name):
         hint = "" if os.path.lexists(name) else nearest(name, (*NAMES, *VALIDATION)) or nearest_file(name)
+        if is_picture(name):
+            raise AirlightError(f"{name}: is a picture, not a scene: airlight image adds light shafts to it")
         raise AirlightError(f"{name}: is not a scene{hint or f'; give table, flying, or {A_FILE}'}")
     if name.lower().endswith(MESHES):
         try:

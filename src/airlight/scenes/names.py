@@ -18,6 +18,17 @@ FILES = (".glb", ".gltf", *MESHES)
 A_FILE = "a .glb, .gltf, .obj, .ply or .stl file"
 
 
+def is_picture(path: str) -> bool:
+    """Tell whether a file is there that begins as a picture does."""
+    from airlight.errors import AirlightError
+    from airlight.files.decode import format_of
+
+    try:
+        return bool(format_of(path))
+    except AirlightError:
+        return False
+
+
 def is_scene(source: str) -> bool:
     """Tell a scene, by its name or its file's, from a picture."""
     return source in (*NAMES, *VALIDATION) or source.lower().endswith(FILES)

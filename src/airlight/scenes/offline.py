@@ -291,6 +291,16 @@ class Studio:
         """Reads the last frame's depth: (H, W) float32, 0..1."""
         return self.read(self.shafts.depths, np.float32)[..., 0]
 
+    def surfaces(self) -> np.ndarray:
+        """Draw the last frame again without its medium: (H, W, 3) float32, linear, in the scale of the layer."""
+        effects, self.renderer.effect_passes = self.renderer.effect_passes, ()
+        try:
+            with self._lighting.shining(), _raised(), self._near():
+                self.renderer.render(self.stage.scene, self.camera)
+            return self.renderer.snapshot()[..., :3].astype(np.float32)
+        finally:
+            self.renderer.effect_passes = effects
+
     def read(self, texture: Any, kind: type) -> np.ndarray:
         width, height, _ = texture.size
         size = {"rgba16float": 8, "rgba32float": 16}.get(texture.format, 4)  # bytes; of the depth 4

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError, MachineError, NotAPicture
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
 from airlight.options import chosen_look, refuse_look
 from airlight.scatter.methods import METHODS, check_picture
 from airlight.scenes import is_scene
+from airlight.scenes.names import A_FILE
 from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.errands import Errands
@@ -109,7 +110,7 @@ class Viewer:
             from airlight.jobs.light_text import found_at
             from airlight.viewer.picture import PictureView
 
-            picture = read_image(source) if isinstance(source, str) else source
+            picture = _read(source) if isinstance(source, str) else source
             view = PictureView(self.device, picture)
             self.picture, state.is_image, self.read = view, True, picture
             found = st.find_candidates(state, view.coarse, view.bounded)
@@ -289,6 +290,14 @@ class Viewer:
         else:
             write_image(name, self.scene.pixels_shown())
         return os.path.normpath(name)
+
+
+def _read(path: str) -> Picture:
+    """Read a picture; what is none might have been a scene."""
+    try:
+        return read_image(path)
+    except NotAPicture as error:
+        raise AirlightError(f"{error}; a scene is {A_FILE}") from None
 
 
 def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any]) -> Any:

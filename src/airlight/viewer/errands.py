@@ -8,6 +8,7 @@ from airlight.errors import AirlightError
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
 from airlight.viewer.desktop import desktop_of
+from airlight.viewer.saving import SENT
 from airlight.viewer.undo import History
 
 COMMAND = ("Control", "Meta")
@@ -74,14 +75,20 @@ class Errands:
         elif request == "redo":
             self.history.redo(state)
         elif request == "screenshot":
-            st.tell(state, f"{self.viewer.screenshot()} saved")
+            path = self.viewer.screenshot()
+            if state.source in state.received:
+                self.desktop.deliver(path)
+            st.tell(state, f"{path} saved{SENT if state.source in state.received else ''}")
         elif request == "save":
             self.viewer.save()
             if self.viewer.saving.is_received:
                 self.delivery = self.viewer.saving
         elif request == "copy":
             state.command = as_text(command_line(state))  # which from now on is shown
-            st.tell(state, f"the command {self.desktop.copy(state.command)}")
+            state.command_wanted = True
+            name = state.received.get(state.source)
+            yours = "" if name is None else f"; it is for the folder where you have {name}"
+            st.tell(state, f"the command {self.desktop.copy(state.command)}{yours}")
 
     def _named(self, text: str, path: str) -> str:
         """Write an error about a file that came as bytes with the name that it came with."""

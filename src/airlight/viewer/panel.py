@@ -279,6 +279,9 @@ class Panel(Rows):
 
     def _view(self, opened: bool) -> None:
         s = self.state
+        wanted, s.command_wanted = s.command_wanted, False
+        if wanted:
+            imgui.set_next_item_open(True)
         if not self._header("View", opened):
             return
         if not s.is_smart:
@@ -301,6 +304,8 @@ class Panel(Rows):
             imgui.set_next_item_width(-1)
             imgui.input_text("##command", s.command, imgui.InputTextFlags_.read_only)
             self._seen("command")
+            if wanted and not imgui.is_item_visible():
+                imgui.set_scroll_here_y()
 
     def _settings(self) -> None:
         s = self.state

@@ -5,6 +5,7 @@ from typing import Any
 from imgui_bundle import imgui
 
 from airlight.options import Option
+from airlight.options.words import label
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
@@ -71,7 +72,7 @@ class Rows:
 
     def _parameter(self, d: Option) -> None:
         about = f"{d.description}{f' ({d.unit})' if d.unit else ''}\n{d.source}"
-        self._label(d.name.replace("_", " ").capitalize(), about)
+        self._label(label(d.name), about)
         now = st.value(self.state, d.name)
         new: Any = None
         if d.choices or (d.kind is str and d.words) or (d.slider and len(d.slider) > 2):

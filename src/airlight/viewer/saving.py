@@ -16,6 +16,7 @@ from airlight.viewer import command
 from airlight.viewer.state import ViewerState
 
 BEHIND = 10  # of niceness
+SENT = ", where the viewer runs; the browser downloads a copy"
 
 
 class Saving(threading.Thread):
@@ -41,7 +42,7 @@ class Saving(threading.Thread):
     def run(self) -> None:
         try:
             self.write()
-            self.outcome = f"{self.path} saved{', where the viewer runs; the browser downloads a copy' if self.is_received else ''}", False
+            self.outcome = f"{self.path} saved{SENT if self.is_received else ''}", False
         except Exception as error:  # whatever it is, the viewer goes on and says so
             self.outcome = f"not saved: {error or type(error).__name__}", True
         finally:

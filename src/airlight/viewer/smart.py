@@ -15,14 +15,11 @@ from airlight.look.measure import Small
 from airlight.look.plan import LookPlan
 from airlight.look.resolve import FINENESS, ResolvedLook, resolve
 from airlight.options import Look
+from airlight.options.words import in_panel
 from airlight.reference.look import Tones
 
 LAY = "viewer/lay.wgsl"
 DRAFT_SIDE = 240  # px of the longer side of what is measured while something is dragged
-WORDS = (  # of messages: an option, what the panel has for it
-    ("--rays 24 draws some", "set Rays to 24 to draw some"),
-    ("--rays 0 for none", "set Rays to 0 for none"),
-)
 
 
 class LookView:
@@ -112,10 +109,7 @@ class LookView:
     @property
     def message(self) -> str:
         """Find what there is to say about the picture, as the panel says it."""
-        text = "" if self.resolved is None else self.resolved.message
-        for option, word in WORDS:
-            text = text.replace(option, word)
-        return text
+        return "" if self.resolved is None else in_panel(self.resolved.message)
 
     def unset(self) -> dict[str, Any]:
         """Tell what unset parameters are for the first light."""

@@ -113,6 +113,7 @@ class ViewerState:
     path: str = ""  # as typed, to be opened
     has_paths: bool = True  # paths may be typed: not in a browser, whose files are elsewhere
     path_wanted: bool = False  # there is no file dialog, so the field for a path is shown
+    command_wanted: bool = False  # whether the panel opens where the command is shown
     can_undo: bool = False
     can_redo: bool = False
     received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with

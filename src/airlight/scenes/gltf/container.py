@@ -17,7 +17,7 @@ from airlight.messages import nearest_file
 from airlight.process import standard
 from airlight.scenes.gltf import MAX_BYTES, MAX_JSON_VALUES
 from airlight.scenes.gltf.schema import Document
-from airlight.scenes.names import A_FILE
+from airlight.scenes.names import A_FILE, is_picture
 
 _GLB = struct.Struct("<4sII")
 _CHUNK = struct.Struct("<II")
@@ -104,6 +104,8 @@ def open_container(path: str) -> Container:
     if standard.is_input(path) and not raw.strip():
         found.refuse("is empty", "copy or export it again")
     if standard.is_input(path) and not raw.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+        if is_picture(path):
+            found.refuse("is a picture, not a scene", "airlight image adds light shafts to it")
         found.refuse("is not a scene", f"give table, flying, or {A_FILE}")
     if raw.startswith(b"\xef\xbb\xbf"):
         raw = raw[3:]
