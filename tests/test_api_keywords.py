@@ -10,7 +10,7 @@ IMAGE = np.zeros((8, 8, 3), np.float32)
 
 @pytest.mark.parametrize(
     ("wrong", "meant"),
-    [("lights_", "light"), ("presets", "preset"), ("devise", "device"), ("depths", "depth"), ("masks_", "mask"), ("near_rang", "near_range")],
+    [("presets", "preset"), ("devise", "device"), ("depths", "depth"), ("masks_", "mask"), ("near_rang", "near_range")],
 )
 def test_an_argument_is_named(wrong: str, meant: str) -> None:
     with pytest.raises(airlight.AirlightError, match=f"unknown parameter '{wrong}'; did you mean '{meant}'"):
