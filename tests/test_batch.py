@@ -184,7 +184,7 @@ def test_what_cannot_be_named(shots, capsys):
     (shots / "out").mkdir()
     for args, says in (
         (["shot.####.png", "-o", "one.png"], "folder or a pattern"),
-        (["shot.0001.png", "-o", "out.####.png"], "no numbers"),
+        (["shot.0001.png", "-o", "out.####.png"], "numbered by an input"),
         (["none.####.png", "-o", "out.####.png"], "no such files"),
         (["shot.0001.png", "-o", "x.png", "--frames", "1-3"], "--frames"),
         (["shot.####.png", "-o", "out.####.png", "--frames", "1-"], "frames"),
@@ -325,7 +325,7 @@ def test_names_with_a_number_sign(shots, capsys):
         assert call(shots / name, "-o", shots / "again.png", "-y", *LIGHT) == 0  # a file of that name is no pattern
     for name in ("a##.png", "a%02d.png"):
         assert call(shots / "shot.0001.png", "-o", shots / name, *LIGHT) == 2
-        assert "no numbers" in capsys.readouterr().err
+        assert "numbered by an input" in capsys.readouterr().err
 
 
 def test_an_occlusion_that_the_picture_lacks_is_told_before_the_work(shots, capsys):

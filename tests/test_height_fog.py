@@ -14,6 +14,7 @@ from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import FOGS, resolve
 from airlight.options import March, Medium
 from airlight.reference import fog, height, march, medium, tracer
+from airlight.scenes import offline
 
 RNG = np.random.default_rng(18)
 COUNT = 400
@@ -259,7 +260,7 @@ def test_a_picture_in_fog_is_that_of_the_tracer(name: str, values: dict[str, Any
 def test_fog_lies_where_it_is_whatever_is_drawn_at_the_origin(monkeypatch: pytest.MonkeyPatch) -> None:
     values = {"fog": "exponential", "fog_depth": 0.8, "fog_base": 0.2, "shadow_size": 512}
     here = validating.draw("mirrored", 48, 27, **values).layer
-    monkeypatch.setattr("airlight.scenes.offline.origin", lambda *_: np.array([0.0, 1.0, 0.0]))
+    monkeypatch.setattr(offline, "origin", lambda *_: np.array([0.0, 1.0, 0.0]))
     there = validating.draw("mirrored", 48, 27, **values).layer
     np.testing.assert_allclose(there, here, rtol=0.02, atol=0.02 * here.mean())
     lower = validating.draw("mirrored", 48, 27, **values | {"fog_base": -0.8}).layer
