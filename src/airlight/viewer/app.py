@@ -152,9 +152,7 @@ class Viewer:
         """Find where the picture is, logical px."""
         if self.picture is None:
             return (0.0, 0.0, *self.canvas.get_logical_size())
-        from airlight.viewer.picture import fitted
-
-        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in fitted(self.picture.size, self.room()))
+        x, y, width, height = (v / self.canvas.get_pixel_ratio() for v in controls.fitted(self.picture.size, self.room()))
         return x, y, width, height
 
     def draw(self) -> None:

@@ -5,7 +5,21 @@ from collections.abc import Sequence
 import numpy as np
 
 NEAR = 14  # logical px within which a mark is taken hold of
-Area = tuple[float, float, float, float]
+Area = tuple[float, float, float, float]  # x, y, width, height, px
+
+
+def fitted(size: tuple[int, int], room: Area) -> Area:
+    """Fit a picture of width x height into the room, whole and in its middle, px; never enlarged beyond twice its size."""
+    scale = min(room[2] / size[0], room[3] / size[1], 2.0)
+    width, height = (max(1, round(scale * side)) for side in size)
+    return (room[0] + (room[2] - width) // 2, room[1] + (room[3] - height) // 2, width, height)
+
+
+def within(area: Area, size: tuple[int, int, int]) -> tuple[int, int, int, int]:
+    """Cut an area to what lies in a texture, px."""
+    x, y = (min(max(int(area[i]), 0), size[i] - 1) for i in (0, 1))
+    width, height = (max(1, min(int(area[i] + area[2 + i]), size[i]) - at) for i, at in ((0, x), (1, y)))
+    return x, y, width, height
 
 
 def to_picture(at: tuple[float, float], area: Area) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
+from airlight.viewer import controls
 from airlight.viewer import state as st
 from airlight.viewer.frames import AT_ONCE, SHARES, Frames, Pace
 
@@ -96,19 +97,17 @@ class Following:
 
     def _picture_work(self, level: int) -> Callable[[], None]:
         """Make the work for a picture, of the state as it is now; level above 0: a draft."""
-        from airlight.viewer.picture import fitted
-
         state, frames, picture, room = self.viewer.state, self.frames, self.viewer.picture, self.viewer.room()
         seen = replace(state, lights=[replace(control) for control in state.lights])
         hurried = self.viewer.hurried if frames.pace is AT_ONCE else level > 0
         size = self.viewer.canvas.get_physical_size()
 
         def show() -> None:
-            picture.show(seen, frames.view(size).create_view(), frames.format, fitted(picture.size, room))
+            picture.show(seen, frames.view(size).create_view(), frames.format, controls.fitted(picture.size, room))
 
         def work() -> None:
             try:
-                if picture.update(seen, hurried, fitted(picture.size, room)[2:]):
+                if picture.update(seen, hurried, controls.fitted(picture.size, room)[2:]):
                     frames.forget()
             except AirlightError:
                 if picture.pair is not None:

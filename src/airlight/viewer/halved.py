@@ -1,4 +1,4 @@
-"""The classic sum on a small copy of a picture, for pictures while something is dragged."""
+"""Smaller copies of a picture: as large as it is shown, and for the classic sum while something is dragged."""
 
 from typing import Any
 
@@ -7,7 +7,22 @@ import numpy as np
 from airlight.files.images import of_codes
 from airlight.viewer.state import ViewerState
 
+LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
 SIDE = 800  # px of the longer side above which the copy is made
+
+
+def shrunk(pixels: np.ndarray, longest: int = LONGEST) -> np.ndarray:
+    """Shrink a picture to as large as it is shown, (H, W, C) float32."""
+    height, width, channels = pixels.shape
+    if max(height, width) <= longest:
+        return pixels
+    import OpenImageIO as oiio
+
+    factor = longest / max(height, width)
+    shape = max(1, round(factor * width)), max(1, round(factor * height))
+    source = oiio.ImageBuf(np.ascontiguousarray(pixels, np.float32))
+    resized = oiio.ImageBufAlgo.resize(source, "box", 0.0, oiio.ROI(0, shape[0], 0, shape[1], 0, 1, 0, channels))
+    return np.ascontiguousarray(resized.get_pixels(oiio.FLOAT)).reshape(shape[1], shape[0], channels)
 
 
 def follow(view: Any, state: ViewerState) -> bool:

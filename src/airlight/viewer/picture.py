@@ -26,24 +26,16 @@ from airlight.scatter.methods import METHODS
 from airlight.scatter.render import ImagePlan
 from airlight.viewer import halved
 from airlight.viewer import state as st
+from airlight.viewer.controls import Area, within
 from airlight.viewer.smart import DRAFT_SIDE, LookView
 from airlight.viewer.state import ViewerState
 
 SHOW = "viewer/show.wgsl"
 UNIFORM = struct_dtype(SHOW, "Show")
 BEFORE, AFTER, BOTH = 1, 2, 3  # SIDES of the shader
-LONGEST = 1920  # px of the longer side; larger pictures are shown, and their shafts computed, at this size
 LONGEST_DRAFT = 1280  # px of the longer side while something is dragged
 COARSE = 300  # pixels of the longer side that are looked at for the threshold while something is dragged
 GROUND = (0.055, 0.06, 0.07)
-Area = tuple[float, float, float, float]  # x, y, width, height, px
-
-
-def fitted(size: tuple[int, int], room: Area) -> Area:
-    """Fit a picture of width x height into the room, whole and in its middle, px; never enlarged beyond twice its size."""
-    scale = min(room[2] / size[0], room[3] / size[1], 2.0)
-    width, height = (max(1, round(scale * side)) for side in size)
-    return (room[0] + (room[2] - width) // 2, room[1] + (room[3] - height) // 2, width, height)
 
 
 @dataclass
@@ -56,20 +48,6 @@ class Pair:
     after_linear: bool
 
 
-def _smaller(pixels: np.ndarray, longest: int = LONGEST) -> np.ndarray:
-    """Shrink a picture to as large as it is shown, (H, W, C) float32."""
-    height, width, channels = pixels.shape
-    if max(height, width) <= longest:
-        return pixels
-    import OpenImageIO as oiio
-
-    factor = longest / max(height, width)
-    shape = max(1, round(factor * width)), max(1, round(factor * height))
-    source = oiio.ImageBuf(np.ascontiguousarray(pixels, np.float32))
-    resized = oiio.ImageBufAlgo.resize(source, "box", 0.0, oiio.ROI(0, shape[0], 0, shape[1], 0, 1, 0, channels))
-    return np.ascontiguousarray(resized.get_pixels(oiio.FLOAT)).reshape(shape[1], shape[0], channels)
-
-
 class PictureView:
     """Shows a picture that was read. Raises AirlightError where it is too large for the device."""
 
@@ -79,15 +57,15 @@ class PictureView:
         self.bounded = picture.codes.dtype.kind == "u"  # integers: white is white
         self.has_alpha = picture.alpha is not None
         self.grey = picture.colour_codes.shape[2] == 1
-        large = max(picture.width, picture.height) > LONGEST
+        large = max(picture.width, picture.height) > halved.LONGEST
         plain = picture.codes.dtype == np.uint8 and picture.encoding == "srgb" and picture.codes.shape[2] >= 3
         plain = plain and not large and not picture.is_transparent  # seen over black
-        color = _smaller(picture.rec709(picture.linear()))
+        color = halved.shrunk(picture.rec709(picture.linear()))
         self.size = color.shape[1], color.shape[0]
         self.linear = np.ones((*color.shape[:2], 4), np.float32)
         self.linear[..., :3] = color
         if picture.alpha is not None:
-            self.linear[..., 3] = _smaller(picture.alpha[..., None])[..., 0]
+            self.linear[..., 3] = halved.shrunk(picture.alpha[..., None])[..., 0]
         if not self.bounded:
             pixels = self.linear
         elif plain:
@@ -214,7 +192,7 @@ class PictureView:
                 self._draw(Pair(self.texture, self.texture, False, False), onto.create_view(), "rgba8unorm", (0, 0, *size), BEFORE)
                 pixels = np.frombuffer(self.device.read(onto, 4), np.uint8).reshape(size[1], size[0], 4)
             else:
-                pixels = _smaller(self.linear, max(size))
+                pixels = halved.shrunk(self.linear, max(size))
             small = Small(shrink_to(self.coarse, *shrunk_size(*size, DRAFT_SIDE)) / white)
             self.draft = LookView(self.device, pixels, small, white, "draft", self.grey)
         return self.draft
@@ -391,7 +369,7 @@ class PictureView:
         run = encoder.begin_render_pass(color_attachments=[onto])
         run.set_pipeline(pipeline)
         run.set_bind_group(0, self.binds[key][1])
-        run.set_scissor_rect(*_within(area, target.texture.size))
+        run.set_scissor_rect(*within(area, target.texture.size))
         run.draw(3)
         run.end()
         self.device.submit(encoder)
@@ -404,13 +382,6 @@ class PictureView:
         self.show(state, onto.create_view(), "rgba8unorm", (0, 0, *self.size))
         width, height = self.size
         return np.frombuffer(self.device.read(onto, 4), np.uint8).reshape(height, width, 4)[..., :3].copy()
-
-
-def _within(area: Area, size: tuple[int, int, int]) -> tuple[int, int, int, int]:
-    """Cut an area to what lies in a texture, px."""
-    x, y = (min(max(int(area[i]), 0), size[i] - 1) for i in (0, 1))
-    width, height = (max(1, min(int(area[i] + area[2 + i]), size[i]) - at) for i, at in ((0, x), (1, y)))
-    return x, y, width, height
 
 
 def _drawn_as(whole: LookView, look: Look) -> Look:
