@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from airlight.alpha import straight_codes
+from airlight.composite.adapt import measure_ramp
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
 from airlight.lights.spot import SpotLight
@@ -16,7 +17,18 @@ from airlight.options import March, Medium
 from airlight.projection import project
 from airlight.reference import colour, jitter, radial, rays, tone, tracer
 from airlight.reference.medium import in_scattered, mean_transmittance
-from airlight.shadows.fit import MARGIN_TEXELS, NEAR_SHARE, RUNG_RATIO, ball, held_half, near_plane, rung, splits, with_border
+from airlight.shadows.fit import (
+    MARGIN_TEXELS,
+    NEAR_SHARE,
+    RUNG_RATIO,
+    ball,
+    held_half,
+    near_plane,
+    orthographic_view,
+    rung,
+    splits,
+    with_border,
+)
 
 RNG = np.random.default_rng(17)
 WHITE = (1.0, 1.0, 1.0)
@@ -213,8 +225,8 @@ def test_a_scaled_scene_has_the_ambient_light_scaled_alone() -> None:
 def test_the_tracer_breaks_a_ray_where_a_lamp_s_light_begins_and_ends() -> None:
     ray, to_light = np.array([[1.0, 0, 0]]), np.array([[2.0, -1.0, 0]])  # the light is a metre under the ray, two metres ahead
     nearest, h = np.array([2.0]), np.array([1.0])
-    light = PointLight(WHITE, (2.0, -1.0, 0.0), range=2.0)
-    np.testing.assert_allclose(tracer.break_distances(light, ray, to_light, nearest, h), [[2 - math.sqrt(3), 2 + math.sqrt(3)]])
+    light = PointLight(WHITE, (2.0, -1.0, 0.0), range=3.0)
+    np.testing.assert_allclose(tracer.break_distances(light, ray, to_light, nearest, h), [[2 - math.sqrt(8), 2 + math.sqrt(8)]])
     spot = SpotLight(WHITE, (2.0, -1.0, 0.0), (0.0, 1.0, 0.0), inner=math.atan(0.5), outer=math.atan(1.5))
     found = np.sort(tracer.break_distances(spot, ray, to_light, nearest, h)[0])
     np.testing.assert_allclose(found, [0.5, 1.5, 2.5, 3.5])
@@ -233,3 +245,20 @@ def test_codes_are_divided_by_their_alpha_up_to_the_light_that_hides_nothing(mos
     assert straight[0, 3, 3] == math.ceil(float(light) * most)
     shown = colour.srgb_decode(straight[0, 3, :3] / most) * straight[0, 3, 3] / most
     np.testing.assert_allclose(shown, light * np.array([1, 0, 1]), atol=1 / most)
+
+
+def test_a_picture_that_leans_to_the_dark_is_shown_darker() -> None:
+    """Three quarters of it at 1, a quarter at e^4: the logarithms' average 1 lies half of the way from their middle to the least."""
+    ramp = measure_ramp(np.exp(np.repeat([0.0, 4.0], (7500, 2500))).astype(np.float32))
+    np.testing.assert_allclose(ramp.scale, 0.18 * 4**-0.5 / math.e, rtol=1e-5)
+    np.testing.assert_allclose(ramp.white, max(ramp.scale * math.exp(4), 1.0), rtol=1e-5)
+
+
+@pytest.mark.parametrize("side", [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)])
+def test_what_lies_beside_a_map_leaves_its_depths_alone(side: tuple[float, float]) -> None:
+    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (0.0, 1.0)])
+    beside = corners + 30 * np.array([*side, 0.0]) + (0, 0, 50)
+    view = orthographic_view(np.eye(3), np.zeros(3), 10.0, 64, np.stack([corners, beside]), (0.0, np.inf))
+    assert view.texel < 0.5 and view.depth_scale < 1.1
+    over = orthographic_view(np.eye(3), np.zeros(3), 10.0, 64, np.stack([corners, corners + (0, 0, 50)]), (0.0, np.inf))
+    assert over.depth_scale > 50
