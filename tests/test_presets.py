@@ -1,6 +1,7 @@
 """Presets: those that come with Airlight are valid; a bad one is refused with its file, its key, and a cure."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -118,3 +119,11 @@ def test_a_path_is_no_image(tmp_path, function):
             function(given)
     with pytest.raises(AirlightError, match=r"give its array, its \.codes"):
         function(read_image(path))
+
+
+def test_a_file_nested_deeply_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    """At Python's own limit destructors fail elsewhere, with lines on stderr."""
+    file = tmp_path / "deep.toml"
+    file.write_text("a = " + "[" * 201 + "]" * 201)
+    with pytest.raises(AirlightError, match="nested too deeply"):
+        presets.load(str(file))

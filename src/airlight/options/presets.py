@@ -22,6 +22,7 @@ from airlight.process import standard
 
 PRESETS, MEDIA = "presets", "media"
 LARGEST = 1 << 20  # bytes; a preset has a few hundred
+MOST_NESTED = 200  # brackets of a file
 
 
 def keys(kind: str = PRESETS) -> list[str]:
@@ -128,7 +129,10 @@ def _read(path: Path, kind: str) -> dict[str, Any]:
         status = there.stat()
         if not stat.S_ISREG(status.st_mode) or status.st_size > LARGEST:
             raise AirlightError(f"{path}: is not a {_what(kind)} (a regular .toml file of at most {LARGEST} bytes)")
-        return tomllib.loads(there.read_text(encoding="utf-8"))
+        text = there.read_text(encoding="utf-8")
+        if sum(text.count(one) for one in "[{") > MOST_NESTED:  # before Python's own limit, at which destructors elsewhere fail too
+            raise RecursionError
+        return tomllib.loads(text)
     except OSError as error:
         hint = _meant(path, kind) or f"; give a {_what(kind)}'s name or a .toml file"
         raise AirlightError(f"{path}: cannot be read ({error.strerror}){hint}") from None
