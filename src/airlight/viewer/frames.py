@@ -19,7 +19,7 @@ LAY = "viewer/kept.wgsl"
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25)  # of width and height, by how coarse a picture is; below, one does not know what one sees
 BEGIN = 3  # how coarse the first is on a software adapter
 EASY = 0.4  # share of the time allowed below which a finer picture is tried
-LONG = 0.055  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
+LONG = 0.045  # s; coarse pictures that take longer in one go are carried out in slices, which takes about twice as long in all
 CALM = 4  # coarse pictures in a row that were as easy
 
 
