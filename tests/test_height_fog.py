@@ -9,12 +9,16 @@ from calling import call
 from rasterising import edge_error
 from test_tracer import look
 
+from airlight.compare.scenes import ComparedView
+from airlight.compare.variants import variant
+from airlight.errors import AirlightError
 from airlight.gpu.structs import struct_dtype
 from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import FOGS, resolve
 from airlight.options import March, Medium
 from airlight.reference import fog, height, march, medium, tracer
-from airlight.scenes import offline
+from airlight.scenes import offline, open_scene
+from airlight.scenes.offline import Shot
 
 RNG = np.random.default_rng(18)
 COUNT = 400
@@ -273,3 +277,13 @@ def test_the_fog_even_at_every_height_is_the_even_medium() -> None:
     even = validating.draw("mirrored", 48, 27, **values).layer
     ramp = validating.draw("mirrored", 48, 27, **values, fog="linear", fog_above=1.0, sun_extinction="none").layer
     np.testing.assert_allclose(ramp, even, rtol=2e-4, atol=2e-4 * even.mean())
+
+
+def test_a_comparison_has_the_fog_that_is_drawn() -> None:
+    """Its depth follows from the scene's height where it is unset."""
+    one = variant("method=march,fog=exponential,shadow_size=256", {}, in_scene=True)
+    view = ComparedView(open_scene("mirrored"), Shot(32, 18, samples=1))
+    view.light(one)
+    assert view.resolved(one).fog_depth == view.replay(one).shafts.resolved_medium.fog_depth == 0.1 * view.height
+    with pytest.raises(AirlightError, match="use --against tracer for fog"):
+        view.truth(view.resolved(one), "mitsuba")

@@ -21,6 +21,8 @@ from airlight.luminance import REC709_F32
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.progress import SILENT, Work
+from airlight.pygfx.casters import Casters, height
+from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
 from airlight.reference import scene as reference
@@ -56,6 +58,7 @@ class ComparedView:
         self.set_up = first.studio.set_up
         with self.set_up():
             self.punctual = punctual_lights(self.lights, self._exposure.pre)
+            self.height = height(Casters(self.device, stage.scene, self.lights, self.hidden).gather())
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
@@ -75,7 +78,7 @@ class ComparedView:
 
     def resolved(self, v: Variant) -> ResolvedMedium:
         """Settle its medium, in the scale of what is drawn."""
-        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius)
+        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius, self.height)
         return medium if self._exposure is None else medium.exposed(self._exposure.pre)
 
     def replay(self, v: Variant) -> Replay:
@@ -133,10 +136,13 @@ class ComparedView:
         work: of which it is a part."""
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
+        if against == "mitsuba" and medium.settings.fog != "none":
+            raise AirlightError("--against mitsuba: it is asked for even media alone; use --against tracer for fog, or leave --fog out")
         try:
             with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
                 view, projection = self.camera.view_matrix.copy(), self.camera.projection_matrix
+                medium = medium.seen_from(current_origin()[1])
         except AirlightError as error:
             if against is not None:
                 raise AirlightError(f"--against {against}: {error}; or use --against walk") from None

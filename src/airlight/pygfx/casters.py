@@ -218,6 +218,11 @@ class Casters:
         return bodies
 
 
+def height(gathered: Gathered) -> float | None:
+    """Measures the height of what casts, m; None where nothing does."""
+    return float(np.ptp(gathered[1][..., 1])) if len(gathered[1]) else None
+
+
 def _bounded(geometry: Any) -> bool:
     positions = getattr(geometry, "positions", None)
     return positions is not None and positions.data is not None and len(positions.data) > 0

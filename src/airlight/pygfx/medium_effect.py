@@ -9,7 +9,7 @@ from airlight.errors import warn
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
 from airlight.medium.resolve import ResolvedMedium, doubt, resolve
-from airlight.pygfx.casters import Casters
+from airlight.pygfx.casters import Casters, height
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
 from airlight.scatter.methods import METHODS
@@ -42,8 +42,7 @@ class MediumState:
         gathered = casters.gather()
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
         radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]
-        height = float(np.ptp(gathered[1][..., 1])) if len(gathered[1]) else None
-        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height).exposed(shafts.pre_exposure)
+        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height(gathered)).exposed(shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()[1]))
         if ball is not None and shafts.doubts and METHODS[p.method].has_units:
             self._tell(shafts, medium, *ball)

@@ -54,8 +54,12 @@ def written_values(state: ViewerState) -> dict[str, Any]:
 
 def command_line(state: ViewerState) -> list[str]:
     """Write the command that makes what is shown: `airlight image` or `airlight render` with what differs from the defaults."""
-    words = ["airlight", "image" if state.is_image else "render", named_source(state), "-o", output(state)]
-    words += light_words(state)
+    return ["airlight", "image" if state.is_image else "render", named_source(state), "-o", output(state), *options(state)]
+
+
+def options(state: ViewerState) -> list[str]:
+    """Write the options of `command_line`: lights, the view of a scene, parameters."""
+    words = light_words(state)
     if not state.is_image:
         words += [*state.opening, *_view(state)]
     for name, v in written_values(state).items():

@@ -36,7 +36,7 @@ class Saving(threading.Thread):
         if is_array:
             self.write: Callable[[], object] = _array_writer(state, picture, self.path, device)
             return
-        words = ["image", state.source, "-o", self.path, *command.command_line(state)[5:]]
+        words = ["image", state.source, "-o", self.path, *command.options(state)]
         self.write = functools.partial(_run, [*words, *(["--device", device] if device else [])])
 
     def run(self) -> None:

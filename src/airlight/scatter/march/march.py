@@ -86,8 +86,7 @@ class March:
         self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lights), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
-        nothing, fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
-        self._fog = fog
+        nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
         path = WALK if medium.exact else STEPS
         if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
@@ -102,14 +101,14 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
-            chosen |= {**fog, "FADES": light.directional and medium.fades_suns}
+            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **fog))
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog))
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
