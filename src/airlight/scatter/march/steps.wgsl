@@ -103,6 +103,47 @@ fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
 }
 
+var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
+
+/// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
+fn divide_steps(ray: Ray, n: f32) {
+    var range = vec2f(3e38, 0.0);
+    var i = 0u;
+    loop {
+        if (i >= field.count || NOISE) { break; }
+        let one = grid_ranges[i];
+        if (one.y > one.x) { range = vec2f(min(range.x, one.x), max(range.y, one.y)); }
+        i += 1u;
+    }
+    stretch = vec4f(0.0, ray.reach, 0.0, n);
+    if (range.y <= range.x) { return; }
+    let within = range.y - range.x;
+    let outside = max(ray.reach - within, 0.0);
+    let given = n * max(0.5, within / ray.reach);
+    let before = select((n - given) * range.x / outside, 0.0, outside <= 0.0);
+    stretch = vec4f(range, before, before + given);
+}
+
+/// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march.py:step_place.
+fn step_place(k: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
+    if (k < stretch.z) { return k * stretch.x / stretch.z; }
+    if (k < stretch.w) { return stretch.x + (k - stretch.z) * (stretch.y - stretch.x) / (stretch.w - stretch.z); }
+    return stretch.y + (k - stretch.w) * (reach - stretch.y) / max(n - stretch.w, 1e-6);
+}
+
+/// Find the step, and the part of it, at t of a ray: the inverse of step_place. Twin: reference/march.py:step_at.
+fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
+    if (t < stretch.x) { return t * stretch.z / stretch.x; }
+    if (t < stretch.y) { return stretch.z + (t - stretch.x) * (stretch.w - stretch.z) / (stretch.y - stretch.x); }
+    return stretch.w + (t - stretch.y) * (n - stretch.w) / max(reach - stretch.y, 1e-20);
+}
+
+/// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
+fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
+    if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
+    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, ray.reach, stretch) - o), 0.0, n);
+}
+
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
 fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let line = project_ray(i, ray, vec2f(0.0, ray.reach), 0.0);
@@ -113,8 +154,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var end = n;
     if (CASCADES) {
         let view = light.view[i];
-        if (i > 0u) { k = first_step(view.near - light.blend * (view.near - light.view[before].near), ahead, o, n); }
-        end = first_step(view.far, ahead, o, n);
+        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near), ray, each, o, n); }
+        end = first_step_ahead(view.far, ray, each, o, n);
     }
     let fade = exp(-frame.sigma_t * each);
     let last = last_stretch(i, ray, 1.0);
@@ -122,24 +163,46 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var total = vec3f(0.0);
     loop {
         // Look up the sample's visibility
-        let at = line.b.xyz + min((k + o) * each, last) * line.a.xyz;
+        var sample = (k + o) * each;
+        if (VARIES) { sample = step_place(k + o, n, ray.reach, stretch); }
+        let at = line.b.xyz + min(sample, last) * line.a.xyz;
         var share = visibility(i, at.xy, at.z, o);
         // Weigh it where cascades blend
         if (CASCADES) {
-            let away = (k + o) * ahead;
+            let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES);
             let view = light.view[i];
             let last = light.view[before];
             let next = cascade_weight(away, view.near, view.far, light.blend);
             share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
         }
         // Add the step's integral of transmittance
-        if (FOG != EVEN) { weight = directional_integral(ray, vec2f(k, k + 1.0) * each); }
+        if (VARIES) {
+            let range = vec2f(step_place(k, n, ray.reach, stretch), step_place(k + 1.0, n, ray.reach, stretch));
+            seek(ray, range.x, each);
+            let along = step_length(ray, range.y, sample).x;
+            weight = lit_part(ray, range, cursor.y, along);
+            move_cursor(ray, range.y, along);
+        } else if (FOG != EVEN) {
+            weight = directional_integral(ray, vec2f(k, k + 1.0) * each);
+        }
         total += select(vec3f(0.0), weight * share, k < end);
         weight *= fade;
         k += 1.0;
         continuing { break if k >= end; }
     }
     return total;
+}
+
+/// Evaluate the integrand over t, times dt / d(angle), at the sample of a step of angles from `first` on, and move the cursor over the step.
+fn in_step(ray: Ray, nearest: vec2f, first: f32, each: f32, sample: f32) -> vec3f {
+    let range = clamp(nearest.x + nearest.y * vec2f(tangent(first), tangent(first + each)), vec2f(0.0), vec2f(ray.reach));
+    seek(ray, range.x, ray.reach / f32(light.steps));
+    let along = step_length(ray, range.y, sample);
+    let at = clamp((sample - range.x) / max(range.y - range.x, 1e-20), 0.0, 1.0);
+    let found = in_scatter_in_field(ray, sample, vec2f(along.y, cursor.y + at * along.x));
+    if (range.y > cursor.x) { move_cursor(ray, range.y, along.x); }
+    let d = length(vec2f(sample - nearest.x, nearest.y));
+    return found * (d * d / nearest.y);
 }
 
 /// Integrate in-scattered radiance over the steps of a range of t that are lit in view i of a light with a position: n steps of equal angles
@@ -158,10 +221,17 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         // Look up the sample's visibility
         let angle = start + (k + o) * each;
-        let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
+        let sample = nearest.x + nearest.y * tangent(angle);
+        let at = line.b + min(sample, last) * line.a;
         let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
         // Add what the step scatters, but for the steps' angle
-        total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);
+        var scattered = vec3f(0.0);
+        if (VARIES) {
+            scattered = in_step(ray, nearest, start + k * each, each, sample);
+        } else {
+            scattered = equiangular_integrand(ray, nearest, angle);
+        }
+        total += select(vec3f(0.0), scattered * share, k < end);
         k += 1.0;
         continuing { break if k >= end; }
     }
@@ -177,10 +247,15 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     var sum = ambient_or_previous(pixel, ray);
     let n = f32(light_storage.steps);
     let o = offset(pixel);
+    if (VARIES) { enter_field(ray); }
+    if (VARIES && LIT) {
+        enter_shade(ray);
+        divide_steps(ray, n);
+    }
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
-        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
         sum += in_scatter_directional(ray) * total;
     } else if (LIT) {
         let nearest = nearest_approach(ray);
@@ -189,8 +264,8 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         range.y = max(range.x, range.y);
         let start = equiangular_angle(nearest, range.x);
         let each = (equiangular_angle(nearest, range.y) - start) / n;
-        if (light_storage.views == 0u) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
-        for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
+        if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
     }
-    textureStore(layer, pixel, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, finished(pixel, ray, sum));
 }
