@@ -4,13 +4,16 @@
 // In steps: a panel a step, in which all but the air's closed form is that of one sample.
 //! include "scatter/march/ray.wgsl"
 //! include "medium/grid.wgsl"
+//! include "medium/noise.wgsl"
 override EXACT: bool = true;    // panels end where density has kinks
 override NOISE: bool = false;   // the air varies
+override GRIDS: u32 = 1u;       // how many join it
 
 struct Field {
-    count: u32,                 // of grids
     pixel: f32,                 // m that a pixel is wide, a metre away
     flat_pixel: f32,            // and without perspective
+    noise: Noise,
+    noise_rows: array<vec4f, 3>, // of the matrix from a place to m along the world's axes from the noise's origin
     grids: array<Grid, MAX_GRIDS>,
 }
 
@@ -67,23 +70,25 @@ fn mean_even_density(a: vec3f, b: vec3f) -> f32 {
 /// Join all grids with the air's density at a place.
 fn with_grids(place: vec3f, air: f32) -> f32 {
     var found = air;
+    if (GRIDS == 0u) { return found; }
     var i = 0u;
     loop {
-        if (i >= field.count) { break; }
         let rows = field.grids[i].rows;
         let count = field.grids[i].count;
         let at = grid_index(rows, place);
-        if (within_grid(at, count, field.grids[i].edge)) {
-            found = blended(found, field.grids[i].factor * grid_density(at, count, field.grids[i].first), field.grids[i].blend);
-        }
+        let own = field.grids[i].factor * grid_density(at, count, field.grids[i].first);
+        found = select(found, blended(found, own, field.grids[i].blend), within_grid(at, count, field.grids[i].edge));
         i += 1u;
+        continuing { break if i >= GRIDS; }
     }
     return found;
 }
 
 /// Evaluate the density at a place, seen or summed at so many metres' detail.
 fn density(place: vec3f, footprint: f32) -> f32 {
-    return with_grids(place, even_density(place));
+    var air = even_density(place);
+    if (NOISE) { air *= noise_density(grid_index(field.noise_rows, place), footprint, field.noise); }
+    return with_grids(place, air);
 }
 
 /// Find how many metres of detail a place at t of a ray is seen with, in panels of a length.
@@ -96,14 +101,15 @@ fn enter_field(ray: Ray) {
     cursor = vec2f(0.0);
     marks[0] = cursor;
     marked = 1u;
+    if (GRIDS == 0u) { return; }
     var i = 0u;
     loop {
-        if (i >= field.count) { break; }
         let rows = field.grids[i].rows;
         let b = grid_index(rows, ray.origin);
         let a = grid_step(rows, ray.direction);
         grid_ranges[i] = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
         i += 1u;
+        continuing { break if i >= GRIDS; }
     }
 }
 
@@ -124,23 +130,21 @@ fn next_panel(ray: Ray, most: f32) -> Panel {
     let t = cursor.x;
     var end = most;
     var varies = NOISE;
-    var i = 0u;
-    loop {
-        if (i >= field.count) { break; }
-        let range = grid_ranges[i];
-        if (range.y > range.x && t < range.y) {
-            if (t < range.x) {
-                end = min(end, range.x);
-            } else {
-                varies = true;
-                let rows = field.grids[i].rows;
-                let b = grid_index(rows, place_at(ray, t));
-                end = min(end, min(range.y, t + to_next_plane(b, grid_step(rows, ray.direction))));
-            }
+    if (GRIDS > 0u) {
+        var i = 0u;
+        loop {
+            let range = grid_ranges[i];
+            let rows = field.grids[i].rows;
+            let within = t >= range.x && t < range.y;
+            let plane = t + to_next_plane(grid_index(rows, place_at(ray, t)), grid_step(rows, ray.direction));
+            varies = varies || within;
+            end = min(end, select(select(3e38, range.x, t < range.x && range.y > range.x), min(range.y, plane), within));
+            i += 1u;
+            continuing { break if i >= GRIDS; }
         }
-        i += 1u;
     }
     if (FOG != EVEN && (varies || FOG == LINEAR || !DIRECTIONAL)) { end = min(end, t + fog_ahead(ray, t)); }
+    if (NOISE) { end = min(end, t + 0.5 * noise_wavelength(footprint(t, 0.0), field.noise)); }
     // Always move on, by more than the digits of t lose
     return Panel(max(end, min(most, t + 1e-6 * max(t, 1e-3))), varies);
 }
@@ -174,25 +178,29 @@ fn step_length(ray: Ray, end: f32, sample: f32) -> vec2f {
     return vec2f(long * max(even + found - even_density(place), 0.0), found);
 }
 
+/// Move the cursor back, to a place at t or before it where it was.
+fn move_back(t: f32) {
+    if (t >= cursor.x) { return; }
+    var k = marked - 1u;
+    loop {
+        cursor = marks[k];
+        k = max(k, 1u) - 1u;
+        continuing { break if cursor.x <= t; }
+    }
+}
+
 /// Move the cursor to t, back or forth. each: metres of a step.
 fn seek(ray: Ray, t: f32, each: f32) {
-    if (t < cursor.x) {
-        var k = marked - 1u;
-        loop {
-            if (k == 0u || marks[k].x <= t) { break; }
-            k -= 1u;
-        }
-        cursor = marks[k];
-    }
+    move_back(t);
     loop {
-        if (cursor.x >= t) { break; }
         if (EXACT) {
-            let panel = next_panel(ray, t);
+            let panel = next_panel(ray, max(t, cursor.x));
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
-            let end = select(t, cursor.x + each, cursor.x + 1.01 * each < t);
+            let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
             move_cursor(ray, end, step_length(ray, end, 0.5 * (cursor.x + end)).x);
         }
+        continuing { break if cursor.x >= t; }
     }
 }
 

@@ -31,16 +31,16 @@ fn fill(@builtin(global_invocation_id) column: vec3u) {
     var sum = 0.0;
     var k = 1u;
     loop {
-        if (k >= count.z) { break; }
         var i = 0u;
         loop {
-            if (i >= light.shade_pieces) { break; }
             let middle = f32(k) - 1.0 + (f32(i) + 0.5) / f32(light.shade_pieces);
             let off = GAUSS_OFF / f32(light.shade_pieces);
             sum += 0.5 * piece * (excess(first + (middle - off) * way, piece) + excess(first + (middle + off) * way, piece));
             i += 1u;
+            continuing { break if i >= light.shade_pieces; }
         }
         filled[base + k] = sum;
         k += 1u;
+        continuing { break if k >= count.z; }
     }
 }

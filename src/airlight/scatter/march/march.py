@@ -97,6 +97,8 @@ class March:
         while len(self._lights) < max(len(lights), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
+        if self._varies:
+            self._fog |= {"NOISE": medium.settings.noise_amount > 0 and medium.air > 0, "GRIDS": len(medium.fields)}
         self._fills = []
         if self._varies:
             self._varying.update(view, projection, self.size[0], medium)
@@ -201,7 +203,8 @@ class March:
             entry = "settle" if self.size == self.pixels else "upsample"
             if entry == "upsample":
                 counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
-            pipeline = self.device.pipeline(UPSAMPLE, entry, **self._fog)
+            own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
+            pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
 

@@ -75,6 +75,26 @@ fn directional_integral(ray: Ray, range: vec2f) -> vec3f {
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
 }
 
+struct Group {                  // of steps
+    sum: vec3f,                 // m, of density times transmittance
+    slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
+}
+
+/// Integrate density times transmittance over a range of t, lit by a directional light, see directional_integral.
+/// Twin: reference/march.py:fog_group.
+fn fog_group(ray: Ray, range: vec2f) -> Group {
+    let fog = layer_of_fog();
+    let y = vec2f(height(ray.origin + range.x * ray.direction), height(ray.origin + range.y * ray.direction));
+    let along = (range.y - range.x) * mean_height_density(y.x, y.y, fog);
+    let before = optical_length(ray, range.x);
+    var ends = vec2f(before, before + along);
+    if (FADES) { ends += vec2f(height_column(y.x, fog), height_column(y.y, fog)) / max(light.climb, 1e-6); }
+    let near = min(ends.x, ends.y);
+    let sum = along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
+    let thinned = log(max(height_density(y.y, fog), 1e-20) / max(height_density(y.x, fog), 1e-20));
+    return Group(sum, clamp(thinned - frame.sigma_t * (ends.y - ends.x), vec3f(-40.0), vec3f(40.0)));
+}
+
 /// Clip a range of t to the k-th band of heights; empty where its end is not behind its start. Twin: reference/march.py:clip_to_band.
 fn clip_to_band(ray: Ray, range: vec2f, k: u32) -> vec2f {
     let band = height_band(k, layer_of_fog());

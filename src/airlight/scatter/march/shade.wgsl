@@ -16,6 +16,7 @@ struct Cell {                   // a place in a table; its face is -1 where the 
 }
 
 var<private> shaded: vec2f;     // range of t of the ray, in which a table may hold something
+var<private> passed: f32;       // m, what the optical length from the light to the eye grew by over the part that was last
 var<private> kept: vec2f;       // t, and the optical length from the light to there
 
 /// Choose the face of a cube that a direction meets: its coordinates there, and the number of the face.
@@ -108,6 +109,7 @@ fn lit_part(ray: Ray, range: vec2f, before: f32, along: f32) -> vec3f {
     let first = before + kept.y;
     kept = vec2f(range.y, light_length(place_at(ray, range.y)));
     let last = before + along + kept.y;
+    passed = last - first;
     let near = min(first, last);
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(first, last) - near));
 }
@@ -141,22 +143,24 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
     return panel;
 }
 
-/// Integrate over a lit segment of the ray, panel by panel: of a directional light density times transmittance, m; else radiance.
+/// Integrate over a lit segment of the ray, panel by panel: of a directional light density times transmittance, m; else radiance. Panels
+/// between the cursor and the segment only move the cursor.
 fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
-    seek(ray, segment.x, 0.0);
+    move_back(segment.x);
     var sum = vec3f(0.0);
     loop {
-        if (cursor.x >= segment.y) { break; }
-        let panel = next_lit_panel(ray, nearest, full, segment.y);
         let start = cursor;
+        let is_lit = f32(start.x >= segment.x);
+        let panel = next_lit_panel(ray, nearest, full, max(select(segment.x, segment.y, start.x >= segment.x), start.x));
         let along = panel_length(ray, panel);
         if (DIRECTIONAL) {
-            sum += lit_part(ray, vec2f(start.x, panel.end), start.y, along.x);
+            sum += is_lit * lit_part(ray, vec2f(start.x, panel.end), start.y, along.x);
         } else {
             let long = panel.end - start.x;
-            sum += 0.5 * long * (at_node(ray, start, along, long, -1.0) + at_node(ray, start, along, long, 1.0));
+            sum += is_lit * 0.5 * long * (at_node(ray, start, along, long, -1.0) + at_node(ray, start, along, long, 1.0));
         }
         move_cursor(ray, panel.end, along.x);
+        continuing { break if cursor.x >= segment.y; }
     }
     return sum;
 }

@@ -9,6 +9,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.field import BLENDS
+from airlight.medium.noise import noise_record
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
 from airlight.scatter.march.shade import Shade, fit_shade
@@ -38,8 +39,12 @@ class Varying:
         rays, flat = eye_rays(projection)
         wide = abs(float(rays[0])) / width
         out["pixel"], out["flat_pixel"] = wide * (1 - flat), wide * flat
-        out["count"] = len(medium.fields)
         into = np.linalg.inv(np.asarray(view, np.float64))
+        m = medium.settings
+        eye = into[:3, 3] + medium.origin
+        for name, value in noise_record(eye, m.wind, medium.time, medium.noise_size, m.noise_seed, m.noise_amount, m.noise_octaves).items():
+            out["noise"][name] = value
+        out["noise_rows"][:, :3] = into[:3, :3]
         for at, field, (_, first) in zip(out["grids"], medium.fields, self._held):
             at["rows"] = (index_rows(field.volume.matrix, medium.origin) @ into)[:3]
             at["count"], at["first"] = field.volume.density.shape[::-1], first
