@@ -75,24 +75,48 @@ fn directional_integral(ray: Ray, range: vec2f) -> vec3f {
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
 }
 
+struct FogKnot {                // a place of a ray, in fog that depends on height
+    t: f32,
+    y: f32,                     // m above the fog's base
+    density: f32,
+    before: f32,                // optical length from the eye, m
+    whole: f32,                 // and from the light to the eye by way of it
+    seen: vec3f,                // transmittance of the latter
+}
+
 struct Group {                  // of steps
     sum: vec3f,                 // m, of density times transmittance
     slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
 }
 
-/// Integrate density times transmittance over a range of t, lit by a directional light, see directional_integral.
-/// Twin: reference/march.py:fog_group.
-fn fog_group(ray: Ray, range: vec2f) -> Group {
+/// Make the knot at t of a ray, where so much of optical length lies before it. Twin: reference/march.py:fog_knot.
+fn fog_knot(ray: Ray, t: f32, before: f32) -> FogKnot {
     let fog = layer_of_fog();
-    let y = vec2f(height(ray.origin + range.x * ray.direction), height(ray.origin + range.y * ray.direction));
-    let along = (range.y - range.x) * mean_height_density(y.x, y.y, fog);
-    let before = optical_length(ray, range.x);
-    var ends = vec2f(before, before + along);
-    if (FADES) { ends += vec2f(height_column(y.x, fog), height_column(y.y, fog)) / max(light.climb, 1e-6); }
-    let near = min(ends.x, ends.y);
-    let sum = along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
-    let thinned = log(max(height_density(y.y, fog), 1e-20) / max(height_density(y.x, fog), 1e-20));
-    return Group(sum, clamp(thinned - frame.sigma_t * (ends.y - ends.x), vec3f(-40.0), vec3f(40.0)));
+    let y = height(ray.origin + t * ray.direction);
+    var whole = before;
+    if (FADES) { whole += height_column(y, fog) / max(light.climb, 1e-6); }
+    return FogKnot(t, y, height_density(y, fog), before, whole, transmittance(whole, frame.sigma_t));
+}
+
+/// Integrate density between two knots, of which the second does not know yet what lies before it: m. Twin: reference/march.py:fog_between.
+fn fog_between(a: FogKnot, t: f32, y: f32, density: f32) -> f32 {
+    let fog = layer_of_fog();
+    if (FOG == LINEAR) { return (t - a.t) * mean_height_density(a.y, y, fog); }
+    let low = min(a.y, y);
+    let high = max(a.y, y);
+    let below = clamp(-low / max(high - low, 1e-30), 0.0, 1.0);
+    let thinned = max(a.density, density) * mean_transmittance(vec3f((max(high, 0.0) - max(low, 0.0)) / fog.x)).x;
+    return (t - a.t) * (below + (1.0 - below) * thinned);
+}
+
+/// Integrate density times transmittance between two knots, lit by a directional light, see directional_integral.
+/// Twin: reference/march.py:fog_group.
+fn fog_group(a: FogKnot, b: FogKnot) -> Group {
+    let x = frame.sigma_t * abs(b.whole - a.whole);
+    let few = max(a.seen, b.seen) * (1.0 - x * (0.5 - x * (0.16666667 - x * 0.041666667)));
+    let mean = select(abs(a.seen - b.seen) / max(x, vec3f(1e-20)), few, x < vec3f(0.1));
+    let thinned = log(max(b.density, 1e-20) / max(a.density, 1e-20));
+    return Group((b.before - a.before) * mean, clamp(thinned - frame.sigma_t * (b.whole - a.whole), vec3f(-40.0), vec3f(40.0)));
 }
 
 /// Clip a range of t to the k-th band of heights; empty where its end is not behind its start. Twin: reference/march.py:clip_to_band.

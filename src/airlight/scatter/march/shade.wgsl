@@ -17,7 +17,7 @@ struct Cell {                   // a place in a table; its face is -1 where the 
 
 var<private> shaded: vec2f;     // range of t of the ray, in which a table may hold something
 var<private> passed: f32;       // m, what the optical length from the light to the eye grew by over the part that was last
-var<private> kept: vec2f;       // t, and the optical length from the light to there
+var<private> kept: f32;         // m, the optical length from the light to where the cursor is
 
 /// Choose the face of a cube that a direction meets: its coordinates there, and the number of the face.
 /// Twin: reference/grid.py:cube_face.
@@ -84,7 +84,6 @@ fn light_length(place: vec3f) -> f32 {
 
 /// Find the range of t in which the light's table may hold something of a ray.
 fn enter_shade(ray: Ray) {
-    kept = vec2f(-1.0, 0.0);
     shaded = vec2f(0.0, ray.reach);
     if (!TABLE || light.shade_faces > 1u) { return; }
     let b = grid_index(light.shade_rows, ray.origin);
@@ -101,14 +100,18 @@ fn enter_shade(ray: Ray) {
     }
 }
 
-/// Integrate density times transmittance over a part of the ray of a directional light, whose density's integral is `along`, from the light
-/// to the eye: m. Exact where what is scattered is in proportion to the change of optical depth, as in stratified fog. The optical length
-/// from the light to the part's end is kept for the part that begins there.
-fn lit_part(ray: Ray, range: vec2f, before: f32, along: f32) -> vec3f {
-    if (kept.x != range.x) { kept = vec2f(range.x, light_length(place_at(ray, range.x))); }
-    let first = before + kept.y;
-    kept = vec2f(range.y, light_length(place_at(ray, range.y)));
-    let last = before + along + kept.y;
+/// Move the cursor to t, and find how much lies between the light and there.
+fn enter_light(ray: Ray, t: f32, each: f32) {
+    seek(ray, t, each);
+    kept = light_length(place_at(ray, cursor.x));
+}
+
+/// Integrate density times transmittance from the cursor on to `end`, over what has `along` of optical length, after `before`, lit by a
+/// directional light: m. Exact where what is scattered is in proportion to the change of optical depth, as in stratified fog.
+fn lit_part(ray: Ray, end: f32, before: f32, along: f32) -> vec3f {
+    let first = before + kept;
+    kept = light_length(place_at(ray, end));
+    let last = before + along + kept;
     passed = last - first;
     let near = min(first, last);
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(first, last) - near));
@@ -147,6 +150,7 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
 /// between the cursor and the segment only move the cursor.
 fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
     move_back(segment.x);
+    if (DIRECTIONAL) { kept = light_length(place_at(ray, cursor.x)); }
     var sum = vec3f(0.0);
     loop {
         let start = cursor;
@@ -154,7 +158,7 @@ fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
         let panel = next_lit_panel(ray, nearest, full, max(select(segment.x, segment.y, start.x >= segment.x), start.x));
         let along = panel_length(ray, panel);
         if (DIRECTIONAL) {
-            sum += is_lit * lit_part(ray, vec2f(start.x, panel.end), start.y, along.x);
+            sum += is_lit * lit_part(ray, panel.end, start.y, along.x);
         } else {
             let long = panel.end - start.x;
             sum += is_lit * 0.5 * long * (at_node(ray, start, along, long, -1.0) + at_node(ray, start, along, long, 1.0));

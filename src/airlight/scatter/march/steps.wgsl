@@ -18,7 +18,7 @@ const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occl
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
-const GROUP = 8.0;              // steps, whose weights follow from what lies along all of them: they fall by one factor from step to step
+const MANY_STEPS = 64.0;        // from which on groups of them are of 8, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
@@ -111,6 +111,7 @@ struct LampGroup {              // of steps
     excess: f32,                // of its density over the air's closed form
 }
 
+var<private> knot: FogKnot;     // at the end of the group before
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
@@ -152,13 +153,26 @@ fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, ray.reach, stretch) - o), 0.0, n);
 }
 
+/// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
+/// one factor from step to step; what is left of a ray goes step by step. Twin: reference/march.py:group_size.
+fn group_size(k: f32, n: f32) -> f32 {
+    let many = select(4.0, 8.0, n >= MANY_STEPS);
+    return select(1.0, many, k + many <= n);
+}
+
 /// Integrate density times transmittance over a group of steps, of which the first begins, the sample lies and the last ends at steps.xyz.
 /// some: there are steps in it.
 fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
-    if (!VARIES) { return fog_group(ray, steps.xz * each); }
+    if (!VARIES) {
+        let start = knot;
+        let t = steps.z * each;
+        let y = height(ray.origin + t * ray.direction);
+        knot = fog_knot(ray, t, start.before + fog_between(start, t, y, height_density(y, layer_of_fog())));
+        return fog_group(start, knot);
+    }
     let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, ray.reach, stretch), some));
     let along = step_length(ray, range.y, step_place(steps.y, n, ray.reach, stretch)).x;
-    let found = lit_part(ray, range, cursor.y, along);
+    let found = lit_part(ray, range.y, cursor.y, along);
     move_cursor(ray, range.y, along);
     return Group(found, -frame.sigma_t * passed);
 }
@@ -180,16 +194,18 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
-    if (VARIES) { seek(ray, step_place(k, n, ray.reach, stretch), each); }
+    if (VARIES) { enter_light(ray, step_place(k, n, ray.reach, stretch), each); }
+    if (FOG != EVEN && !VARIES) { knot = fog_knot(ray, k * each, optical_length(ray, k * each)); }
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
         if (VARIES || FOG != EVEN) {
-            let size = select(1.0, GROUP, k + GROUP <= n);
+            let size = group_size(k, n);
             let group = begin_group(ray, vec3f(k, k + o * size, k + size), each, n, k < end);
             fade = exp(group.slope / size);
             let twice = fade * fade;
-            weight = group.sum / select(vec3f(1.0), (1.0 + fade) * (1.0 + twice) * (1.0 + twice * twice), size > 1.0);
+            let four = (1.0 + fade) * (1.0 + twice);
+            weight = group.sum / select(vec3f(1.0), select(four, four * (1.0 + twice * twice), size > 4.0), size > 1.0);
             stop = min(k + size, end);
         }
         loop {
@@ -223,12 +239,11 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, some: bool) -> Lamp
     let end = clamp(nearest.x + nearest.y * tangent(angles.z), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, end, some));
     let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
-    if (kept.x != range.x) { kept = vec2f(range.x, light_length(place_at(ray, range.x))); }
-    let first = cursor.y + kept.y;
+    let first = cursor.y + kept;
     let along = step_length(ray, range.y, sample);
     move_cursor(ray, range.y, along.x);
-    kept = vec2f(range.y, light_length(place_at(ray, range.y)));
-    return LampGroup(range, vec2f(first, cursor.y + kept.y), along.y - even_density(place_at(ray, sample)));
+    kept = light_length(place_at(ray, range.y));
+    return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
 }
 
 /// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps. Kulla and Fajardo 2012.
@@ -259,11 +274,11 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
     var group = LampGroup(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
-    if (VARIES) { seek(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
+    if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
     loop {
         var stop = end;
         if (VARIES) {
-            let size = select(1.0, GROUP, k + GROUP <= n);
+            let size = group_size(k, n);
             group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, k < end);
             stop = min(k + size, end);
         }

@@ -27,9 +27,9 @@ fn relative_difference(a: f32, b: f32) -> f32 {
 }
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
-/// likest; the longer its own ray, the less of its radiance. likest: radiance, and the ray's length; more: see marched. Returns the radiance,
+/// likest; the longer its own ray, the less of its radiance. own: the ray's optical length by height alone, m; likest: radiance, and the ray's length; more: see marched. Returns the radiance,
 /// and this of it.
-fn search_alike(at: vec2f, ray: Ray, likest: vec4f, likest_more: f32) -> vec4f {
+fn search_alike(at: vec2f, ray: Ray, own: f32, likest: vec4f, likest_more: f32) -> vec4f {
     let reach = ray.reach;
     var best = likest;
     var more = likest_more;
@@ -50,7 +50,7 @@ fn search_alike(at: vec2f, ray: Ray, likest: vec4f, likest_more: f32) -> vec4f {
     let whole = optical_length(ray, best.a) + select(0.0, more, VARIES);
     let longer = transmittance_integral(whole, frame.sigma_t);
     more *= min(reach / max(best.a, 1e-6), 1.0);
-    let less = transmittance_integral(optical_length(ray, reach) + select(0.0, more, VARIES), frame.sigma_t) / max(longer, vec3f(1e-20));
+    let less = transmittance_integral(own + select(0.0, more, VARIES), frame.sigma_t) / max(longer, vec3f(1e-20));
     return vec4f(best.rgb * min(less, vec3f(1.0)), more);
 }
 
@@ -91,10 +91,11 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         var off = 0.0;
         //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-SHARPNESS * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (VARIES) { sum_more += (near * exp(-SHARPNESS * off) + 1e-20) * more[k]; } if (off < least && near > 1e-3) { least = off; likest = held[k]; likest_more = more[k]; }
         var color = vec4f(sum.rgb, sum_more) / sum.a;
+        let own = optical_length(ray, reach);
         // Search farther away where none is alike
-        if (least > MAX_DIFFERENCE) { color = search_alike(at, ray, likest, likest_more); }
+        if (least > MAX_DIFFERENCE) { color = search_alike(at, ray, own, likest, likest_more); }
         textureStore(layer, pixel, vec4f(color.rgb, reach));
-        let whole = max(optical_length(ray, reach) + select(0.0, color.a, VARIES), 0.0);
+        let whole = max(own + select(0.0, color.a, VARIES), 0.0);
         textureStore(layer_transmittance, pixel, vec4f(transmittance(whole, frame.sigma_t), 1.0));
         n += 1u;
     }
