@@ -11,11 +11,13 @@ from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.march.shade import Shade
+from airlight.scatter.march.varying import Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
-WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
+SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade")
+WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SHADE = (f"scatter/march/{name}.wgsl" for name in SHADERS)
 FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
 BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
@@ -61,6 +63,10 @@ class March:
         self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._fog: dict[str, int] = {}  # constants of pipelines
+        self._varying = Varying(device)
+        self._varies = False
+        self._tables: list[Any] = []  # a buffer each light, of what dims it
+        self._fills: list[tuple[int, Any, tuple[int, int, int]]] = []  # lights whose tables are to be filled: the pipeline, and workgroups
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -76,17 +82,26 @@ class March:
         *,
         jitter: str = "blue",
         share: float = 1.0,
+        region: Any = None,
     ) -> None:
         """Sets what the next `record` sees: matrices (4, 4), world to view space and view to clip space; lights with their shadow maps.
 
-        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at.
+        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at. region: (2, 3) m,
+        a box outside of which the air's noise dims no light.
         """
         width, height = self.pixels
+        if medium.varies != self._varies:
+            self._varies, self.size = medium.varies, (0, 0)
         self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
         self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lights), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
-        nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
+        nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
+        if self._varies:
+            self._fog |= {"NOISE": medium.settings.noise_amount > 0 and medium.air > 0, "GRIDS": len(medium.fields)}
+        self._fills = []
+        if self._varies:
+            self._varying.update(view, projection, self.size[0], medium)
         path = WALK if medium.exact else STEPS
         if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
@@ -95,20 +110,32 @@ class March:
         if medium.exact:
             self._fit_tiles()
         self._names = [light.word for light, _ in lights] or ["ambient"]
-        self._pipelines = []
+        self._pipelines, self._tables = [], [self._varying.voxels] * max(len(lights), 1)
         for i, (light, shadow) in enumerate(lights):
             self._begins.pop(i, None)
-            self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
+            shade = self._shade(i, light, medium, region) if self._varies else None
+            self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
+            if self._varies:
+                chosen |= {"TABLE": shade is not None, "EXACT": medium.exact}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog))
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **({"EXACT": medium.exact} if self._varies else {})))
+
+    def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
+        """Fits the table of what dims the i-th light, and notes if it is to be filled."""
+        shade, self._tables[i], stale = self._varying.table(i, light, medium, region)
+        if shade is not None and stale:
+            pipeline = self.device.pipeline(SHADE, "fill", ALONE=shade.alone, DIRECTIONAL=light.directional, **self._fog)
+            across, down, _ = shade.count
+            self._fills.append((i, pipeline, (-(-across // GROUP), -(-down // GROUP), shade.faces)))
+        return shade
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -122,7 +149,7 @@ class March:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
         if size != self.size or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
             self.size = size
-            first = self.layer if size == self.pixels else self.device.texture(*size, "rgba32float")
+            first = self.layer if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
             self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
@@ -142,12 +169,20 @@ class March:
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light = self._lights[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
+        varying = self._varying.record, self._varying.voxels, self._tables[i]
+        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light, *varying)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
+        for i, pipeline, groups in self._fills:
+            spare, buffers = _spare(self.device), (self._varying.record, self._varying.voxels, self._lights[i], self._tables[i])
+            bind = self._bound(
+                ("shade", i), SHADE, self._frame, self._lights[i], depth, self._shadows[i], spare, self.transmittance, *buffers
+            )
+            compute(encoder, pipeline, bind, groups, "light table", timer)
+        self._fills = []
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
@@ -160,13 +195,16 @@ class March:
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
-        if self.size == self.pixels:
+        if self.size == self.pixels and not self._varies:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
             compute(encoder, pipeline, bind, counts, "march transmittance", timer)
         else:
-            counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
-            pipeline = self.device.pipeline(UPSAMPLE, "upsample", **self._fog)
+            entry = "settle" if self.size == self.pixels else "upsample"
+            if entry == "upsample":
+                counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
+            own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
+            pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
 
