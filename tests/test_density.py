@@ -78,6 +78,7 @@ def test_noise_multiplies_air_and_drifts() -> None:
     at, medium = RNG.uniform(-20, 20, (20_000, 3)), Medium(noise_amount=3, noise_size=2, wind=(1, 0, -0.5), air=0.5)
     found = airlight.density(at, medium=medium)
     assert 0.45 < found.mean() < 0.55 and found.std() > 0.1
+    assert airlight.density(at[7], medium=medium) == found[7]
     np.testing.assert_allclose(airlight.density(at + [2, 0, -1], 2.0, medium), found, rtol=1e-9)
     np.testing.assert_allclose(airlight.density(at, 0, Medium(noise_amount=3, wind=(1, 0, -0.5), air=0.5), radius=16), found)
 

@@ -79,8 +79,8 @@ def test_gradients_are_as_many_of_each_and_do_not_depend_on_each_other() -> None
     i = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1)
     for seed in (0, 1, 77):
         own = record(seed=seed)
-        key = (i.astype(np.uint64) * noise.PRIMES % np.uint64(2**32))
-        key = key[..., 0] ^ key[..., 1] ^ key[..., 2] ^ np.uint64(own["seed"])
+        key = i.astype(np.uint32) * noise.PRIMES
+        key = key[..., 0] ^ key[..., 1] ^ key[..., 2] ^ own["seed"]
         gradient = np.stack([noise.along_gradient(key, np.eye(3)[k]) for k in range(3)], axis=-1)
         kinds, counts = np.unique(gradient.reshape(-1, 3), axis=0, return_counts=True)
         assert len(kinds) == 12 and set((np.abs(kinds)).sum(axis=1)) == {2}
@@ -143,7 +143,7 @@ def test_parts_of_noise_in_the_shader() -> None:
     found = call(SHADER, "gradient_noise", [cell, inside, np.uint32(1023), key])
     np.testing.assert_allclose(found, noise.gradient_noise(cell, inside, 1023, key), atol=3e-6)
     found = call(SHADER, "along_gradient", [key, inside])
-    np.testing.assert_allclose(found, noise.along_gradient(key, inside), atol=1e-6)
+    np.testing.assert_allclose(found, noise.along_gradient(key, inside.T), atol=1e-6)
     np.testing.assert_array_equal(call(SHADER, "flipped", [inside[:, 0], key]), noise.flipped(inside[:, 0], key))
     a = RNG.uniform(0, 8, COUNT).astype(np.float32)
     np.testing.assert_allclose(call(SHADER, "log_mean_exponential", [a]), noise.log_mean_exponential(a), rtol=1e-6, atol=1e-9)

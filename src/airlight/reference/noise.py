@@ -14,7 +14,7 @@ Array = npt.NDArray[Any]
 APART = 0.25  # cells of an octave, from its lattice to that of the one before
 FAR = 1e30  # m, the wavelength of what does not vary
 OCTAVE_SEED = 0x9E3779B9
-PRIMES = np.array((0x8DA6B343, 0xD8163841, 0xCB1AB31F), np.uint64)
+PRIMES = np.array((0x8DA6B343, 0xD8163841, 0xCB1AB31F), np.uint32)
 LOG_MEAN = (3.645906e-2, -1.0170715e-4, 6.788781e-7, -4.975845e-9, 2.929922e-11, -8.961888e-14)  # of a^2, a^4, ...
 
 
@@ -55,29 +55,31 @@ def gradient_noise(cell: Any, inside: Any, mask: Any, seed: Any) -> Array:
     mask: the cells after which it repeats, less 1.
     """
     cell, inside = np.asarray(cell, np.int64), np.asarray(inside, float)
-    fade = inside**3 * (inside * (inside * 6 - 15) + 10)
-    total: Any = 0.0
-    for corner in np.ndindex(2, 2, 2):
-        point = ((cell + corner) & np.asarray(mask, np.int64)[..., None]).astype(np.uint64) * PRIMES % np.uint64(2**32)
-        key = point[..., 0] ^ point[..., 1] ^ point[..., 2] ^ np.asarray(seed, np.uint64)
-        weight = np.where(np.array(corner) == 1, fade, 1 - fade).prod(axis=-1)
-        total = total + weight * along_gradient(key, inside - corner)
-    return np.asarray(total)
+    fade = inside * inside * inside * (inside * (inside * 6 - 15) + 10)
+    mask, ends = np.asarray(mask, np.int64)[..., None], inside - 1
+    keys = [((cell + k) & mask).astype(np.uint32) * PRIMES for k in (0, 1)]
+    found = []
+    for x, y, z in np.ndindex(2, 2, 2):
+        key = keys[x][..., 0] ^ keys[y][..., 1] ^ keys[z][..., 2] ^ np.asarray(seed, np.uint32)
+        at = (inside, ends)
+        found.append(along_gradient(key, (at[x][..., 0], at[y][..., 1], at[z][..., 2])))
+    for axis in (2, 1, 0):  # the last of the pairs lie apart along z
+        found = [a + fade[..., axis] * (b - a) for a, b in zip(found[::2], found[1::2], strict=True)]
+    return np.asarray(found[0])
 
 
 def along_gradient(key: Any, offset: Any) -> Array:
-    """Multiplies offsets (..., 3) from lattice points by their gradients, each one of 12 that have a 0 and two of 1 or -1."""
-    key, offset = np.asarray(key, np.uint64), np.asarray(offset, float)
-    hashed = (key ^ (key >> np.uint64(15))) * np.uint64(0x2C1B3C6D) % np.uint64(2**32)
-    third = (hashed << np.uint64(2)).astype(np.uint32).view(np.int32)
-    u = np.where(third < -715827883, offset[..., 1], offset[..., 0])
-    v = np.where(third > 715827882, offset[..., 1], offset[..., 2])
-    return flipped(u, hashed) + flipped(v, hashed << np.uint64(1))
+    """Multiplies offsets, three of (...), from lattice points by their gradients, each one of 12 that have a 0 and two of 1 or -1."""
+    key, (x, y, z) = np.asarray(key, np.uint32), (np.asarray(v, float) for v in offset)
+    with np.errstate(over="ignore"):  # of single numbers, which NumPy tells of
+        hashed = (key ^ (key >> np.uint32(15))) * np.uint32(0x2C1B3C6D)
+    third = np.asarray(hashed << np.uint32(2)).view(np.int32)
+    return flipped(np.where(third < -715827883, y, x), hashed) + flipped(np.where(third > 715827882, y, z), hashed << np.uint32(1))
 
 
 def flipped(value: Any, word: Any) -> Array:
     """Turns the sign of values (...) where a word's bit 31 is set."""
-    return np.asarray(np.where(np.asarray(word, np.uint64) & np.uint64(0x80000000), -1, 1) * np.asarray(value, float))
+    return np.asarray(np.copysign(1.0, np.asarray(word, np.uint32).view(np.int32)) * value)
 
 
 def log_mean_exponential(a: Any) -> Array:
