@@ -34,7 +34,7 @@ class Field:
 
 
 def as_field(density: Any) -> Field | None:
-    """Make a field of a field itself, of a volume, or of what gives one by `field()`, as particles that move do; None where that is none."""
+    """Make a field of a field, of a volume, or of what gives one by `field()`, as particles that move do; None where that gives none."""
     if isinstance(density, Field):
         return density
     return density.field() if hasattr(density, "field") else Field(density)

@@ -23,8 +23,8 @@ fn grid_step(rows: array<vec4f, 3>, step: vec3f) -> vec3f {
     return vec3f(dot(rows[0].xyz, step), dot(rows[1].xyz, step), dot(rows[2].xyz, step));
 }
 
-/// Test whether an index lies in a grid's box. Twin: reference/grid.py:within_grid.
-fn within_grid(at: vec3f, count: vec3u, edge: f32) -> bool {
+/// Test whether an index lies in a grid's box. Twin: reference/grid.py:in_grid_box.
+fn in_grid_box(at: vec3f, count: vec3u, edge: f32) -> bool {
     return all(at >= vec3f(-edge)) && all(at <= vec3f(count) - 1.0 + edge);
 }
 

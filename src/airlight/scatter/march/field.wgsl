@@ -34,12 +34,12 @@ var<private> marks: array<vec2f, MARKS>; // cursors that were
 var<private> marked: u32;
 var<private> grid_ranges: array<vec2f, MAX_GRIDS>; // of t, of the ray in each grid
 
-/// Place a ray's point at t.
+/// Find a ray's place at t. Twin: reference/march_field.py:place_at.
 fn place_at(ray: Ray, t: f32) -> vec3f {
     return ray.origin + t * ray.direction;
 }
 
-/// Read the density of the voxels around an index of a grid. Twin: reference/grid.py:grid_density.
+/// Interpolate the density of the voxels around an index of a grid.
 fn grid_density(at: vec3f, count: vec3u, first: u32) -> f32 {
     let most = vec3i(count) - 1;
     let held = clamp(at, vec3f(0.0), vec3f(most));
@@ -55,13 +55,13 @@ fn grid_density(at: vec3f, count: vec3u, first: u32) -> f32 {
     return mix(row.x, row.y, part.x);
 }
 
-/// Evaluate the air's density at a place by its height alone. Twin: reference/field.py:even_density.
+/// Evaluate the air's density at a place by its height alone. Twin: reference/march_field.py:even_density.
 fn even_density(place: vec3f) -> f32 {
     if (FOG == EVEN) { return frame.air; }
     return frame.air * height_density(height(place), layer_of_fog());
 }
 
-/// Average the air's density, by height alone, between two places. Twin: reference/field.py:mean_even_density.
+/// Average the air's density, by height alone, between two places. Twin: reference/march_field.py:mean_even_density.
 fn mean_even_density(a: vec3f, b: vec3f) -> f32 {
     if (FOG == EVEN) { return frame.air; }
     return frame.air * mean_height_density(height(a), height(b), layer_of_fog());
@@ -77,21 +77,21 @@ fn with_grids(place: vec3f, air: f32) -> f32 {
         let count = field.grids[i].count;
         let at = grid_index(rows, place);
         let own = field.grids[i].factor * grid_density(at, count, field.grids[i].first);
-        found = select(found, blended(found, own, field.grids[i].blend), within_grid(at, count, field.grids[i].edge));
+        found = select(found, blended(found, own, field.grids[i].blend), in_grid_box(at, count, field.grids[i].edge));
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
     return found;
 }
 
-/// Evaluate the density at a place, seen or summed at so many metres' detail.
+/// Evaluate the density at a place, its noise averaged over a footprint of so many m. In float64: reference/field.py, density.
 fn density(place: vec3f, footprint: f32) -> f32 {
     var air = even_density(place);
     if (NOISE) { air *= noise_density(grid_index(field.noise_rows, place), footprint, field.noise); }
     return with_grids(place, air);
 }
 
-/// Find how many metres of detail a place at t of a ray is seen with, in panels of a length.
+/// Find the metres that a pixel is wide at t of a ray, or, in steps, that a panel is long. Twin: reference/march_field.py:footprint.
 fn footprint(t: f32, panel: f32) -> f32 {
     return max(field.flat_pixel + field.pixel * t, select(panel, 0.0, EXACT));
 }
@@ -113,7 +113,7 @@ fn enter_field(ray: Ray) {
     }
 }
 
-/// Find how far from t a ray's height leaves the part of fog over which a panel may reach. Twin: reference/field.py:fog_ahead.
+/// Find how far from t a ray's height leaves the part of fog over which a panel may reach. Twin: reference/march_field.py:fog_ahead.
 fn fog_ahead(ray: Ray, t: f32) -> f32 {
     let y = height(place_at(ray, t));
     let climb = dot(frame.up, ray.direction);

@@ -4,11 +4,11 @@
 @group(0) @binding(11) var<storage, read_write> filled: array<f32>;
 override ALONE: bool = false;   // grids alone dim the light, as if there were no air
 
-/// Place the k-th value of a column.
+/// Place the k-th value of a column: its coordinates across, and its face. Twin: reference/grid.py:column_place.
 fn column_place(column: vec3u, k: f32) -> vec3f {
     if (DIRECTIONAL) { return grid_index(light.shade_into, vec3f(vec2f(column.xy), k)); }
     let on_face = (2.0 * vec2f(column.xy) / (vec2f(light.shade_count.xy) - 1.0) - 1.0) * light.shade_tangent;
-    let away = normalize(from_cube_face(on_face, column.z));
+    let away = normalize(from_table_face(on_face, column.z));
     return grid_index(light.shade_into, away * (light.shade_near + k * light.shade_step));
 }
 

@@ -126,7 +126,8 @@ class March:
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **({"EXACT": medium.exact} if self._varies else {})))
+            own = {"EXACT": medium.exact} if self._varies else {}
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **own))
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""

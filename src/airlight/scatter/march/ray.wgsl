@@ -75,48 +75,21 @@ fn directional_integral(ray: Ray, range: vec2f) -> vec3f {
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
 }
 
-struct FogKnot {                // a place of a ray, in fog that depends on height
-    t: f32,
-    y: f32,                     // m above the fog's base
-    density: f32,
-    before: f32,                // optical length from the eye, m
-    whole: f32,                 // and from the light to the eye by way of it
-    seen: vec3f,                // transmittance of the latter
+/// Average e^-x over x between two values that are `apart`, from it at both. Twin: reference/march_field.py:mean_between.
+fn mean_between(first: vec3f, second: vec3f, apart: vec3f) -> vec3f {
+    let few = max(first, second) * (1.0 - apart * (0.5 - apart * (0.16666667 - apart * 0.041666667)));
+    return select(abs(first - second) / max(apart, vec3f(1e-20)), few, apart < vec3f(0.1));
 }
 
-struct Group {                  // of steps
-    sum: vec3f,                 // m, of density times transmittance
-    slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
-}
-
-/// Make the knot at t of a ray, where so much of optical length lies before it. Twin: reference/march.py:fog_knot.
-fn fog_knot(ray: Ray, t: f32, before: f32) -> FogKnot {
+/// Average density by height between two heights at which it is known. Twin: reference/march_field.py:mean_between_heights.
+fn mean_between_heights(a: f32, b: f32, densest: f32) -> f32 {
     let fog = layer_of_fog();
-    let y = height(ray.origin + t * ray.direction);
-    var whole = before;
-    if (FADES) { whole += height_column(y, fog) / max(light.climb, 1e-6); }
-    return FogKnot(t, y, height_density(y, fog), before, whole, transmittance(whole, frame.sigma_t));
-}
-
-/// Integrate density between two knots, of which the second does not know yet what lies before it: m. Twin: reference/march.py:fog_between.
-fn fog_between(a: FogKnot, t: f32, y: f32, density: f32) -> f32 {
-    let fog = layer_of_fog();
-    if (FOG == LINEAR) { return (t - a.t) * mean_height_density(a.y, y, fog); }
-    let low = min(a.y, y);
-    let high = max(a.y, y);
+    if (FOG == LINEAR) { return mean_height_density(a, b, fog); }
+    let low = min(a, b);
+    let high = max(a, b);
     let below = clamp(-low / max(high - low, 1e-30), 0.0, 1.0);
-    let thinned = max(a.density, density) * mean_transmittance(vec3f((max(high, 0.0) - max(low, 0.0)) / fog.x)).x;
-    return (t - a.t) * (below + (1.0 - below) * thinned);
-}
-
-/// Integrate density times transmittance between two knots, lit by a directional light, see directional_integral.
-/// Twin: reference/march.py:fog_group.
-fn fog_group(a: FogKnot, b: FogKnot) -> Group {
-    let x = frame.sigma_t * abs(b.whole - a.whole);
-    let few = max(a.seen, b.seen) * (1.0 - x * (0.5 - x * (0.16666667 - x * 0.041666667)));
-    let mean = select(abs(a.seen - b.seen) / max(x, vec3f(1e-20)), few, x < vec3f(0.1));
-    let thinned = log(max(b.density, 1e-20) / max(a.density, 1e-20));
-    return Group((b.before - a.before) * mean, clamp(thinned - frame.sigma_t * (b.whole - a.whole), vec3f(-40.0), vec3f(40.0)));
+    let thinned = densest * mean_transmittance(vec3f((max(high, 0.0) - max(low, 0.0)) / fog.x)).x;
+    return below + (1.0 - below) * thinned;
 }
 
 /// Clip a range of t to the k-th band of heights; empty where its end is not behind its start. Twin: reference/march.py:clip_to_band.

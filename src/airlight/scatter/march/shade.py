@@ -80,9 +80,8 @@ def fit_shade(light: PunctualLight, medium: ResolvedMedium, box: np.ndarray) -> 
     across = cells if one else max(cells // 2, 16)
     step = (away + radius - near) / (cells - 1)
     pieces = min(max(math.ceil(step / voxel), 1), MAX_PIECES)
-    return Shade(
-        np.column_stack([axes, -axes @ at]), (across, across, cells), 1 if one else 6, near, step, tangent, 2 * tangent / (across - 1), pieces, False
-    )
+    rows, cell = np.column_stack([axes, -axes @ at]), 2 * tangent / (across - 1)
+    return Shade(rows, (across, across, cells), 1 if one else 6, near, step, tangent, cell, pieces, False)
 
 
 def _voxel(matrix: np.ndarray) -> float:

@@ -10,58 +10,53 @@ override TABLE: bool = false;   // there is one
 const SHADE_CELLS = 2.0;        // of the table, that a panel may be long in shade
 const WIDEST_PIECE = 0.25;      // of v, t = t0 + h sinh v, that a panel may be long
 
-struct Cell {                   // a place in a table; its face is -1 where the table holds nothing
-    at: vec3f,
-    face: i32,
-}
-
 var<private> shaded: vec2f;     // range of t of the ray, in which a table may hold something
 var<private> passed: f32;       // m, what the optical length from the light to the eye grew by over the part that was last
 var<private> kept: f32;         // m, the optical length from the light to where the cursor is
 
 /// Choose the face of a cube that a direction meets: its coordinates there, and the number of the face.
-/// Twin: reference/grid.py:cube_face.
-fn cube_face(q: vec3f) -> vec3f {
+/// Twin: reference/grid.py:table_face.
+fn table_face(q: vec3f) -> vec3f {
     let size = abs(q);
     if (size.z >= max(size.x, size.y)) { return vec3f(q.xy / size.z, select(1.0, 0.0, q.z > 0.0)); }
     if (size.x >= size.y) { return vec3f(q.yz / size.x, select(3.0, 2.0, q.x > 0.0)); }
     return vec3f(q.zx / size.y, select(5.0, 4.0, q.y > 0.0));
 }
 
-/// Give the direction from coordinates on a face of a cube. Twin: reference/grid.py:from_cube_face.
-fn from_cube_face(at: vec2f, face: u32) -> vec3f {
+/// Give the direction from coordinates on a face of a cube. Twin: reference/grid.py:from_table_face.
+fn from_table_face(at: vec2f, face: u32) -> vec3f {
     let away = select(1.0, -1.0, (face & 1u) == 1u);
     if (face < 2u) { return vec3f(at, away); }
     if (face < 4u) { return vec3f(away, at); }
     return vec3f(at.y, away, at.x);
 }
 
-/// Find a place in the light's table.
-fn shade_cell(place: vec3f) -> Cell {
+/// Find a place in the light's table: its index, and the face, -1 where the table holds nothing. Twin: reference/grid.py:shade_cell.
+fn shade_cell(place: vec3f) -> vec4f {
     let q = grid_index(light.shade_rows, place);
     let most = vec2f(light.shade_count.xy) - 1.0;
     var at = q;
-    var face = 0;
+    var face = 0.0;
     if (!DIRECTIONAL) {
         var seen = vec3f(q.xy / max(q.z, 1e-9), 0.0);
-        if (light.shade_faces > 1u) { seen = cube_face(q); } else if (q.z <= 0.0) { seen.x = 3e38; }
+        if (light.shade_faces > 1u) { seen = table_face(q); } else if (q.z <= 0.0) { seen.x = 3e38; }
         at = vec3f(0.5 * most * (seen.xy / light.shade_tangent + 1.0), (length(q) - light.shade_near) / light.shade_step);
-        face = i32(seen.z);
+        face = seen.z;
     }
     let slack = select(0.0, 1e-3, light.shade_faces > 1u);
     let within = all(at.xy >= vec2f(-slack)) && all(at.xy <= most + slack) && at.z > 0.0;
-    return Cell(at, select(-1, face, within));
+    return vec4f(at, select(-1.0, face, within));
 }
 
 /// Look up what the optical length from the light to a place is more than the air's closed form, m.
 fn shade_length(place: vec3f) -> f32 {
     let cell = shade_cell(place);
-    if (cell.face < 0) { return 0.0; }
+    if (cell.w < 0.0) { return 0.0; }
     let count = vec3i(light.shade_count);
-    let held = clamp(cell.at, vec3f(0.0), vec3f(count - 1));
+    let held = clamp(cell.xyz, vec3f(0.0), vec3f(count - 1));
     let low = min(vec3i(floor(held)), count - 2);
     let part = held - vec3f(low);
-    let base = ((cell.face * count.y + low.y) * count.x + low.x) * count.z + low.z;
+    let base = ((i32(cell.w) * count.y + low.y) * count.x + low.x) * count.z + low.z;
     let row = base + count.z * count.x;
     let first = vec4f(table[base], table[base + count.z], table[row], table[row + count.z]);
     let second = vec4f(table[base + 1], table[base + count.z + 1], table[row + 1], table[row + count.z + 1]);
@@ -134,7 +129,7 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
     var long = 3e38;
     if (!DIRECTIONAL) {
         let v = asinh((t - nearest.x) / nearest.y) + WIDEST_PIECE;
-        long = nearest.x + nearest.y * sinh(v) - t;
+        long = nearest.x + 0.5 * nearest.y * (exp(v) - exp(-v)) - t;
         if (CONE && t < full.x) { long = min(long, full.x - t); }
         if (CONE && t < full.y) { long = min(long, full.y - t); }
     }

@@ -105,13 +105,27 @@ fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
 }
 
+struct Group {                  // of steps
+    sum: vec3f,                 // m, of density times transmittance
+    slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
+}
+
+struct Knot {                   // a place of a ray, in fog that depends on height
+    t: f32,
+    y: f32,                     // m above the fog's base
+    density: f32,
+    before: f32,                // optical length from the eye, m
+    whole: f32,                 // and from the light to the eye by way of it
+    seen: vec3f,                // transmittance of the latter
+}
+
 struct LampGroup {              // of steps
     range: vec2f,               // of t
     lengths: vec2f,             // optical lengths from the light to the eye by way of its ends
     excess: f32,                // of its density over the air's closed form
 }
 
-var<private> knot: FogKnot;     // at the end of the group before
+var<private> knot: Knot;        // at the end of the group before
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
@@ -133,14 +147,14 @@ fn divide_steps(ray: Ray, n: f32) {
     stretch = select(stretch, vec4f(range, before, before + given), within > 0.0);
 }
 
-/// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march.py:step_place.
+/// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march_field.py:step_place.
 fn step_place(k: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
     if (k < stretch.z) { return k * stretch.x / stretch.z; }
     if (k < stretch.w) { return stretch.x + (k - stretch.z) * (stretch.y - stretch.x) / (stretch.w - stretch.z); }
     return stretch.y + (k - stretch.w) * (reach - stretch.y) / max(n - stretch.w, 1e-6);
 }
 
-/// Find the step, and the part of it, at t of a ray: the inverse of step_place. Twin: reference/march.py:step_at.
+/// Find the step, and the part of it, at t of a ray: the inverse of step_place. Twin: reference/march_field.py:step_at.
 fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
     if (t < stretch.x) { return t * stretch.z / stretch.x; }
     if (t < stretch.y) { return stretch.z + (t - stretch.x) * (stretch.w - stretch.z) / (stretch.y - stretch.x); }
@@ -154,22 +168,36 @@ fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
 }
 
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
-/// one factor from step to step; what is left of a ray goes step by step. Twin: reference/march.py:group_size.
+/// one factor from step to step; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
 fn group_size(k: f32, n: f32) -> f32 {
     let many = select(4.0, 8.0, n >= MANY_STEPS);
     return select(1.0, many, k + many <= n);
 }
 
+/// Move the knot to t of a ray, where so much of optical length lies before it.
+fn begin_fog(ray: Ray, t: f32, before: f32) {
+    let y = height(ray.origin + t * ray.direction);
+    var whole = before;
+    if (FADES) { whole += height_column(y, layer_of_fog()) / max(light.climb, 1e-6); }
+    knot = Knot(t, y, height_density(y, layer_of_fog()), before, whole, transmittance(whole, frame.sigma_t));
+}
+
+/// Integrate density times transmittance from the knot to t, lit by a directional light, see directional_integral, and move the knot there.
+fn fog_group(ray: Ray, t: f32) -> Group {
+    let start = knot;
+    let y = height(ray.origin + t * ray.direction);
+    let along = (t - start.t) * mean_between_heights(start.y, y, max(start.density, height_density(y, layer_of_fog())));
+    begin_fog(ray, t, start.before + along);
+    let apart = knot.whole - start.whole;
+    let mean = mean_between(start.seen, knot.seen, frame.sigma_t * abs(apart));
+    let thinned = log(max(knot.density, 1e-20) / max(start.density, 1e-20));
+    return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)));
+}
+
 /// Integrate density times transmittance over a group of steps, of which the first begins, the sample lies and the last ends at steps.xyz.
 /// some: there are steps in it.
 fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
-    if (!VARIES) {
-        let start = knot;
-        let t = steps.z * each;
-        let y = height(ray.origin + t * ray.direction);
-        knot = fog_knot(ray, t, start.before + fog_between(start, t, y, height_density(y, layer_of_fog())));
-        return fog_group(start, knot);
-    }
+    if (!VARIES) { return fog_group(ray, steps.z * each); }
     let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, ray.reach, stretch), some));
     let along = step_length(ray, range.y, step_place(steps.y, n, ray.reach, stretch)).x;
     let found = lit_part(ray, range.y, cursor.y, along);
@@ -195,7 +223,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, step_place(k, n, ray.reach, stretch), each); }
-    if (FOG != EVEN && !VARIES) { knot = fog_knot(ray, k * each, optical_length(ray, k * each)); }
+    if (FOG != EVEN && !VARIES) { begin_fog(ray, k * each, optical_length(ray, k * each)); }
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -246,7 +274,8 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, some: bool) -> Lamp
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
 }
 
-/// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps. Kulla and Fajardo 2012.
+/// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
+/// Twin: reference/march_field.py:in_lamp_group.
 fn in_lamp_group(ray: Ray, nearest: vec2f, group: LampGroup, angle: f32) -> vec3f {
     let slope = tangent(angle);
     let longer = sqrt(1.0 + slope * slope);
