@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from airlight.reference.height import BANDS, height_band, height_column, height_density, mean_height_density
 from airlight.reference.lights import cone_ramp, range_window
-from airlight.reference.medium import mean_transmittance, phase, phase_between, transmittance, transmittance_integral
+from airlight.reference.medium import glow_between, mean_transmittance, phase, phase_between, transmittance, transmittance_integral
 
 Array = npt.NDArray[np.floating[Any]]
 QUADRATURE_WIDTHS = (0.25, 0.5, 0.25)  # of v, of a piece: before, in and behind a cone's fully lit part
@@ -34,7 +34,8 @@ def sampled_pixel(p: Any, size: Any, pixels: Any) -> npt.NDArray[np.int64]:
 
 def in_scatter_directional(direction: Any, frame: Any, light: Any, kind: int) -> Array:
     """Evaluates (..., 3) what a directional light scatters into rays along a metre of them, without extinction."""
-    there = phase_between(direction, light["position"], light["lobes"], kind)
+    glow = frame["sun_glow"] * glow_between(direction, light["position"], frame["glow_concentration"].astype(float))
+    there = (1 - frame["sun_glow"]) * phase_between(direction, light["position"], light["lobes"], kind) + glow
     return np.asarray(frame["sigma_s"].astype(float) * light["intensity"] * there[..., None])
 
 
@@ -254,6 +255,31 @@ def biased_occluder_depth(occluder: Any, bias: Any, is_directional: bool) -> Arr
     return np.asarray(np.where(occluder == 0, -3e38, occluder - bias) if is_directional else occluder / (1 + bias * occluder))
 
 
+def biased_receiver_depth(depth: Any, bias: Any, is_directional: bool) -> Array:
+    """Moves depths of receivers towards the light by the bias."""
+    depth = np.asarray(depth, float)
+    return np.asarray(depth + bias if is_directional else depth / np.maximum(1 - bias * depth, 1e-6))
+
+
+def mix_moments(a: Any, b: Any, part: Any) -> Array:
+    """Mixes distributions, each a mean and a variance (..., 2), by a part of the second."""
+    a, b, part = np.asarray(a, float), np.asarray(b, float), np.asarray(part, float)
+    mean, square = ((1 - part) * x + part * y for x, y in ((a[..., 0], b[..., 0]), (a[..., 0] ** 2 + a[..., 1], b[..., 0] ** 2 + b[..., 1])))
+    return np.stack([mean, square - mean**2], axis=-1)
+
+
+def chebyshev_bound(found: Any, depth: Any) -> Array:
+    """Bounds the share of distributions of depths (..., 2), mean and variance, at or behind receivers. Donnelly and Lauritzen 2006."""
+    mean, variance = np.moveaxis(np.asarray(found, float), -1, 0)
+    off = mean - depth
+    return np.asarray(np.where(off <= 0, 1.0, variance / np.maximum(variance + off**2, 1e-30)))
+
+
+def cut_leaks(share: Any, cut: Any) -> Array:
+    """Cuts the lowest visibilities off, and stretches the others over 0 to 1. Lauritzen, GPU Gems 3, ch. 8."""
+    return np.asarray(np.clip((np.asarray(share, float) - cut) / (1 - np.asarray(cut, float)), 0, 1))
+
+
 def vogel_disc(k: Any, turn: Any, count: int = 12) -> Array:
     """Places (..., 2) the k-th of so many points on the unit disc, turned by a part of a full turn. Vogel 1979."""
     angle = GOLDEN_ANGLE * np.asarray(k, float) + 2 * np.pi * np.asarray(turn, float)
@@ -295,7 +321,30 @@ def relative_difference(a: Any, b: Any) -> Array:
     return np.asarray(np.abs(a - b) / np.maximum(np.minimum(a, b), 1e-6))
 
 
-def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
+def soften_weight(away: Any, off: Any, sharpness: Any, kernel: str = "gaussian") -> Array:
+    """Weighs neighbours so many pixels away, whose rays' lengths differ by `off`, relative."""
+    nearness = np.exp(-np.square(np.asarray(away, float)) / 4.5) if kernel == "gaussian" else 1.0
+    return np.asarray(nearness * np.exp(-np.asarray(sharpness, float) * off))
+
+
+def softened(marched: Array, passes: int, kernel: str = "gaussian", sharpness: float = 24.0) -> Array:
+    """Blurs (h, w, 4) radiance and lengths so many times along rows, then columns, but not over edges of length."""
+    found = np.asarray(marched, float)
+    for axis in (1, 0) * passes:
+        moved = np.moveaxis(found, axis, 0)
+        size = len(moved)
+        sums, weights = np.zeros(moved[..., :3].shape), np.zeros(moved[..., :1].shape)
+        for k in range(-3, 4):
+            own, other = (np.s_[max(-side, 0) : size - max(side, 0)] for side in (k, -k))
+            off = relative_difference(moved[other][..., 3], moved[own][..., 3])
+            weight = soften_weight(k, off, sharpness, kernel)[..., None]
+            sums[own] += weight * moved[other][..., :3]
+            weights[own] += weight
+        found = np.moveaxis(np.concatenate([sums / weights, moved[..., 3:]], axis=-1), 0, axis)
+    return found
+
+
+def upsampled(marched: Array, lengths: Array, sigma_t: Any, sharpness: float = 24.0, threshold: float = 0.2) -> Array:
     """Upsamples to (H, W, 3) radiance, of rays of lengths (H, W), m, a march (h, w, 4) at a smaller size: radiance and lengths.
 
     Neighbours are weighted by their nearness and by the likeness of their lengths (Kopf et al. 2007, Joint Bilateral Upsampling). Where
@@ -320,12 +369,12 @@ def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
         i, j = np.floor(y).astype(int) - 1 + row, np.floor(x).astype(int) - 1 + column
         texel, off = held(i, j, lengths)
         near = np.maximum(2 - np.abs(i - y), 0) * np.maximum(2 - np.abs(j - x), 0)
-        weight = (near * np.exp(-24 * off) + 1e-20)[..., None]
+        weight = (near * np.exp(-sharpness * off) + 1e-20)[..., None]
         sums, weights = sums + weight * texel[..., :3], weights + weight
         better = (off < least) & (near > 1e-3)
         likest, least = np.where(better[..., None], texel, likest), np.where(better, off, least)
     out = sums / weights
-    for p in zip(*np.nonzero(least > 0.2), strict=True):
+    for p in zip(*np.nonzero(least > threshold), strict=True):
         best, off = likest[p], least[p]
         for k in range(64):
             angle, radius = 2.3999632 * k, np.sqrt(k + 4)
@@ -333,7 +382,7 @@ def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
             texel, found = held(math.floor(row), math.floor(column), lengths[p])
             if found < off:
                 best, off = texel, found
-            if off <= 0.2:
+            if off <= threshold:
                 break
         own, its = (transmittance_integral(length, sigma_t) for length in (lengths[p], best[3]))
         out[p] = best[:3] * np.minimum(own / np.maximum(its, 1e-20), 1)

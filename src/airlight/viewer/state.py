@@ -259,7 +259,9 @@ def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
         "sigma_t": tuple(float(f"{v:.3g}") for v in medium.sigma_t),
         "max_distance": medium.max_distance,
         "lamp_distance": medium.max_distance,
+        "sun_distance": medium.max_distance,
         "steps": medium.steps or "exact",
+        "sun_steps": medium.steps or 64,
         "shadow_size": medium.shadow_size,
         "sun_extinction": "all" if medium.fades_suns else "none",
     }

@@ -11,12 +11,13 @@ from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.march.variance import Moments
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
-WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
-FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
+SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "soften")
+WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SOFTEN = (f"scatter/march/{name}.wgsl" for name in SHADERS)
+FILTERS = ("nearest", "pcf", "soft", "variance")  # numbered as in steps.wgsl
 BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
@@ -61,6 +62,10 @@ class March:
         self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._fog: dict[str, int] = {}  # constants of pipelines
+        self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
+        self._moments = Moments(device)
+        self._radius: int | None = None  # of the moments, where they are needed
+        self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -82,22 +87,39 @@ class March:
         jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at.
         """
         width, height = self.pixels
-        self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
+        passes = _passes(lights, medium)
+        self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
+        self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
-        while len(self._lights) < max(len(lights), 1):
+        while len(self._lights) < len(passes):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
         path = WALK if medium.exact else STEPS
-        if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
+        if path != self._path or len(passes) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
             self._binds.clear()
-        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lights] or [nothing]
+        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in passes]
         if medium.exact:
             self._fit_tiles()
-        self._names = [light.word for light, _ in lights] or ["ambient"]
+        averaged = medium.march.shadow_filter == "variance" and not medium.exact
+        self._radius = medium.march.variance_radius if averaged else None
+        self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
+        self._names = ["ambient" if light is None else light.word for light, _ in passes]
         self._pipelines = []
-        for i, (light, shadow) in enumerate(lights):
+        self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
+        for i, (light, shadow) in enumerate(passes):
+            if light is None:
+                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog))
+                continue
             self._begins.pop(i, None)
+            own = light.own_medium(medium)
+            if own is medium:
+                self._own_frames.pop(i, None)
+            else:
+                record = frame_record(view, projection, own, self.size, self.pixels)
+                if i not in self._own_frames:
+                    self._own_frames[i] = self.device.buffer(size=FRAME.itemsize, uniform=True)
+                self.device.queue.write_buffer(self._own_frames[i], 0, record.tobytes())
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
@@ -107,8 +129,6 @@ class March:
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
-        if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog))
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -140,14 +160,16 @@ class March:
         target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
-        light = self._lights[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
+        light, frame = self._lights[i], self._own_frames.get(i, self._frame)
+        more = (self._tiles[i], light) if self._path == WALK else (noise_texture(self.device), light, self._moments.views[i])
+        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
+        if self._radius is not None:
+            self._moments.record(encoder, self._radius, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
@@ -160,6 +182,10 @@ class March:
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+        for k in range(2 * self._softening[0]):  # along rows, then columns
+            pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1)
+            source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
+            compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "soften", timer)
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
@@ -189,6 +215,18 @@ class March:
                 for row, down in parts(count, kind=(entry, size)):
                     self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
                     compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
+
+
+def _passes(
+    lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium
+) -> list[tuple[PunctualLight | None, Shadow | None]]:
+    """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to."""
+    passes: list[tuple[PunctualLight | None, Shadow | None]] = []
+    passes += sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
+    first = passes[0][0] if passes else None
+    if first is None or (first.own_medium(medium) is not medium and medium.ambient.any()):
+        passes.insert(0, (None, None))
+    return passes
 
 
 def _spare(device: Device) -> Any:

@@ -41,7 +41,9 @@ fn camera_ray_at(pixel: vec2u) -> Ray {
 /// Evaluate what a directional light scatters into the ray along a metre of it, without extinction.
 /// Twin: reference/march.py:in_scatter_directional.
 fn in_scatter_directional(ray: Ray) -> vec3f {
-    return frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
+    let glow = frame.sun_glow * glow_between(ray.direction, light.position, frame.glow_concentration);
+    let spread = (1.0 - frame.sun_glow) * phase_between(ray.direction, light.position, light.lobes);
+    return frame.sigma_s * light.intensity * (spread + glow);
 }
 
 /// Measure a place's height above the fog's base, m. Twin: reference/march.py:height.

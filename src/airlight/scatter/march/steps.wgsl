@@ -4,8 +4,10 @@
 //
 // A directional light's steps are equally long, and the integral of each is closed. A light with a position has steps of equal angles at
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
-// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
+// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
+// variance shadow maps (Donnelly and Lauritzen 2006).
 //! include "scatter/march/lights.wgsl"
+//! include "scatter/march/variance.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
@@ -14,6 +16,7 @@ override CASCADES: bool = false; // of a directional light, several
 
 const NEAREST = 0u;
 const PCF = 1u;
+const VARIANCE = 3u;
 const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
@@ -66,6 +69,7 @@ fn pcss(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
 fn visibility(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
     if (FILTER == NEAREST) { return shadow_test(i, floor(position), depth); }
     let at = select(position, floor(position) + 0.5, SNAP);
+    if (FILTER == VARIANCE) { return variance_visibility(i, at, depth); }
     if (FILTER == PCF || !DIRECTIONAL) { return pcf(i, at, depth); }
     return pcss(i, at, depth, turn);
 }
@@ -179,8 +183,9 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let o = offset(pixel);
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
-        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        let far = min(ray.reach, frame.sun_reach);
+        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, far)); }
+        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, far / n, o, n); }
         sum += in_scatter_directional(ray) * total;
     } else if (LIT) {
         let nearest = nearest_approach(ray);

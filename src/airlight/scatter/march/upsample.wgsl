@@ -2,21 +2,15 @@
 // weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
 // a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled.
 //! include "scatter/march/ray.wgsl"
+//! include "scatter/march/likeness.wgsl"
 //! include "wgsl/unit_at.wgsl"
 @group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
 
-const SHARPNESS = 24.0;         // decay of a neighbour's weight with the relative difference of the lengths
-const MAX_DIFFERENCE = 0.2;     // relative, from which on a neighbour shows something else
 const SEARCH_STEPS = 64.0;      // of the spiral
 
 /// Read a pixel of the smaller march.
 fn marched(q: vec2i) -> vec4f {
     return textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
-}
-
-/// Compute the difference of two lengths, relative to the shorter one. Twin: reference/march.py:relative_difference.
-fn relative_difference(a: f32, b: f32) -> f32 {
-    return abs(a - b) / max(min(a, b), 1e-6);
 }
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
@@ -27,7 +21,7 @@ fn search_alike(at: vec2f, ray: Ray, likest: vec4f) -> vec3f {
     var off = relative_difference(best.a, reach);
     var k = 0.0;
     loop {
-        if (off <= MAX_DIFFERENCE || k >= SEARCH_STEPS) { break; }
+        if (off <= frame.depth_threshold || k >= SEARCH_STEPS) { break; }
         let found = marched(vec2i(floor(at + 0.5 + sqrt(k + 4.0) * unit_at(2.3999632 * k))));
         if (relative_difference(found.a, reach) < off) {
             best = found;
@@ -69,10 +63,10 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         var least = 3e38;
         var near = 0.0;
         var off = 0.0;
-        //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-SHARPNESS * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (off < least && near > 1e-3) { least = off; likest = held[k]; }
+        //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (off < least && near > 1e-3) { least = off; likest = held[k]; }
         var color = sum.rgb / sum.a;
         // Search farther away where none is alike
-        if (least > MAX_DIFFERENCE) { color = search_alike(at, ray, likest); }
+        if (least > frame.depth_threshold) { color = search_alike(at, ray, likest); }
         textureStore(layer, pixel, vec4f(color, reach));
         textureStore(layer_transmittance, pixel, vec4f(transmittance(optical_length(ray, reach), frame.sigma_t), 1.0));
         n += 1u;
