@@ -35,11 +35,11 @@ class _Choice(Choice):
 
 
 class _Numbers(click.ParamType):
-    """Three numbers, or one for all three; or a number or a word: each within the bounds of `of`."""
+    """Three numbers, or one for all three; or a number or a word: each within the bounds of `of`. form: of three."""
 
-    def __init__(self, of: click.ParamType, triple: bool, words: tuple[str, ...]) -> None:
-        self.of, self.triple, self.words = of, triple, words
-        self.name = "r,g,b" if triple else "|".join(("n", *words))
+    def __init__(self, of: click.ParamType, form: str, words: tuple[str, ...]) -> None:
+        self.of, self.triple, self.words = of, form, words
+        self.name = form or "|".join(("n", *words))
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return [CompletionItem(word) for word in self.words if word.startswith(incomplete)]
@@ -55,7 +55,7 @@ class _Numbers(click.ParamType):
                 self.fail(error.message.rstrip(".") + hint, param, ctx)
         parts = value if isinstance(value, (tuple, list)) else str(value).split(",")
         if len(parts) not in (1, 3):
-            self.fail(f"{value!r} is not r,g,b: write three numbers, as in 0.1,0.2,0.3, or one for all three", param, ctx)
+            self.fail(f"{value!r} is not {self.triple}: write three numbers, as in 0.1,0.2,0.3, or one for all three", param, ctx)
         found = tuple(self.of.convert(part, param, ctx) for part in parts)
         return found * (3 // len(found))
 
@@ -86,7 +86,7 @@ def _option(p: Option) -> Callable[[F], F]:
         kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
         kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
         if p.is_triple or p.words:
-            kind = _Numbers(kind, p.is_triple, p.words)
+            kind = _Numbers(kind, p.axes if p.is_triple else "", p.words)
     return click.option(
         f"{p.flag}/--no-{p.flag[2:]}" if p.kind is bool else p.flag,
         p.name,

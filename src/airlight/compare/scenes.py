@@ -143,7 +143,7 @@ class ComparedView:
             with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
                 view, projection = self.camera.view_matrix.copy(), self.camera.projection_matrix
-                medium = medium.seen_from(current_origin()[1])
+                medium = medium.seen_from(current_origin())
         except AirlightError as error:
             if against is not None:
                 raise AirlightError(f"--against {against}: {error}; or use --against walk") from None

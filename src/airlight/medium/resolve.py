@@ -1,12 +1,14 @@
 """Resolves `options.Medium` and `options.March` for a scene: coefficients, and a value for all that is unset."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from airlight.medium.field import Field
 from airlight.messages import number
 from airlight.options import March, Medium
 from airlight.options.declare import as_text
@@ -19,6 +21,7 @@ HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the vi
 EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which only a very strong light shows in it: some 10 times white, at g = 0
 FOGS = ("none", "exponential", "linear")  # numbered as in medium/height.wgsl
 FOG_SHARE = 0.1  # of the scene's height, where fog_depth is unset
+NOISE_SHARE = 1 / 8  # of the scene's radius, where noise_size is unset
 PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-shanks")  # numbered as in medium/phase.wgsl
 
 
@@ -26,7 +29,8 @@ PHASES = ("henyey-greenstein", "two-lobe", "isotropic", "rayleigh", "cornette-sh
 class ResolvedMedium:
     """Holds a medium and how it is marched, with nothing unset. sigma_t, sigma_s, ambient: (3,) float64, 1/m, 1/m, radiance.
 
-    settings, march: as they were given.
+    settings, march: as they were given. fields: densities on grids, in world metres. time: s, of what the wind moves. origin: (3,) m, the
+    world's place of what is drawn at 0, as fog_base is counted from it.
     """
 
     sigma_t: npt.NDArray[np.float64]
@@ -39,10 +43,56 @@ class ResolvedMedium:
     fog_depth: float
     settings: Medium
     march: March
+    air: float = 1.0
+    noise_size: float = 1.0
+    time: float = 0.0
+    fields: tuple[Field, ...] = ()
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def varies(self) -> bool:
+        """Tells whether the density has more than closed forms: noise, or fields."""
+        return bool(self.fields) or self.settings.noise_amount > 0
 
     @property
     def exact(self) -> bool:
         return self.steps == 0
+
+    @property
+    def sun_extinction(self) -> str:
+        """Tells what dims a sun's light: none, volumes, or all. Unset it is all where what is above a place has an end."""
+        m = self.settings
+        ends = self.air == 0 or m.fog == "exponential" or (m.fog == "linear" and m.fog_above == 0)
+        unset = "all" if ends else "volumes" if self.fields else "none"
+        return unset if m.sun_extinction is None else m.sun_extinction
+
+    @property
+    def fades_suns(self) -> bool:
+        """Tells whether a sun's light is dimmed by the fog above a place."""
+        return self.settings.fog != "none" and self.air > 0 and self.sun_extinction == "all"
+
+    def optical_length(self, transmittance: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+        """Finds (...) the length, m, of paths of density 1 with a transmittance (..., 3)."""
+        channel = int(np.argmax(self.sigma_t))
+        found = -np.log(np.maximum(transmittance[..., channel].astype(np.float64), 1e-30))
+        return np.asarray(found / max(float(self.sigma_t[channel]), 1e-30))
+
+    def seen_from(self, origin: Any) -> "ResolvedMedium":
+        """Moves it by -origin (3,), m, as a scene is that is drawn near the origin."""
+        if not np.any(origin):
+            return self
+        x, y, z = (float(v) for v in origin)
+        return replace(self, fog_base=self.fog_base - y, origin=(x, y, z))
+
+    def exposed(self, factor: float) -> "ResolvedMedium":
+        """Scales its own light, for a scene whose radiances are scaled."""
+        return self if factor == 1 else replace(self, ambient=self.ambient * factor)
+
+    def lobes(self, anisotropy: float | None = None) -> tuple[int, float, float, float]:
+        """Returns (index in PHASES, g, g of the second lobe, its share), for a light with an anisotropy of its own, or none."""
+        m = self.settings
+        own = m.anisotropy if anisotropy is None else anisotropy
+        return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
 
     @property
     def sun_reach(self) -> float:
@@ -72,40 +122,24 @@ class ResolvedMedium:
             return self
         return replace(self, sigma_t=self.sigma_t * (density * extinction), sigma_s=self.sigma_s * density)
 
-    @property
-    def fades_suns(self) -> bool:
-        """Tells whether a sun's light is dimmed by the fog above a place."""
-        m = self.settings
-        unset = m.fog == "exponential" or (m.fog == "linear" and m.fog_above == 0)
-        return m.fog != "none" and (unset if m.sun_extinction is None else m.sun_extinction == "all")
 
-    def optical_length(self, transmittance: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-        """Finds (...) the length, m, of paths of density 1 with a transmittance (..., 3)."""
-        channel = int(np.argmax(self.sigma_t))
-        found = -np.log(np.maximum(transmittance[..., channel].astype(np.float64), 1e-30))
-        return np.asarray(found / max(float(self.sigma_t[channel]), 1e-30))
-
-    def seen_from(self, offset: float) -> "ResolvedMedium":
-        """Moves its heights by -offset, m, as a scene is that is drawn near the origin."""
-        return self if offset == 0 else replace(self, fog_base=self.fog_base - offset)
-
-    def exposed(self, factor: float) -> "ResolvedMedium":
-        """Scales its own light, for a scene whose radiances are scaled."""
-        return self if factor == 1 else replace(self, ambient=self.ambient * factor)
-
-    def lobes(self, anisotropy: float | None = None) -> tuple[int, float, float, float]:
-        """Returns (index in PHASES, g, g of the second lobe, its share), for a light with an anisotropy of its own, or none."""
-        m = self.settings
-        own = m.anisotropy if anisotropy is None else anisotropy
-        return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
-
-
-def resolve(medium: Medium, march: March, quality: str, radius: float, height: float | None = None) -> ResolvedMedium:
+def resolve(
+    medium: Medium,
+    march: March,
+    quality: str,
+    radius: float,
+    height: float | None = None,
+    fields: Sequence[Field] = (),
+    time: float = 0.0,
+) -> ResolvedMedium:
     """Gives all that is unset a value, which follows from radius, the scene's in metres, and from the quality: draft, normal or final.
 
-    height: of the scene, m; None: as much as it is wide.
+    height: of the scene, m; None: as much as it is wide. fields, time: see ResolvedMedium.
     """
     sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (OPTICAL_DEPTH / (2 * radius),) * 3, float)
+    air = medium.air if medium.air is not None else 0.0 if fields else 1.0
+    if not fields:  # where there is nothing but air its density is one of the coefficients
+        sigma_t, air = sigma_t * air, 1.0
     steps, size = BY_QUALITY[quality]
     requested = steps if march.steps is None else march.steps
     return ResolvedMedium(
@@ -119,6 +153,10 @@ def resolve(medium: Medium, march: March, quality: str, radius: float, height: f
         fog_depth=medium.fog_depth if medium.fog_depth is not None else FOG_SHARE * (height or 2 * radius),
         settings=medium,
         march=march,
+        air=air,
+        noise_size=medium.noise_size if medium.noise_size is not None else NOISE_SHARE * radius,
+        time=time,
+        fields=tuple(fields),
     )
 
 

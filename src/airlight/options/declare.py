@@ -26,7 +26,8 @@ RGB = tuple[float, float, float]
 class Option:
     """Describes one parameter.
 
-    kind: int, float, bool or str. is_triple: three numbers, of red, green and blue, where one stands for three that are equal. choices: of
+    kind: int, float, bool or str. is_triple: three numbers, of red, green and blue, where one stands for three that are equal; or of
+    `axes` x, y, z. choices: of
     a text. words: that may stand for a number, or of a text those that are
     always known. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
     usually moved by hand, its bounds if nothing else is said; or its only values, three or more. is_log: moved in ratios.
@@ -38,6 +39,7 @@ class Option:
     unit: str = ""
     kind: type = float
     is_triple: bool = False
+    axes: str = "r,g,b"
     choices_of: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     words: tuple[str, ...] = ()
     low: float | None = None
@@ -71,7 +73,7 @@ class Option:
             return ", ".join(self.choices or ("true", "false"))
         low = "" if self.low is None else f"{'>' if self.low_open else '≥'} {self.low:g}"
         high = "" if self.high is None else f"{'<' if self.high_open else '≤'} {self.high:g}"
-        form = "r,g,b" if self.is_triple else ""
+        form = self.axes if self.is_triple else ""
         return ", ".join(part for part in (form, low, high, *self.words) if part)
 
     @property
@@ -118,6 +120,11 @@ def rgb(default: Any, description: str, source: str, unit: str = "", **more: Any
     return _option(default, description, source, unit, float, is_triple=True, **more)
 
 
+def vector(default: Any, description: str, source: str, unit: str = "", **more: Any) -> Any:
+    """Declare a number for each of the axes x, y and z; more: as real."""
+    return _option(default, description, source, unit, float, is_triple=True, axes="x,y,z", **more)
+
+
 def choice(default: Any, of: tuple[str, ...] | Callable[[], tuple[str, ...]], description: str, source: str, **more: Any) -> Any:
     """Declare one of some words; more: group."""
     return _option(default, description, source, "", str, choices_of=of, **more)
@@ -143,7 +150,7 @@ def _option(default: Any, description: str, source: str, unit: str, kind: type, 
     return Option(default, description, source, unit, kind, is_log=log, **more)
 
 
-@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(real, whole, rgb, choice, text, switch))
+@dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(real, whole, rgb, vector, choice, text, switch))
 class _Declaring(msgspec.StructMeta):
     """Makes the fields of a msgspec Struct of the Options in a class."""
 

@@ -1,12 +1,12 @@
 """Declares the medium of a scene."""
 
-from airlight.options.declare import RGB, Options, choice, real, rgb, switch
+from airlight.options.declare import RGB, Options, choice, real, rgb, switch, vector, whole
 
 PBR = "Pharr, Jakob and Humphreys, Physically Based Rendering"
 
 
 class Medium(Options, group="medium"):
-    """Fill the air of a scene, everywhere alike. Validated on construction; raises AirlightError."""
+    """Fill the air of a scene. Validated on construction; raises AirlightError."""
 
     sigma_t: RGB | None = rgb(
         None,
@@ -75,9 +75,38 @@ class Medium(Options, group="medium"):
         "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(0.1, 100), log=True,
     )
     fog_above: float = real(0.0, "with fog linear: the density above the ramp", "Hx Volumetric Lighting", ge=0, le=1)
+    air: float | None = real(
+        None,
+        "density of the air itself, which fog and noise multiply; unset: 1, or 0 where there are volumes or particles",
+        "Airlight", ge=0, le=1e6, slider=(0, 2),
+    )
+    noise_amount: float = real(
+        0.0,
+        "how much the density varies by noise, whose mean is 1: e^(k n) of gradient noise n, over its mean",
+        "Perlin 2002", ge=0, le=8,
+    )
+    noise_size: float | None = real(
+        None,
+        "size of the noise's largest features; unset: an eighth of the scene's radius",
+        "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(0.1, 100), log=True,
+    )
+    noise_octaves: int = whole(3, "octaves of noise, each half as large as the one before", "Perlin 1985", ge=1, le=6)
+    noise_seed: int = whole(0, "which noise", "Airlight", ge=0, le=9999)
+    wind: RGB = vector((0.0, 0.0, 0.0), "velocity of the noise", "Hx Volumetric Lighting", "m/s", ge=-1000, le=1000, slider=(-5, 5))
+    particle_cells: int = whole(
+        128, "cells along the longest side of the grid that particles are put into", "Hx Volumetric Lighting", ge=16, le=512,
+        slider=(16, 256), log=True,
+    )
+    basin_level: float | None = real(
+        None,
+        "world y of a level: over ground that lies lower, seen from above, the air up to it is denser by basin-density; unset: none",
+        "shadow-map article (unpublished, 2014)", "m", ge=-1e9, le=1e9, slider=(-20, 20),
+    )
+    basin_density: float = real(1.0, "density that is added there", "shadow-map article (unpublished, 2014)", ge=0, le=1e6, slider=(0, 4))
     sun_extinction: str | None = choice(
-        None, ("none", "all"),
-        "what dims a sun's light on its own way to a place; unset: all of the fog, but for fog without an end, of fog-above > 0",
+        None, ("none", "volumes", "all"),
+        "what dims a sun's light on its own way to a place; volumes: these and particles alone; unset: all of the medium where there is fog"
+        " or a volume, but for air without an end, of no fog or fog-above > 0, of which nothing does",
         "Airlight",
     )
     extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")

@@ -43,7 +43,7 @@ class MediumState:
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
         radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]
         settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height(gathered)).exposed(shafts.pre_exposure)
-        medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()[1]))
+        medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
         if ball is not None and shafts.doubts and METHODS[p.method].has_units:
             self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))

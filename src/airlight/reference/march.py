@@ -255,31 +255,6 @@ def biased_occluder_depth(occluder: Any, bias: Any, is_directional: bool) -> Arr
     return np.asarray(np.where(occluder == 0, -3e38, occluder - bias) if is_directional else occluder / (1 + bias * occluder))
 
 
-def biased_receiver_depth(depth: Any, bias: Any, is_directional: bool) -> Array:
-    """Moves depths of receivers towards the light by the bias."""
-    depth = np.asarray(depth, float)
-    return np.asarray(depth + bias if is_directional else depth / np.maximum(1 - bias * depth, 1e-6))
-
-
-def mix_moments(a: Any, b: Any, part: Any) -> Array:
-    """Mixes distributions, each a mean and a variance (..., 2), by a part of the second."""
-    a, b, part = np.asarray(a, float), np.asarray(b, float), np.asarray(part, float)
-    mean, square = ((1 - part) * x + part * y for x, y in ((a[..., 0], b[..., 0]), (a[..., 0] ** 2 + a[..., 1], b[..., 0] ** 2 + b[..., 1])))
-    return np.stack([mean, square - mean**2], axis=-1)
-
-
-def chebyshev_bound(found: Any, depth: Any) -> Array:
-    """Bounds the share of distributions of depths (..., 2), mean and variance, at or behind receivers. Donnelly and Lauritzen 2006."""
-    mean, variance = np.moveaxis(np.asarray(found, float), -1, 0)
-    off = mean - depth
-    return np.asarray(np.where(off <= 0, 1.0, variance / np.maximum(variance + off**2, 1e-30)))
-
-
-def cut_leaks(share: Any, cut: Any) -> Array:
-    """Cuts the lowest visibilities off, and stretches the others over 0 to 1. Lauritzen, GPU Gems 3, ch. 8."""
-    return np.asarray(np.clip((np.asarray(share, float) - cut) / (1 - np.asarray(cut, float)), 0, 1))
-
-
 def vogel_disc(k: Any, turn: Any, count: int = 12) -> Array:
     """Places (..., 2) the k-th of so many points on the unit disc, turned by a part of a full turn. Vogel 1979."""
     angle = GOLDEN_ANGLE * np.asarray(k, float) + 2 * np.pi * np.asarray(turn, float)
@@ -319,29 +294,6 @@ def pack_conservative(range: Any) -> npt.NDArray[np.uint32]:
 def relative_difference(a: Any, b: Any) -> Array:
     """Computes the difference of two lengths, relative to the shorter one."""
     return np.asarray(np.abs(a - b) / np.maximum(np.minimum(a, b), 1e-6))
-
-
-def soften_weight(away: Any, off: Any, sharpness: Any, kernel: str = "gaussian") -> Array:
-    """Weighs neighbours so many pixels away, whose rays' lengths differ by `off`, relative."""
-    nearness = np.exp(-np.square(np.asarray(away, float)) / 4.5) if kernel == "gaussian" else 1.0
-    return np.asarray(nearness * np.exp(-np.asarray(sharpness, float) * off))
-
-
-def softened(marched: Array, passes: int, kernel: str = "gaussian", sharpness: float = 24.0) -> Array:
-    """Blurs (h, w, 4) radiance and lengths so many times along rows, then columns, but not over edges of length."""
-    found = np.asarray(marched, float)
-    for axis in (1, 0) * passes:
-        moved = np.moveaxis(found, axis, 0)
-        size = len(moved)
-        sums, weights = np.zeros(moved[..., :3].shape), np.zeros(moved[..., :1].shape)
-        for k in range(-3, 4):
-            own, other = (np.s_[max(-side, 0) : size - max(side, 0)] for side in (k, -k))
-            off = relative_difference(moved[other][..., 3], moved[own][..., 3])
-            weight = soften_weight(k, off, sharpness, kernel)[..., None]
-            sums[own] += weight * moved[other][..., :3]
-            weights[own] += weight
-        found = np.moveaxis(np.concatenate([sums / weights, moved[..., 3:]], axis=-1), 0, axis)
-    return found
 
 
 def upsampled(marched: Array, lengths: Array, sigma_t: Any, sharpness: float = 24.0, threshold: float = 0.2) -> Array:

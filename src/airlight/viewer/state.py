@@ -263,7 +263,9 @@ def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
         "steps": medium.steps or "exact",
         "sun_steps": medium.steps or 64,
         "shadow_size": medium.shadow_size,
-        "sun_extinction": "all" if medium.fades_suns else "none",
+        "sun_extinction": medium.sun_extinction,
+        "noise_size": medium.noise_size,
+        "air": 1.0,
     }
     state.automatic.setdefault("fog_depth", medium.fog_depth)
     state.doubt = (doubt(medium, distance, radius) or "") if METHODS[state.parameters.method].has_units else ""

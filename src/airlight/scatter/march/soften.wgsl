@@ -8,7 +8,7 @@ override DOWN: bool = false;    // along columns
 const SOFTEN_RADIUS = 3;        // pixels to each side
 const SOFTEN_SIGMA = 1.5;       // pixels, of the Gaussian
 
-/// Weigh a neighbour so many pixels away, whose ray's length differs by `off`, relative. Twin: reference/march.py:soften_weight.
+/// Weigh a neighbour so many pixels away, whose ray's length differs by `off`, relative. Twin: reference/soften.py:soften_weight.
 fn soften_weight(away: f32, off: f32, sharpness: f32) -> f32 {
     let nearness = select(1.0, exp(-0.5 * away * away / (SOFTEN_SIGMA * SOFTEN_SIGMA)), GAUSSIAN);
     return nearness * exp(-sharpness * off);

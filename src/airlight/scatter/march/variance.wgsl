@@ -2,25 +2,25 @@
 // a receiver does not lie (Donnelly and Lauritzen 2006). Depths fall with the distance from the light.
 @group(0) @binding(8) var moments: texture_2d_array<f32>; // mean, variance: moments.wgsl
 
-/// Move the depth of a receiver towards the light by the bias. Twin: reference/march.py:biased_receiver_depth.
+/// Move the depth of a receiver towards the light by the bias. Twin: reference/variance.py:biased_receiver_depth.
 fn biased_receiver_depth(depth: f32, bias: f32) -> f32 {
     if (DIRECTIONAL) { return depth + bias; }
     return depth / max(1.0 - bias * depth, 1e-6);
 }
 
-/// Mix two distributions, each a mean and a variance, by a part of the second. Twin: reference/march.py:mix_moments.
+/// Mix two distributions, each a mean and a variance, by a part of the second. Twin: reference/variance.py:mix_moments.
 fn mix_moments(a: vec2f, b: vec2f, part: f32) -> vec2f {
     return mix(a, b, part) + vec2f(0.0, part * (1.0 - part) * (a.x - b.x) * (a.x - b.x));
 }
 
-/// Bound the share of a distribution of depths at or behind a receiver: 1 before the mean. Twin: reference/march.py:chebyshev_bound.
+/// Bound the share of a distribution of depths at or behind a receiver: 1 before the mean. Twin: reference/variance.py:chebyshev_bound.
 fn chebyshev_bound(found: vec2f, depth: f32) -> f32 {
     let off = found.x - depth;
     return select(found.y / max(found.y + off * off, 1e-30), 1.0, off <= 0.0);
 }
 
 /// Cut the lowest visibilities off, and stretch the others over 0 to 1 (Lauritzen, GPU Gems 3, ch. 8).
-/// Twin: reference/march.py:cut_leaks.
+/// Twin: reference/variance.py:cut_leaks.
 fn cut_leaks(share: f32, cut: f32) -> f32 {
     return clamp((share - cut) / (1.0 - cut), 0.0, 1.0);
 }
