@@ -60,7 +60,9 @@ class Uniforms:
         self.record["texels"], self.record["apron"] = texels, apron
         self.record["ratio"], self.record["pixel"] = np.array(size) / texels, 1 / np.array(size)
 
-    def write(self, region: Region, composite: Composite, scene: SceneOptions, follow: float, exposure: float, extinction_share: float) -> None:
+    def write(
+        self, region: Region, composite: Composite, scene: SceneOptions, follow: float, exposure: float, extinction_share: float
+    ) -> None:
         """Sets the rest, and sends all of it. region: where the view lies in the source; follow: share that light adaptation
         takes of what it measures now; exposure: factor of the picture for a display; extinction_share: as Medium's."""
         record = self.record

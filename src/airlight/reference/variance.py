@@ -17,7 +17,8 @@ def biased_receiver_depth(depth: Any, bias: Any, is_directional: bool) -> Array:
 def mix_moments(a: Any, b: Any, part: Any) -> Array:
     """Mixes distributions, each a mean and a variance (..., 2), by a part of the second."""
     a, b, part = np.asarray(a, float), np.asarray(b, float), np.asarray(part, float)
-    mean, square = ((1 - part) * x + part * y for x, y in ((a[..., 0], b[..., 0]), (a[..., 0] ** 2 + a[..., 1], b[..., 0] ** 2 + b[..., 1])))
+    (first, square_a), (second, square_b) = ((one[..., 0], one[..., 0] ** 2 + one[..., 1]) for one in (a, b))
+    mean, square = (1 - part) * first + part * second, (1 - part) * square_a + part * square_b
     return np.stack([mean, square - mean**2], axis=-1)
 
 

@@ -238,7 +238,7 @@ def _added(stage: Stage, one: SceneLight, made: Lighting) -> SceneLight:
     return SceneLight(lamp, screen_tint=tint, disc_half_angle=one.disc_half_angle, anisotropy=one.anisotropy, **_of_medium(one))
 
 
-def _of_medium(one: SceneLight | NamedLight) -> dict[str, float]:
+def _of_medium(one: SceneLight | NamedLight) -> Any:
     """Gather what a light has to itself of a medium."""
     return {"density": one.density, "extinction": one.extinction}
 

@@ -48,6 +48,8 @@ class LightControl:
     direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.ImageLight`
     written: str | None = None  # the option of a scene's light, where a user added it
+    density: float = 1.0  # factors of a scene's medium for this light alone
+    extinction: float = 1.0
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""

@@ -221,12 +221,9 @@ def _passes(
     lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium
 ) -> list[tuple[PunctualLight | None, Shadow | None]]:
     """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to."""
-    passes: list[tuple[PunctualLight | None, Shadow | None]] = []
-    passes += sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
-    first = passes[0][0] if passes else None
-    if first is None or (first.own_medium(medium) is not medium and medium.ambient.any()):
-        passes.insert(0, (None, None))
-    return passes
+    ordered = sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
+    has_own = not ordered or (ordered[0][0].own_medium(medium) is not medium and bool(medium.ambient.any()))
+    return [*([(None, None)] if has_own else []), *ordered]
 
 
 def _spare(device: Device) -> Any:

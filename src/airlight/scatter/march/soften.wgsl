@@ -1,5 +1,5 @@
 // A blur over a march's layer at the size that was computed, along rows or columns, which does not pass edges of depth: neighbours weigh as
-// much as they lie near, and as their rays are as long (bilateral, separated: Pham and van Vliet 2005). Lengths stay as they are.
+// much as they lie near, and as their rays are as long (bilateral, separated: Pham et al. 2005). Lengths stay as they are.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/march/likeness.wgsl"
 override GAUSSIAN: bool = true; // else all neighbours weigh alike
