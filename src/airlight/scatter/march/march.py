@@ -185,7 +185,7 @@ class March:
         for k in range(2 * self._softening[0]):  # along rows, then columns
             pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1)
             source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
-            compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "soften", timer)
+            compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "march soften", timer)
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
