@@ -91,7 +91,7 @@ hx() { # docs/hx.md
     three hx-distance flying --sun-distance 20 60 140 --time 20.2 --sigma-t 0.006
     three hx-soften slats --soften 0 2 4 --resolution 0.25 --steps 6
     three hx-filter slats --shadow-filter nearest pcf variance --shadow-size 96 --resolution 1 --steps 96
-    three hx-threshold foliage-beside --depth-threshold 0.02 0.2 10 --resolution 0.125 --depth-sharpness 2
+    three hx-depth foliage-view --depth-sharpness 0 4 24 --resolution 0.125 --anisotropy 0.6 --depth-threshold 10
 }
 
 depth() { # this and the rest: docs/caveats.md

@@ -1,12 +1,14 @@
 """Settings that a medium has from Hx Volumetric Lighting: their shader functions against float64 twins, and what they do to a layer."""
 
 import dataclasses
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 import test_march
 from calling import call
+from documented import DOCS
 from test_march import CASES, SIZE, air, brute, depths, heights_for, layer, projection, rays
 
 from airlight.errors import AirlightError
@@ -15,10 +17,13 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import run_ms
 from airlight.jobs.light_text import PLACE, SUN, read_light, read_scene_light
 from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import resolve
+from airlight.options import March as MarchOptions
+from airlight.options import Medium, build, declared, presets
+from airlight.reference import fog, soften, tracer, variance
 from airlight.reference import march as march_twin
 from airlight.reference import medium as medium_twin
 from airlight.reference import scene as scene_twin
-from airlight.reference import soften, tracer, variance
 from airlight.scatter.march.march import March
 from airlight.scatter.march.variance import Moments
 from airlight.shadows import Shadow
@@ -336,3 +341,22 @@ def test_lights_are_written_with_them() -> None:
             read_scene_light(text, form)
     with pytest.raises(AirlightError, match="density=2"):
         read_light("0.5,0.5;density=2")
+
+
+# ---------------------------------------------------------------- its page, its preset
+
+
+def test_each_option_that_is_from_hx_is_on_its_page() -> None:
+    text = DOCS.joinpath("hx.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`(\w+)`", text))
+    own = {one.name for one in declared(scenes=True) if "Hx Volumetric Lighting" in one.source}
+    assert len(own) > 10 and own - named == set()
+    assert set(presets.load("hx")) - named <= {"method"}
+
+
+def test_the_preset_is_what_hx_begins_with() -> None:
+    built = build(presets.load("hx"))
+    medium = resolve(built[Medium], built[MarchOptions], "normal", 90.0)
+    assert (medium.steps, medium.sun_steps, medium.sun_reach, medium.least_seen) == (16, 32, 128.0, 1.0)
+    # of linear fog with a height of 5, a transition of 5 and a tenth above it
+    assert [fog.density(np.array([0.0, y, 0.0]), medium) for y in (-1, 0, 2.5, 5, 9)] == pytest.approx([1, 1, 0.55, 0.1, 0.1])
