@@ -27,7 +27,8 @@ def read_particles(path: str, scale: float = 1.0, up: str | None = None) -> Part
     up = up or "y"
     if up not in UP:
         raise AirlightError(f"{path}: up is {up!r}{nearest(up, UP)}; use y or z")
-    with opened(path, "a file of particles: .csv, .npz or .ply") as (name, head), open(name, "rb") as file:
+    quiet = np.errstate(all="ignore")  # of numbers that are none, which are looked for where they are used
+    with opened(path, "a file of particles: .csv, .npz or .ply") as (name, head), open(name, "rb") as file, quiet:
         if head.startswith(npz.MAGIC):
             found = npz.read(file, path)
         elif head.startswith(ply.MAGIC):
@@ -41,5 +42,5 @@ def read_particles(path: str, scale: float = 1.0, up: str | None = None) -> Part
     points = found.positions
     if up == "z":
         points = np.column_stack([points[:, 0], points[:, 2], -points[:, 1]])
-    with np.errstate(over="ignore", invalid="ignore"):  # of numbers that are none, which are looked for where they are used
+    with np.errstate(all="ignore"):
         return replace(found, positions=points * scale, radii=None if found.radii is None else found.radii * scale)
