@@ -27,16 +27,24 @@ def particles(
     Those without radius or density count for nothing; those that are not finite, and a few that lie far from all others, are left out.
     Warns of it. Raises AirlightError for negative numbers and for arrays that do not fit together.
     """
+    profile = None if sprite is None else sprite_profile(sprite)
+    volume = bake(positions, radius, density, cells, profile, name)
+    for line in volume.told:
+        warn(line)
+    return volume
+
+
+def bake(
+    positions: Any, radius: Any, density: Any, cells: int, profile: np.ndarray | None, name: str, weight: np.ndarray | None = None
+) -> Volume:
+    """Bake particles as `particles` does, without a warning: what was changed is told by the volume. profile: see `sprite_profile`.
+    weight: (N,) factors of the density, also of one that is chosen here."""
     points = np.asarray(positions)
+    told: list[str] = []
     if radius is None and points.ndim == 2 and points.shape[1] == 3 and points.dtype.kind in "fiu":
         radius, density, told = baking.completed(points, radius, density, name)
-    else:
-        told = []
-    profile = None if sprite is None else sprite_profile(sprite)
-    made = (1.0 if radius is None else radius), (1.0 if density is None else density)
-    grid, matrix, notes = baking.bake(positions, *made, cells, profile, name)
-    for line in (*told, *notes):
-        warn(line)
+    radius, density = (1.0 if one is None else one for one in (radius, density))
+    grid, matrix, notes = baking.bake(positions, radius, density if weight is None else density * weight, cells, profile, name)
     return Volume(grid, matrix, 0.0, name, stored=grid.shape, told=(*told, *notes))
 
 
