@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from airlight.api import add_light_shafts as add_light_shafts
     from airlight.api import light_shafts as light_shafts
     from airlight.api import occlusion_fraction as occlusion_fraction
+    from airlight.baked import basin as basin
     from airlight.baked import particles as particles
     from airlight.detect import Candidate as Candidate
     from airlight.detect import find_light as find_light
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 _HOME = {
     "api": ("Renderer", "add_light_shafts", "light_shafts", "occlusion_fraction"),
-    "baked": ("particles",),
+    "baked": ("basin", "particles"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),

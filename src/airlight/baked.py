@@ -7,8 +7,9 @@ import numpy as np
 
 from airlight.errors import AirlightError, warn
 from airlight.files.images import read_image
-from airlight.files.volumes.volume import Volume
+from airlight.files.volumes.volume import CLAMPED, Volume
 from airlight.luminance import luminance
+from airlight.medium import basin as lowlands
 from airlight.medium import particles as baking
 
 MAX_SPRITE = 2**22  # pixels
@@ -32,6 +33,27 @@ def particles(
     for line in volume.told:
         warn(line)
     return volume
+
+
+def basin(ground: Any, bounds: Any, level: float, density: float = 1.0, *, cells: int = 128) -> Volume:
+    """Fill the air over ground that lies below a level, up to that level, with a density.
+
+    ground: (H, W) world y of the ground, metres, by z and x; NaN where there is none. bounds: ((x, z), (x, z)), metres, the map's least and
+    greatest borders. level: world y. density: >= 0. cells: along the longer side, at most. The borders of the volume are those of the
+    level: it ends there at once. Raises AirlightError, also where no ground lies below the level.
+    """
+    if not 0 <= density <= 1e12:
+        raise AirlightError(f"basin: density = {density:g}; give 0 to 1e12")
+    made = lowlands.bake(ground, bounds, level, cells)
+    if made is None:
+        lowest = np.nanmin(np.asarray(ground, np.float64), initial=np.inf)
+        raise AirlightError(f"basin: no ground lies below the level {level:g} m: the lowest is at {lowest:g} m; give a higher level")
+    return basin_volume(*made, density)
+
+
+def basin_volume(grid: np.ndarray, matrix: np.ndarray, density: float = 1.0) -> Volume:
+    """Make the volume of what `medium.basin.bake` gives."""
+    return Volume(grid if density == 1 else grid * np.float32(density), matrix, CLAMPED, "basin", stored=grid.shape)
 
 
 def bake(
