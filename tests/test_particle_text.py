@@ -70,7 +70,7 @@ def test_files(tmp_path: Path) -> None:
         load_particles(read_particle_text(f"{path};sprite={tmp_path}/none.png"), None)
     (tmp_path / "none.npz").write_bytes(npz(positions=np.zeros((0, 3))))
     with pytest.warns(AirlightWarning, match="has no particles"):
-        assert load_particles(read_particle_text(f"{tmp_path}/none.npz"), None).field() is None
+        assert load_particles(read_particle_text(f"{tmp_path}/none.npz"), None).field().volume.mass == 0
     (tmp_path / "bare.npz").write_bytes(npz(positions=ROWS[:, :3]))
     with pytest.warns(AirlightWarning, match=r"bare\.npz: has no radius: .* twice the mean spacing; no density: 0\.13"):
         load_particles(read_particle_text(f"{tmp_path}/bare.npz"), None)

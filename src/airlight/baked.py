@@ -56,6 +56,11 @@ def basin_volume(grid: np.ndarray, matrix: np.ndarray, density: float = 1.0) -> 
     return Volume(grid if density == 1 else grid * np.float32(density), matrix, CLAMPED, "basin", stored=grid.shape)
 
 
+def empty(name: str) -> Volume:
+    """Make a volume of density 0."""
+    return Volume(np.zeros((2, 2, 2), np.float32), np.eye(4), 0.0, name, stored=(2, 2, 2))
+
+
 def bake(
     positions: Any, radius: Any, density: Any, cells: int, profile: np.ndarray | None, name: str, weight: np.ndarray | None = None
 ) -> Volume:

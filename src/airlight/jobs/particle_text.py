@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from airlight.baked import bake, sprite_profile
+from airlight.baked import bake, empty, sprite_profile
 from airlight.errors import AirlightError, warn
 from airlight.files.particles import FORMATS, UP, read_particles
 from airlight.files.volumes import FORMATS as OF_VOLUMES
-from airlight.files.volumes import file_of_frame
+from airlight.files.volumes import Volume, file_of_frame
 from airlight.medium.field import BLENDS, Field
 from airlight.messages import nearest, nearest_file
 
@@ -96,26 +96,27 @@ class FileParticles:
         self._known: tuple[str, int] | None = None
         self._field: Field | None = None
 
-    def field(self, cells: int | None = None) -> Field | None:
-        """Read and bake the file of the frame: the same Field while it is the same; None of no particles. Raises AirlightError."""
+    def field(self, cells: int | None = None) -> Field:
+        """Read and bake the file of the frame: the same Field while it is the same, one of density 0 of no particles. Raises
+        AirlightError."""
         self.cells = self.cells if cells is None else cells
         path = file_of_frame(self.written.source, self.frame)
-        if self._known != (path, self.cells):
-            self._field, self._known = self._baked(path), (path, self.cells)
+        if self._field is None or self._known != (path, self.cells):
+            self._field, self._known = Field(self._baked(path), self.written.blend, self.written.factor), (path, self.cells)
         return self._field
 
-    def _baked(self, path: str) -> Field | None:
+    def _baked(self, path: str) -> Volume:
         w = self.written
         found = read_particles(path, w.scale, w.up)
         radius, density = w.radius if w.radius is not None else found.radii, w.density if w.density is not None else found.densities
         if not len(found.positions):
-            if self._known is None:
+            if self._field is None:
                 warn(f"{path}: has no particles")
-            return None
+            return empty(path)
         volume = bake(found.positions, radius, density, self.cells, self._profile, os.path.basename(path))
         for line in volume.told:
             warn(line)
-        return Field(volume, w.blend, w.factor)
+        return volume
 
 
 def load_particles(written: ParticleText, scene: Any, cells: int = 128, frame: int = 1) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.baked import bake, sprite_profile
+from airlight.baked import bake, empty, sprite_profile
 from airlight.errors import AirlightError, warn
 from airlight.files.volumes.volume import Volume
 from airlight.medium.field import Field
@@ -51,37 +51,37 @@ class ParticleField:
         self.radius, self.density, self.draw, self.blend, self.factor, self.cells = radius, density, draw, blend, factor, cells
         self.name = name or (self.points[0].name if of_scene else "") or "particles"
         self._sprite = None if sprite is None else sprite_profile(sprite)
-        self._known: list[Any] | None = None
+        self._known: list[Any] = []
         self._field: Field | None = None
         self._told: set[str] = set()
-        Field(Volume(np.zeros((1, 1, 1), np.float32), np.eye(4), 0.0, self.name), blend, factor)  # raises for these
+        Field(empty(self.name), blend, factor)  # raises for these
 
-    def field(self, cells: int | None = None) -> Field | None:
-        """Bake the particles as they are now: the same Field while nothing has changed; None where there are none. Warns, once of each
-        kind, of what was changed. Raises AirlightError."""
+    def field(self, cells: int | None = None) -> Field:
+        """Bake the particles as they are now: the same Field while nothing has changed, one of density 0 where there are none. Warns, once
+        of each kind, of what was changed. Raises AirlightError."""
         if cells is not None:
             self.cells = cells
         now = [self.positions, self.radius, self.density, self.cells, self.blend, self.factor]
         now += [value for one in self.points for value in _state(one)]
-        if self._known is None or not all(map(_alike, now, self._known)):
-            self._field = self._baked()
+        if self._field is None or not all(map(_alike, now, self._known)):
+            self._field = Field(self._baked(), self.blend, self.factor)
             self._known = [np.array(value) if isinstance(value, np.ndarray) else copy.copy(value) for value in now]  # may change in place
         return self._field
 
-    def _baked(self) -> Field | None:
+    def _baked(self) -> Volume:
         positions, radius, profile, weight = self.positions, self.radius, self._sprite, None
         if self.positions is None:
             positions, radius, weight = self._gathered()
             profile = self._own_sprite() if profile is None else profile
-        if not len(positions):
-            return None
+        if not np.isfinite(positions).any():  # none, or not yet
+            return empty(self.name)
         volume = bake(positions, radius, self.density, self.cells, profile, self.name, weight)
         for line in volume.told:
             kind = re.sub(r"[-+.\de]+", "", line)
             if kind not in self._told:
                 self._told.add(kind)
                 warn(line)
-        return Field(volume, self.blend, self.factor)
+        return volume
 
     def _gathered(self) -> tuple[np.ndarray, Any, np.ndarray]:
         """Gather positions in the world, radii, and weights of the densities of all points."""
