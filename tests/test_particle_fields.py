@@ -87,7 +87,10 @@ def test_they_are_baked_again_only_when_something_changed() -> None:
     thing = points()
     field = ParticleField(thing, cells=32)
     first = field.field()
-    assert field.field() is first and field.field(32) is first
+    assert field.field() is first and field.field(64) is first  # its own cells count
+    shared = ParticleField(thing)
+    assert shared.field(32) is shared.field(32)
+    assert max(shared.field(64).volume.density.shape) > 50 > max(shared.field(32).volume.density.shape)
     for change in (
         lambda: setattr(thing.local, "x", 0.25),
         lambda: setattr(thing.material, "size", 0.8),

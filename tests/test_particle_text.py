@@ -56,12 +56,12 @@ def test_files(tmp_path: Path) -> None:
     path = tmp_path / "dust.csv"
     path.write_bytes(table(ROWS))
     loaded = load_particles(read_particle_text(f"{path};blend=max;factor=2"), None, 48)
-    field = loaded.field()
-    assert field is loaded.field() and (field.blend, field.factor) == ("max", 2) and not loaded.draw
+    field = loaded.field(48)
+    assert field is loaded.field(48) and (field.blend, field.factor) == ("max", 2) and not loaded.draw
     expected = airlight.particles(ROWS[:, :3], ROWS[:, 3], ROWS[:, 4], cells=48)
     np.testing.assert_allclose(field.volume.density, expected.density, rtol=1e-5, atol=1e-6)
-    assert loaded.field(32) is not field and loaded.field().volume.density.shape[0] <= 32
-    own = load_particles(read_particle_text(f"{path};radius=0.5;density=2;up=z;scale=0.5"), None, 48).field().volume
+    assert loaded.field(32) is not field and loaded.field(32).volume.density.shape[0] <= 32
+    own = load_particles(read_particle_text(f"{path};radius=0.5;density=2;up=z;scale=0.5"), None).field(48).volume
     points = ROWS[:, [0, 2, 1]] * (0.5, 0.5, -0.5)
     np.testing.assert_allclose(own.density, airlight.particles(points, 0.5, 2.0, cells=48).density, rtol=1e-4, atol=1e-5)
     with pytest.raises(AirlightError, match=r"dust\.csb\.csv: cannot be read"):
@@ -84,7 +84,7 @@ def test_numbered_files_follow_the_frame(tmp_path: Path) -> None:
     found = {}
     for frame in (1, 2, 3, 9):
         loaded.frame = frame
-        found[frame] = loaded.field()
+        found[frame] = loaded.field(32)
     assert found[1] is found[2] and found[3] is found[9] and found[1] is not found[3]
     np.testing.assert_allclose(found[3].volume.bounds - found[2].volume.bounds, [[1, 0, 0]] * 2, atol=0.2)
 
@@ -96,9 +96,9 @@ def test_points_of_the_scene(tmp_path: Path) -> None:
     group.add(smoke, other)
     scene.add(group)
     loaded = load_particles(read_particle_text("smoke;density=2;draw=0"), scene, 32)
-    assert isinstance(loaded, ParticleField) and loaded.points == [smoke] and not loaded.draw and loaded.cells == 32
+    assert isinstance(loaded, ParticleField) and loaded.points == [smoke] and not loaded.draw
     expected = airlight.particles(ROWS[:, :3], 0.5, 2.0, cells=32)
-    np.testing.assert_allclose(loaded.field().volume.density, expected.density, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(loaded.field(32).volume.density, expected.density, rtol=1e-4, atol=1e-5)
     assert load_particles(read_particle_text("chimney"), scene).points == [smoke, other]
     with pytest.raises(AirlightError, match=r"--particles smok: the scene has no points of that name; did you mean 'smoke'"):
         load_particles(read_particle_text("smok"), scene)

@@ -90,22 +90,21 @@ class FileParticles:
 
     draw = False
 
-    def __init__(self, written: ParticleText, cells: int = 128, frame: int = 1) -> None:
-        self.written, self.cells, self.frame = written, cells, frame
+    def __init__(self, written: ParticleText, frame: int = 1) -> None:
+        self.written, self.frame = written, frame
         self._profile = None if written.sprite is None else sprite_profile(written.sprite)
         self._known: tuple[str, int] | None = None
         self._field: Field | None = None
 
-    def field(self, cells: int | None = None) -> Field:
+    def field(self, cells: int = 128) -> Field:
         """Read and bake the file of the frame: the same Field while it is the same, one of density 0 of no particles. Raises
         AirlightError."""
-        self.cells = self.cells if cells is None else cells
         path = file_of_frame(self.written.source, self.frame)
-        if self._field is None or self._known != (path, self.cells):
-            self._field, self._known = Field(self._baked(path), self.written.blend, self.written.factor), (path, self.cells)
+        if self._field is None or self._known != (path, cells):
+            self._field, self._known = Field(self._baked(path, cells), self.written.blend, self.written.factor), (path, cells)
         return self._field
 
-    def _baked(self, path: str) -> Volume:
+    def _baked(self, path: str, cells: int) -> Volume:
         w = self.written
         found = read_particles(path, w.scale, w.up)
         radius, density = w.radius if w.radius is not None else found.radii, w.density if w.density is not None else found.densities
@@ -113,24 +112,24 @@ class FileParticles:
             if self._field is None:
                 warn(f"{path}: has no particles")
             return empty(path)
-        volume = bake(found.positions, radius, density, self.cells, self._profile, os.path.basename(path))
+        volume = bake(found.positions, radius, density, cells, self._profile, os.path.basename(path))
         for line in volume.told:
             warn(line)
         return volume
 
 
 def load_particles(written: ParticleText, scene: Any, cells: int = 128, frame: int = 1) -> Any:
-    """Load particles, for `LightShafts.fields`: FileParticles, or a ParticleField of the points in `scene`, a pygfx scene, that have the
-    name, or hang on what has. cells: of `particle_cells`. Raises AirlightError."""
+    """Load particles, for `LightShafts.fields`: FileParticles, which are read at once, or a ParticleField of the points in `scene`, a pygfx
+    scene, that have the name, or hang on what has. cells: the `particle_cells` that they will be asked for. Raises AirlightError."""
     if written.is_file:
-        made = FileParticles(written, cells, frame)
-        made.field()  # raises here, not in a frame
+        made = FileParticles(written, frame)
+        made.field(cells)  # raises here, not in a frame
         return made
     from airlight.pygfx import ParticleField
 
     w = written
     points = points_named(scene, w.source)
-    more: dict[str, Any] = {"sprite": w.sprite, "draw": w.draw, "blend": w.blend, "factor": w.factor, "cells": cells, "name": w.source}
+    more: dict[str, Any] = {"sprite": w.sprite, "draw": w.draw, "blend": w.blend, "factor": w.factor, "name": w.source}
     return ParticleField(points, radius=w.radius, density=w.density, **more)
 
 

@@ -15,6 +15,7 @@ from airlight.files.volumes.volume import Volume
 from airlight.medium.field import Field
 from airlight.pygfx.origin import current_origin
 
+CELLS = 128  # where nobody says how many
 NEGLIGIBLE = 1e-12  # of coordinates: how far points come to lie elsewhere by rounding alone
 
 
@@ -26,7 +27,8 @@ class ParticleField:
     twice the mean spacing. density: at a particle's centre, (N,) or one for all; None: see `airlight.particles`. Points' alpha (of a vertex
     or of the colour, times the opacity) multiplies it. sprite: of the kernel, see `airlight.particles`; None: that of a
     gfx.PointsSpriteMaterial, else none. draw: whether the points are drawn too, see `undrawn`. blend, factor: of the field. cells: along
-    the longest side of the grid. All but draw and sprite may be set, and positions, radius and density written into. Raises AirlightError.
+    the longest side of the grid; None: what the medium says. All but draw and sprite may be set, and positions, radius and density written
+    into. Raises AirlightError.
     """
 
     def __init__(
@@ -39,7 +41,7 @@ class ParticleField:
         draw: bool = True,
         blend: str = "add",
         factor: float = 1.0,
-        cells: int = 128,
+        cells: int | None = None,
         name: str = "",
     ) -> None:
         things = [points] if isinstance(points, gfx.WorldObject) else points
@@ -57,25 +59,26 @@ class ParticleField:
         Field(empty(self.name), blend, factor)  # raises for these
 
     def field(self, cells: int | None = None) -> Field:
-        """Bake the particles as they are now: the same Field while nothing has changed, one of density 0 where there are none. Warns, once
-        of each kind, of what was changed. Raises AirlightError."""
-        if cells is not None:
-            self.cells = cells
-        now = [self.positions, self.radius, self.density, self.cells, self.blend, self.factor]
+        """Bake the particles as they are now: the same Field while nothing has changed, one of density 0 where there are none.
+
+        cells: unless the particles have their own. Warns, once of each kind, of what was changed. Raises AirlightError.
+        """
+        cells = self.cells or cells or CELLS
+        now = [self.positions, self.radius, self.density, cells, self.blend, self.factor]
         now += [value for one in self.points for value in _state(one)]
         if self._field is None or not all(map(_alike, now, self._known)):
-            self._field = Field(self._baked(), self.blend, self.factor)
+            self._field = Field(self._baked(cells), self.blend, self.factor)
             self._known = [np.array(value) if isinstance(value, np.ndarray) else copy.copy(value) for value in now]  # may change in place
         return self._field
 
-    def _baked(self) -> Volume:
+    def _baked(self, cells: int) -> Volume:
         positions, radius, profile, weight = self.positions, self.radius, self._sprite, None
         if self.positions is None:
             positions, radius, weight = self._gathered()
             profile = self._own_sprite() if profile is None else profile
         if not np.isfinite(positions).any():  # none, or not yet
             return empty(self.name)
-        volume = bake(positions, radius, self.density, self.cells, profile, self.name, weight)
+        volume = bake(positions, radius, self.density, cells, profile, self.name, weight)
         for line in volume.told:
             kind = re.sub(r"[-+.\de]+", "", line)
             if kind not in self._told:
