@@ -143,8 +143,26 @@ def test_it_is_drawn_once_while_the_scene_is_still() -> None:
     moved = basin.field(casters.gather(), 2.0, 1.0)
     assert moved.volume.mass > 1.05 * other.volume.mass and len(drawn) == 2
     casters.still = None
-    assert basin.field(casters.gather(), 2.0, 1.0) is moved and len(drawn) == 3  # looked at, and found the same
+    for count in (3, 3):  # meshes that deform are alone looked at in each frame, then
+        assert basin.field(casters.gather(), 2.0, 1.0) is moved and len(drawn) == count
+    floor = scene.children[0].geometry.positions
+    floor.data[:, 1] += np.where(floor.data[:, 1] > 0, 0.5, -0.5)
+    floor.update_full()
+    assert basin.field(casters.gather(), 2.0, 1.0).volume.mass < 0.6 * moved.volume.mass and len(drawn) == 4
     assert basin.field(casters.gather(), None, 1.0) is None is basin.field(casters.gather(), 2.0, 0.0)
+
+
+def test_a_plain_without_end_is_looked_at_as_far_as_one_sees() -> None:
+    scene, casters = valley()
+    scene.add(box((9000, 0.1, 9000), (0, 0.6, 0)))
+    basin = Basin(casters)
+    coarse = basin.field(casters.gather(), 3.0, 1.0)
+    assert np.ptp(coarse.volume.bounds[:, 0]) > 8999
+    near = basin.field(casters.gather(), 3.0, 1.0, 128, ((3, 2, -4), 40.0))
+    np.testing.assert_allclose(near.volume.bounds, [[-50, 0.65, -50], [50, 3, 50]], atol=0.5)
+    assert near.volume.mass == pytest.approx(20 * 20 * 2 + ((100 * SIZE / (SIZE - 3)) ** 2 - 800) * 2.35, rel=2e-3)
+    assert basin.field(casters.gather(), 3.0, 1.0, 128, ((5, 2, -9), 40.0)) is near
+    assert basin.field(casters.gather(), 3.0, 1.0, 128, ((15, 2, -9), 40.0)).volume.bounds[0, 0] == pytest.approx(-30, abs=0.5)
 
 
 def test_where_no_ground_lies_below_a_line_says_so() -> None:
