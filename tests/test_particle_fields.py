@@ -171,3 +171,16 @@ def test_points_of_a_gltf_file_are_loaded_by_name(tmp_path: Path) -> None:
         assert_alike(
             volume(thing, radius=0.3), airlight.particles(POINTS + np.array([0, 2, 0]), 0.3, np.linspace(0, 1, 40), cells=48)
         )
+
+
+def test_points_of_a_gltf_file_may_have_radii_and_densities(tmp_path: Path) -> None:
+    made, radii, densities = Writer(), np.linspace(0.1, 0.4, 40).astype(np.float32), np.linspace(2, 0, 40).astype(np.float32)
+    more = {"_RADIUS": made.accessor(radii[:, None]), "_DENSITY": made.accessor(densities[:, None])}
+    made.node(mesh=made.mesh(POINTS, mode=0, **more), scale=[2, 2, 2])
+    made.node(mesh=made.mesh(POINTS, _RADIUS=made.accessor(POINTS)))  # of triangles it is something else
+    stage = open_scene(made.save(tmp_path))
+    (found,) = [thing for thing in stage.scene.iter() if isinstance(thing, gfx.Points)]
+    assert_alike(volume(found), airlight.particles(2 * POINTS, 2 * radii, densities, cells=48))
+    made.node(mesh=made.mesh(POINTS, mode=0, _RADIUS=made.accessor(POINTS)))
+    with pytest.raises(AirlightError, match="_RADIUS of "):
+        open_scene(made.save(tmp_path))

@@ -99,7 +99,10 @@ def test_points_of_the_scene(tmp_path: Path) -> None:
     assert isinstance(loaded, ParticleField) and loaded.points == [smoke] and not loaded.draw
     expected = airlight.particles(ROWS[:, :3], 0.5, 2.0, cells=32)
     np.testing.assert_allclose(loaded.field(32).volume.density, expected.density, rtol=1e-4, atol=1e-5)
-    assert load_particles(read_particle_text("chimney"), scene).points == [smoke, other]
+    assert load_particles(read_particle_text("chimney;radius=1"), scene).points == [smoke, other]
+    with pytest.raises(AirlightError, match="sparks: particle 0 has the radius -1"):
+        other.geometry.radii = gfx.Buffer(np.full(len(ROWS), -1, np.float32))
+        load_particles(read_particle_text("sparks"), scene)
     with pytest.raises(AirlightError, match=r"--particles smok: the scene has no points of that name; did you mean 'smoke'"):
         load_particles(read_particle_text("smok"), scene)
     with pytest.raises(AirlightError, match=r"--particles qqq: .*; there is smoke, chimney, sparks"):

@@ -119,18 +119,21 @@ class FileParticles:
 
 
 def load_particles(written: ParticleText, scene: Any, cells: int = 128, frame: int = 1) -> Any:
-    """Load particles, for `LightShafts.fields`: FileParticles, which are read at once, or a ParticleField of the points in `scene`, a pygfx
-    scene, that have the name, or hang on what has. cells: the `particle_cells` that they will be asked for. Raises AirlightError."""
+    """Load particles, for `LightShafts.fields`: FileParticles, or a ParticleField of the points in `scene`, a pygfx
+    scene, that have the name, or hang on what has. cells: the `particle_cells` that they will be asked for; they are baked at once, since
+    what is wrong should not be told in a frame. Raises AirlightError."""
     if written.is_file:
         made = FileParticles(written, frame)
-        made.field(cells)  # raises here, not in a frame
+        made.field(cells)
         return made
     from airlight.pygfx import ParticleField
 
     w = written
     points = points_named(scene, w.source)
     more: dict[str, Any] = {"sprite": w.sprite, "draw": w.draw, "blend": w.blend, "factor": w.factor, "name": w.source}
-    return ParticleField(points, radius=w.radius, density=w.density, **more)
+    field = ParticleField(points, radius=w.radius, density=w.density, **more)
+    field.field(cells)
+    return field
 
 
 def points_named(scene: Any, name: str) -> list[Any]:

@@ -100,7 +100,8 @@ class ParticleField:
 
     def _own_sprite(self) -> np.ndarray | None:
         """Average the sprite of the first points that have one."""
-        texture = next((one.material.sprite for one in self.points if getattr(one.material, "sprite", None) is not None), None)
+        textures = (getattr(one.material, "sprite", None) for one in self.points)
+        texture = next((one for one in textures if one is not None), None)
         return None if texture is None or texture.data is None else sprite_profile(np.asarray(texture.data))
 
 
@@ -125,6 +126,11 @@ def _below(thing: Any) -> Iterator[gfx.Points]:
     return (one for one in thing.iter() if isinstance(one, gfx.Points) and getattr(one.geometry, "positions", None) is not None)
 
 
+def _material(points: gfx.Points) -> Any:
+    """Give the material of points; of those without one, which are not drawn, what pygfx would take."""
+    return gfx.PointsMaterial() if points.material is None else points.material
+
+
 def _placed(points: gfx.Points) -> np.ndarray:
     """Find (4, 4) where points are in the world, in which those that are drawn near the origin lie elsewhere."""
     matrix = np.array(points.world.matrix, np.float64)
@@ -134,9 +140,9 @@ def _placed(points: gfx.Points) -> np.ndarray:
 
 def _state(points: gfx.Points) -> list[Any]:
     """List what a bake depends on. Revisions of buffers do not tell: those of what is never drawn stay as they are."""
-    geometry, material = points.geometry, points.material
-    held = [*(getattr(geometry, name, None) for name in ("positions", "sizes", "colors")), getattr(material, "sprite", None)]
-    arrays = [None if one is None else one.data for one in held]
+    geometry, material = points.geometry, _material(points)
+    held = [getattr(geometry, name, None) for name in ("positions", "sizes", "colors", "radii", "densities")]
+    arrays = [None if one is None else one.data for one in (*held, getattr(material, "sprite", None))]
     modes = [str(mode) for mode in (material.size_space, material.size_mode, material.color_mode)]
     return [*arrays, *modes, material.size, *_plain_alpha(material), _placed(points)]
 
@@ -146,21 +152,29 @@ def _plain_alpha(material: Any) -> tuple[float, float]:
 
 
 def _radii(points: gfx.Points, matrix: np.ndarray) -> np.ndarray | None:
-    """Give (N,) radii in the world; None where sizes are pixels."""
-    material, geometry = points.material, points.geometry
+    """Give (N,) radii in the world: the geometry's `radii`, in its own space, or half the sizes; None where these are pixels."""
+    material, geometry = _material(points), points.geometry
+    scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+    own = getattr(geometry, "radii", None)
+    if own is not None:
+        return np.asarray(own.data, np.float64).reshape(-1) * scale
     space = str(material.size_space).rpartition(".")[2]
     if space == "screen":
         return None
     sizes = getattr(geometry, "sizes", None) if str(material.size_mode).endswith("vertex") else None
     count = len(geometry.positions.data)
-    own = np.full(count, float(material.size)) if sizes is None else np.asarray(sizes.data, np.float64).reshape(-1)[:count]
-    scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3]))) if space == "model" else 1.0
-    return np.asarray(own / 2 * scale)
+    diameters = np.full(count, float(material.size)) if sizes is None else np.asarray(sizes.data, np.float64).reshape(-1)[:count]
+    return np.asarray(diameters / 2 * (scale if space == "model" else 1.0))
 
 
 def _weights(points: gfx.Points) -> np.ndarray:
-    """Give (N,) the alphas of points, 0 or more."""
-    material, colors = points.material, getattr(points.geometry, "colors", None)
+    """Give (N,) the alphas of points, 0 or more, times the geometry's `densities`, where it has these."""
+    own = getattr(points.geometry, "densities", None)
+    return _alphas(points) * (1.0 if own is None else np.asarray(own.data, np.float64).reshape(-1))
+
+
+def _alphas(points: gfx.Points) -> np.ndarray:
+    material, colors = _material(points), getattr(points.geometry, "colors", None)
     opacity, alpha = _plain_alpha(material)
     mode, count = str(material.color_mode).rpartition(".")[2], len(points.geometry.positions.data)
     if colors is None or mode not in ("auto", "vertex"):
