@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pygfx as gfx
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from particle_files import npz, rows, table
 
 import airlight
@@ -50,6 +52,15 @@ def test_what_cannot_be_read(text: str, line: str) -> None:
     with pytest.raises(AirlightError, match=line) as told:
         read_particle_text(text)
     assert "\n" not in str(told.value)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(st.lists(st.sampled_from(["a.csv", ";", "=", "radius", "scale", "draw", "up", "1", "-", "1e999", "z", "\0", "é", " ", "NaN"])))
+def test_whatever_is_written_is_read_or_refused_in_a_line(parts: list[str]) -> None:
+    try:
+        assert read_particle_text("".join(parts)).source
+    except AirlightError as error:
+        assert "\n" not in str(error) and len(str(error)) < 1000
 
 
 def test_files(tmp_path: Path) -> None:
