@@ -192,6 +192,7 @@ def test_radii_that_are_not_given_follow_the_spacing() -> None:
         assert spacing(points) == pytest.approx(expected, rel=0.35)
         assert spacing(np.concatenate([points, points])) == pytest.approx(spacing(points), rel=1e-6)
     assert spacing(RANDOM.random((300_000, 3))) == pytest.approx(1 / 300_000 ** (1 / 3), rel=0.2)
+    assert spacing(np.concatenate([lattice, [[1e300, np.nan, 0], [-1e300, 0, 0]]])) == pytest.approx(spacing(lattice), rel=1e-6)
     assert spacing(np.ones((5, 3))) == 1.0 == spacing(np.zeros((0, 3)))
     with pytest.warns(AirlightWarning, match=r"smoke: has no radius: 0\.\d+ m, twice the mean spacing; no density: 0\.13, by which"):
         volume = airlight.particles(lattice, name="smoke", cells=64)

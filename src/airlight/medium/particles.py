@@ -83,7 +83,7 @@ def spacing(positions: Array) -> float:
     By the edge of cells of which the filled ones hold two on average, which holds for points on a surface or along a line as well.
     """
     points = np.asarray(positions, np.float64)
-    points = points[np.isfinite(points).all(axis=1)]
+    points = points[(np.abs(points) <= MAX_EXTENT).all(axis=1)]  # which NaN is not
     while len(points) > 100_000:  # half of them, which lie together
         axis = int(np.argmax(np.ptp(points, axis=0)))
         points = points[np.argpartition(points[:, axis], len(points) // 2)[: len(points) // 2]]
