@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from airlight.api import Renderer as Renderer
     from airlight.api import add_light_shafts as add_light_shafts
+    from airlight.api import density as density
     from airlight.api import light_shafts as light_shafts
     from airlight.api import occlusion_fraction as occlusion_fraction
     from airlight.detect import Candidate as Candidate
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 _HOME = {
-    "api": ("Renderer", "add_light_shafts", "light_shafts", "occlusion_fraction"),
+    "api": ("Renderer", "add_light_shafts", "density", "light_shafts", "occlusion_fraction"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),

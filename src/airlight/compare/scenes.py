@@ -137,8 +137,6 @@ class ComparedView:
         work: of which it is a part."""
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
-        if against == "mitsuba" and medium.settings.fog != "none":
-            raise AirlightError("--against mitsuba: it is asked for even media alone; use --against tracer for fog, or leave --fog out")
         try:
             with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)

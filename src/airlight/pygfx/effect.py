@@ -53,16 +53,18 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     medium, march: with methods that light a medium, through shadow maps; without parameters they ask for march. Of
     `in_scene` these take the resolution and the tones, of `exclude` what casts no shadow.
 
-    lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
-    unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
-    which light adaptation follows (0: it settles at once); `still`: anything that can be compared. While it stays the same a shadow map is
-    kept as long as the same meshes cast, and their bounds and the map lie where they did: it has to change where bones, morph targets,
-    instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`: factor that the scene's own
-    radiances hold already, of which the exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or
-    occlusion (of a medium: what is seen through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile`
-    is wanted; `doubts`: whether a medium that hides all or cannot be seen is told, by one AirlightWarning. `source`, `layer`:
-    textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-
-    scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere.
+    lights, parameters, composite, in_scene, exclude, include, medium, march; `fields`: densities on grids that join the medium's, each a
+    medium.field.Field, a Volume, or what gives one by `field()`; `time`: seconds, of what the wind moves; `radius`: metres of a sphere
+    around the scene, from which unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`:
+    seconds since the last frame, which light adaptation follows (0: it settles at once); `still`: anything that can be compared. While it
+    stays the same a shadow map is kept as long as the same meshes cast, and their bounds and the map lie where they did: it has to change
+    where bones, morph targets, instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`:
+    factor that the scene's own radiances hold already, of which the exposure is what is left; `automatic_ev`: stops, where `in_scene` says
+    none; `debug`: None, or occlusion (of a medium: what is seen through it), source (the light of the medium) or lines to see instead;
+    `timing`: whether `profile` is wanted; `doubts`: whether a medium that hides all or cannot be seen is told, by one AirlightWarning.
+    `source`, `layer`: textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is
+    rgba32float: in- scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it
+    is 1 everywhere.
     Raises AirlightError.
     """
 
@@ -91,6 +93,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
+        self.fields: list[Any] = []
+        self.time = 0.0
         self.radius: float | None = None
         self.debug: str | None = None
         self.still: Any = None

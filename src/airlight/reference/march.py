@@ -54,7 +54,7 @@ def layer_of_fog(frame: Any) -> Array:
 
 
 def optical_length(ray: Any, t: Any, frame: Any, fog: str) -> Array:
-    """Integrates density along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
+    """Integrates density by height along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
     if fog == "none":
         return np.asarray(t, float)
     return np.asarray(t * mean_height_density(height(ray["origin"], frame), height(_at(ray, t), frame), layer_of_fog(frame), fog))
@@ -82,12 +82,17 @@ def clip_to_band(ray: Any, range: Any, k: Any, frame: Any, fog: str) -> Array:
     return clip_range(clip_range(range, start - band[..., 0], climb), band[..., 1] - start, -climb)
 
 
+def scattered_share(d: Any, cosine: Any, axis_cosine: Any, light: Any, kind: int) -> Array:
+    """Evaluates the share of a light's intensity that reaches points d metres from it and is scattered to the eye, 1/sr, times d^2."""
+    ramp = cone_ramp(axis_cosine, light["cone_scale"], light["cone_offset"])
+    return np.asarray(phase(cosine, light["lobes"], kind) * ramp**2 * range_window(d, light["range"]))
+
+
 def in_scatter_punctual(
     ray: Any, t: Any, d: Any, cosine: Any, axis_cosine: Any, frame: Any, light: Any, kind: int, fog: str = "none"
 ) -> Array:
     """Evaluates (..., 3) what a light scatters into rays from points at t, along a metre of them, times d^2; d: metres from the light."""
-    ramp = cone_ramp(axis_cosine, light["cone_scale"], light["cone_offset"])
-    strength = phase(cosine, light["lobes"], kind) * ramp**2 * range_window(d, light["range"])
+    strength = scattered_share(d, cosine, axis_cosine, light, kind)
     power, path = frame["sigma_s"].astype(float) * light["intensity"], optical_length(ray, np.asarray(t, float), frame, fog) + d
     if fog != "none":
         y = height(_at(ray, t), frame)

@@ -1,5 +1,5 @@
 // A blur over a march's layer at the size that was computed, along rows or columns, which does not pass edges of depth: neighbours weigh as
-// much as they lie near, and as their rays are as long (bilateral, separated: Pham et al. 2005). Lengths stay as they are.
+// much as they lie near, and as their rays are as long (bilateral, separated: Pham et al. 2005). What else a layer holds stays.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/march/likeness.wgsl"
 override GAUSSIAN: bool = true; // else all neighbours weigh alike
@@ -19,13 +19,14 @@ fn soften_weight(away: f32, off: f32, sharpness: f32) -> f32 {
 fn soften(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
     let own = textureLoad(before, id.xy, 0);
+    let own_length = length_of(vec2i(id.xy), own);
     let last = vec2i(frame.size) - 1;
     var sum = vec4f(0.0);
     var k = -SOFTEN_RADIUS;
     loop {
         let at = vec2i(id.xy) + select(vec2i(k, 0), vec2i(0, k), DOWN);
         let found = textureLoad(before, clamp(at, vec2i(0), last), 0);
-        let weight = soften_weight(f32(k), relative_difference(found.a, own.a), frame.depth_sharpness);
+        let weight = soften_weight(f32(k), relative_difference(length_of(at, found), own_length), frame.depth_sharpness);
         sum += select(0.0, weight, all(at >= vec2i(0)) && all(at <= last)) * vec4f(found.rgb, 1.0);
         k += 1;
         continuing { break if k > SOFTEN_RADIUS; }

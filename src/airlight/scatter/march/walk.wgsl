@@ -146,6 +146,8 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
     var sum = ambient_or_previous(pixel, ray);
+    if (VARIES) { enter_field(ray); }
+    if (VARIES && LIT) { enter_shade(ray); }
     if (LIT) {
         var nearest = vec2f(0.0);
         var range = vec2f(0.0, ray.reach);
@@ -171,5 +173,5 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
         sum += total;
     }
-    textureStore(layer, pixel, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, finished(pixel, ray, sum));
 }
