@@ -70,9 +70,9 @@ def layer(
             for light, (planes, corners, edges) in zip(lights, volumes):
                 chosen = np.flatnonzero(_in_beam(corners, beam, edges))
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
-                end, own = np.minimum(t, medium.sun_reach) if light.directional else t, light.own_medium(medium)
-                own_lengths = along if along is None or own is medium else along.of(own)
-                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, own_lengths)
+                end = np.minimum(t, medium.sun_reach) if light.directional else t
+                own = light.own_medium(medium)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along)
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)

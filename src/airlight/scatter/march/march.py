@@ -10,7 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
-from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
+from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Varying
@@ -95,10 +95,10 @@ class March:
         a box outside of which the air's noise dims no light.
         """
         width, height = self.pixels
-        passes = _passes(lights, medium)
-        self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
+        passes = _passes(lights, medium)
+        self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < len(passes):
@@ -123,6 +123,10 @@ class March:
         self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
+            if light is None:
+                exact = {"EXACT": medium.exact} if self._varies else {}
+                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **exact))
+                continue
             self._begins.pop(i, None)
             if light is None:
                 self._own_frames.pop(i, None)
@@ -190,11 +194,11 @@ class March:
         target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light, frame = self._lights[i], self._own_frames.get(i, self._frame)
         varying = self._varying.record, self._varying.voxels, self._tables[i]
-        moments = (self._moments.views[i],) if self._path == STEPS else ()
-        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, more, light, *varying, *moments)
+        exact = self._path == WALK
+        more = (self._tiles[i], light, *varying) if exact else (noise_texture(self.device), light, *varying, self._moments.views[i])
+        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""

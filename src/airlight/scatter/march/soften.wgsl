@@ -21,12 +21,14 @@ fn soften(@builtin(global_invocation_id) id: vec3u) {
     let own = textureLoad(before, id.xy, 0);
     let own_length = length_of(vec2i(id.xy), own);
     let last = vec2i(frame.size) - 1;
+    let reach = marched_length(vec2i(id.xy), own);
     var sum = vec4f(0.0);
     var k = -SOFTEN_RADIUS;
     loop {
         let at = vec2i(id.xy) + select(vec2i(k, 0), vec2i(0, k), DOWN);
-        let found = textureLoad(before, clamp(at, vec2i(0), last), 0);
-        let weight = soften_weight(f32(k), relative_difference(length_of(at, found), own_length), frame.depth_sharpness);
+        let within = clamp(at, vec2i(0), last);
+        let found = textureLoad(before, within, 0);
+        let weight = soften_weight(f32(k), relative_difference(marched_length(within, found), reach), frame.depth_sharpness);
         sum += select(0.0, weight, all(at >= vec2i(0)) && all(at <= last)) * vec4f(found.rgb, 1.0);
         k += 1;
         continuing { break if k > SOFTEN_RADIUS; }

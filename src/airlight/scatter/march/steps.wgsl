@@ -130,6 +130,7 @@ struct LampGroup {              // of steps
 }
 
 var<private> knot: Knot;        // at the end of the group before
+var<private> far_end: f32;      // m of the ray, up to where steps go
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Find how far along a ray the light's steps go.
@@ -138,22 +139,22 @@ fn lit_reach(ray: Ray) -> f32 {
 }
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
-fn divide_steps(ray: Ray, n: f32) {
-    let reach = lit_reach(ray);
-    stretch = vec4f(0.0, reach, 0.0, n);
+fn divide_steps(far: f32, n: f32) {
+    far_end = far;
+    stretch = vec4f(0.0, far, 0.0, n);
     if (NOISE || GRIDS == 0u) { return; }
     var range = vec2f(3e38, 0.0);
     var i = 0u;
     loop {
         let one = grid_ranges[i];
-        range = select(range, vec2f(min(range.x, one.x), max(range.y, one.y)), one.y > one.x);
+        range = select(range, vec2f(min(range.x, one.x), max(range.y, min(one.y, far))), one.y > one.x);
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
     range = min(range, vec2f(reach));
     let within = range.y - range.x;
-    let outside = max(reach - within, 0.0);
-    let given = n * max(0.5, within / reach);
+    let outside = max(far - within, 0.0);
+    let given = n * max(0.5, within / far);
     let before = select((n - given) * range.x / outside, 0.0, outside <= 0.0);
     stretch = select(stretch, vec4f(range, before, before + given), within > 0.0);
 }
@@ -175,7 +176,7 @@ fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
 /// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
 fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
-    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, lit_reach(ray), stretch) - o), 0.0, n);
+    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, far_end, stretch) - o), 0.0, n);
 }
 
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
@@ -209,8 +210,8 @@ fn fog_group(ray: Ray, t: f32) -> Group {
 /// some: there are steps in it.
 fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
     if (!VARIES) { return fog_group(ray, steps.z * each); }
-    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, lit_reach(ray), stretch), some));
-    let along = step_length(ray, range.y, step_place(steps.y, n, lit_reach(ray), stretch)).x;
+    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
+    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch)).x;
     let found = lit_part(ray, range.y, cursor.y, along);
     move_cursor(ray, range.y, along);
     return Group(found, -frame.sigma_t * passed);
@@ -233,7 +234,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
-    if (VARIES) { enter_light(ray, step_place(k, n, lit_reach(ray), stretch), each); }
+    if (VARIES) { enter_light(ray, step_place(k, n, far_end, stretch), each); }
     if (FOG != EVEN && !VARIES) { begin_fog(ray, k * each, optical_length(ray, k * each)); }
     loop {
         // Begin a group of steps, or what is left of one step by step
@@ -250,7 +251,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         loop {
             // Look up the sample's visibility
             var sample = (k + o) * each;
-            if (VARIES) { sample = step_place(k + o, n, lit_reach(ray), stretch); }
+            if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
             // Weigh it where cascades blend
@@ -355,11 +356,11 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (VARIES) { enter_field(ray); }
     if (VARIES && LIT) {
         enter_shade(ray);
-        divide_steps(ray, n);
+        divide_steps(select(ray.reach, min(ray.reach, frame.sun_reach), DIRECTIONAL), n);
     }
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        let far = lit_reach(ray);
+        let far = min(ray.reach, frame.sun_reach);
         if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
         for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
         sum += in_scatter_directional(ray) * total;

@@ -15,8 +15,8 @@ fn marched(q: vec2i) -> vec4f {
 }
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
-/// likest; the longer its own ray, the less of its radiance. own: the ray's optical length by height alone, m; likest: radiance, and the ray's length; more: see marched. Returns the radiance,
-/// and this of it.
+/// likest; the longer its own ray, the less of its radiance. own: the ray's optical length by height alone, m; likest: radiance, and the
+/// ray's length; likest_more: see marched. Returns the radiance, and this of it.
 fn search_alike(at: vec2f, ray: Ray, own: f32, likest: vec4f, likest_more: f32) -> vec4f {
     let reach = ray.reach;
     var best = likest;
@@ -27,7 +27,7 @@ fn search_alike(at: vec2f, ray: Ray, own: f32, likest: vec4f, likest_more: f32) 
         if (off <= frame.depth_threshold || k >= SEARCH_STEPS) { break; }
         let q = vec2i(floor(at + 0.5 + sqrt(k + 4.0) * unit_at(2.3999632 * k)));
         let held = marched(q);
-        let found = vec4f(held.rgb, length_of(q, held));
+        let found = vec4f(held.rgb, marched_length(clamp(q, vec2i(0), vec2i(frame.size) - 1), held));
         if (relative_difference(found.a, reach) < off) {
             best = found;
             more = held.a;
@@ -58,7 +58,7 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     var more = array<f32, 16>();
     //! each k of 16: held[k] = marched(base + vec2i(vec2u(k % 4u, k / 4u)));
     if (VARIES) {
-        //! each k of 16: more[k] = held[k].a; held[k].a = length_of(base + vec2i(vec2u(k % 4u, k / 4u)), held[k]);
+        //! each k of 16: more[k] = held[k].a; held[k].a = marched_length(clamp(base + vec2i(vec2u(k % 4u, k / 4u)), vec2i(0), vec2i(frame.size) - 1), held[k]);
     }
     var n = 0u;
     loop {
