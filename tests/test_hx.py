@@ -20,9 +20,9 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import resolve
 from airlight.options import March as MarchOptions
 from airlight.options import Medium, build, declared, presets
-from airlight.reference import fog, soften, tracer, variance
 from airlight.reference import march as march_twin
 from airlight.reference import medium as medium_twin
+from airlight.reference import paths, soften, tracer, variance
 from airlight.reference import scene as scene_twin
 from airlight.scatter.march.march import March
 from airlight.scatter.march.variance import Moments
@@ -359,4 +359,4 @@ def test_the_preset_is_what_hx_begins_with() -> None:
     medium = resolve(built[Medium], built[MarchOptions], "normal", 90.0)
     assert (medium.steps, medium.sun_steps, medium.sun_reach, medium.least_seen) == (16, 32, 128.0, 1.0)
     # of linear fog with a height of 5, a transition of 5 and a tenth above it
-    assert [fog.density(np.array([0.0, y, 0.0]), medium) for y in (-1, 0, 2.5, 5, 9)] == pytest.approx([1, 1, 0.55, 0.1, 0.1])
+    assert [paths.density(np.array([0.0, y, 0.0]), medium) for y in (-1, 0, 2.5, 5, 9)] == pytest.approx([1, 1, 0.55, 0.1, 0.1])

@@ -10,7 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
-from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Varying
@@ -123,10 +123,6 @@ class March:
         self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
-            if light is None:
-                exact = {"EXACT": medium.exact} if self._varies else {}
-                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **exact))
-                continue
             self._begins.pop(i, None)
             if light is None:
                 self._own_frames.pop(i, None)

@@ -31,7 +31,7 @@ def frame_record(view: Any, projection: Any, medium: ResolvedMedium, size: tuple
 
 
 def dark_record(medium: ResolvedMedium) -> np.ndarray:
-    """Fills the LIGHT of a pass without a light."""
+    """Fills the LIGHT of a pass without a light, which has steps all the same."""
     out = np.zeros((), LIGHT)
     out["steps"] = medium.steps
     return out

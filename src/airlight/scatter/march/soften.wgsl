@@ -1,5 +1,5 @@
 // A blur over a march's layer at the size that was computed, along rows or columns, which does not pass edges of depth: neighbours weigh as
-// much as they lie near, and as their rays are as long (bilateral, separated: Pham et al. 2005). What else a layer holds stays.
+// much as they lie near, and as their rays are as long (bilateral, separated: Pham et al. 2005). Lengths stay as they are.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/march/likeness.wgsl"
 override GAUSSIAN: bool = true; // else all neighbours weigh alike
@@ -19,7 +19,6 @@ fn soften_weight(away: f32, off: f32, sharpness: f32) -> f32 {
 fn soften(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
     let own = textureLoad(before, id.xy, 0);
-    let own_length = length_of(vec2i(id.xy), own);
     let last = vec2i(frame.size) - 1;
     let reach = marched_length(vec2i(id.xy), own);
     var sum = vec4f(0.0);

@@ -133,11 +133,6 @@ var<private> knot: Knot;        // at the end of the group before
 var<private> far_end: f32;      // m of the ray, up to where steps go
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
-/// Find how far along a ray the light's steps go.
-fn lit_reach(ray: Ray) -> f32 {
-    return select(ray.reach, min(ray.reach, frame.sun_reach), DIRECTIONAL);
-}
-
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
@@ -151,7 +146,6 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
-    range = min(range, vec2f(reach));
     let within = range.y - range.x;
     let outside = max(far - within, 0.0);
     let given = n * max(0.5, within / far);
