@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
@@ -12,6 +12,8 @@ from airlight.cli.options import F
 from airlight.cli.settings import recall
 from airlight.cli.types import Choice, NameOrFile
 from airlight.errors import AirlightError
+from airlight.jobs.particle_text import read_particle_text
+from airlight.jobs.volume_text import read_volume_text
 from airlight.messages import nearest, nearest_file
 from airlight.options import presets
 from airlight.options.storage import OUTPUTS, SUBSAMPLING
@@ -144,6 +146,43 @@ def medium_options(command: F) -> F:
         help="What fills the air, over the preset's values; options given here go before them. Without --method it is lit by march.",
     )
     return medium(_listing("--list-media", presets.MEDIA, "Show the media.")(command))
+
+
+class DensityType(click.ParamType):
+    """A volume, or particles, kept as they were written."""
+
+    def __init__(self, read: Callable[[str], Any]) -> None:
+        self.name, self._read = "density", read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        try:
+            self._read(value)
+        except AirlightError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+def density_options(command: F) -> F:
+    """Decorator: the options that put volumes and particles into the air of a scene."""
+    volume = option(
+        "--volume",
+        panel="Medium",
+        type=DensityType(read_volume_text),
+        metavar="FILE",
+        multiple=True,
+        help='Density on a grid, a .vdb, .npz, .npy or .vol: "smoke.vdb;factor=2;blend=add;grid=density;scale=0.01;up=z"; of '
+        "smoke.####.vdb the file of each frame. May be repeated. docs/volumes.md",
+    )
+    particles = option(
+        "--particles",
+        panel="Medium",
+        type=DensityType(read_particle_text),
+        metavar="FILE|NAME",
+        multiple=True,
+        help='Particles that thicken the air, a .csv, .npz or .ply, or points of the scene by name: "dust.csv;radius=0.2;density=1", '
+        '"sparks;draw=0". May be repeated. docs/volumes.md',
+    )
+    return volume(particles(command))
 
 
 def _listing(name: str, kind: str, help: str) -> Any:
