@@ -235,7 +235,7 @@ def test_moments_are_those_of_the_texels_around(size: int, radius: int) -> None:
     held[1] = 0.7 + 1e-4 * held[1]  # whose variance has few digits as a difference of squares
     moments = Moments(device)
     moments.fit([depths(held)])
-    run_ms(device, lambda encoder: moments.record(encoder, radius))
+    run_ms(device, lambda encoder: moments.record(encoder, radius, [None]))
     texture = moments.views[0].texture
     layout = {"bytes_per_row": 8 * size, "rows_per_image": size}
     data = device.queue.read_texture({"texture": texture}, layout, (size, size, 2))
@@ -243,6 +243,17 @@ def test_moments_are_those_of_the_texels_around(size: int, radius: int) -> None:
     truth = np.stack([variance.averaged_moments(layer, radius) for layer in held])
     np.testing.assert_allclose(found[..., 0], truth[..., 0], rtol=1e-6)
     np.testing.assert_allclose(found[..., 1], truth[..., 1], rtol=2e-3, atol=1e-13)
+
+
+def test_moments_of_maps_that_are_kept_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorded: list[Any] = []
+    monkeypatch.setattr("airlight.scatter.march.variance.compute", lambda *what: recorded.append(what))
+    moments, texture = Moments(open_device()), depths(np.ones((1, 16, 16)))
+    for count, (radius, drawn) in zip((2, 0, 2, 2, 2), [(2, "a"), (2, "a"), (3, "a"), (3, "b"), (3, None)], strict=True):
+        recorded.clear()
+        moments.fit([texture])
+        moments.record(None, radius, [drawn])
+        assert len(recorded) == count
 
 
 def seen_by_variance(views: Any, heights: np.ndarray, points: np.ndarray, radius: int, cut: float) -> np.ndarray:

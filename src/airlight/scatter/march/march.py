@@ -71,6 +71,7 @@ class March:
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
+        self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
 
     @staticmethod
@@ -118,6 +119,7 @@ class March:
             self._fit_tiles()
         averaged = medium.march.shadow_filter == "variance" and not medium.exact
         self._radius = medium.march.variance_radius if averaged else None
+        self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
         self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
         self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
@@ -208,7 +210,7 @@ class March:
             compute(encoder, pipeline, bind, groups, "light table", timer)
         self._fills = []
         if self._radius is not None:
-            self._moments.record(encoder, self._radius, timer)
+            self._moments.record(encoder, self._radius, self._drawn, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
