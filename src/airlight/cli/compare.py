@@ -15,7 +15,6 @@ from airlight.cli.options import given
 from airlight.cli.shared import LIGHT, SCENE, check_source, flag_option, option, to_stdout
 from airlight.cli.types import Choice
 from airlight.errors import AirlightError
-from airlight.jobs.densities import put_densities
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
@@ -221,6 +220,8 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     more = {"lamps": request.adds_lamps, "up": o["up"]}
     stage = open_scene(source, o["environment"], o["seed"], o["animation"], o["scene_of_file"], **more)
     base = stage.settings | values
+    from airlight.jobs.densities import put_densities
+
     put_densities(stage, request.volume, request.particles, float(request.fps), build(base)[Medium].particle_cells)
     say_offer(stage, o["written"])
     for text in texts:  # before anything is drawn

@@ -2,7 +2,7 @@
 
 import functools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import click
@@ -12,8 +12,6 @@ from airlight.cli.options import F
 from airlight.cli.settings import recall
 from airlight.cli.types import Choice, NameOrFile
 from airlight.errors import AirlightError
-from airlight.jobs.particle_text import read_particle_text
-from airlight.jobs.volume_text import read_volume_text
 from airlight.messages import nearest, nearest_file
 from airlight.options import presets
 from airlight.options.storage import OUTPUTS, SUBSAMPLING
@@ -151,12 +149,15 @@ def medium_options(command: F) -> F:
 class DensityType(click.ParamType):
     """A volume, or particles, kept as they were written."""
 
-    def __init__(self, read: Callable[[str], Any]) -> None:
-        self.name, self._read = "density", read
+    def __init__(self, is_volume: bool) -> None:
+        self.name, self._is_volume = "density", is_volume
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from airlight.jobs.particle_text import read_particle_text
+        from airlight.jobs.volume_text import read_volume_text
+
         try:
-            self._read(value)
+            (read_volume_text if self._is_volume else read_particle_text)(value)
         except AirlightError as error:
             self.fail(str(error), param, ctx)
         return str(value)
@@ -167,7 +168,7 @@ def density_options(command: F) -> F:
     volume = option(
         "--volume",
         panel="Medium",
-        type=DensityType(read_volume_text),
+        type=DensityType(True),
         metavar="FILE",
         multiple=True,
         help='Density on a grid, a .vdb, .npz, .npy or .vol: "smoke.vdb;factor=2;blend=add;grid=density;scale=0.01;up=z"; of '
@@ -176,7 +177,7 @@ def density_options(command: F) -> F:
     particles = option(
         "--particles",
         panel="Medium",
-        type=DensityType(read_particle_text),
+        type=DensityType(False),
         metavar="FILE|NAME",
         multiple=True,
         help='Particles that thicken the air, a .csv, .npz or .ply, or points of the scene by name: "dust.csv;radius=0.2;density=1", '

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.jobs import tasks
-from airlight.jobs.densities import put_densities, refuse_without_medium
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.profile import Spent
@@ -271,6 +270,8 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    from airlight.jobs.densities import put_densities, refuse_without_medium
+
     if not method.lights_medium:
         refuse_without_medium(r.volume, r.particles, parameters.method)
     put_densities(stage, r.volume, r.particles, float(r.fps), built[Medium].particle_cells)
