@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 pytest.importorskip("pygfx")
+import validating
 from test_kept_maps import Hall
 
 from airlight.options import March
 from airlight.scatter.march import variance
+from airlight.scenes import open_scene
 
 SOFT = March(shadow_size=64, steps=16, cascades=2, shadow_filter="variance")
 
@@ -54,3 +56,29 @@ def test_a_lights_own_density_in_a_program() -> None:
     room.shafts.lights[:] = []
     assert np.abs(dark - room.picture()).max() < 1e-3
     assert dark.mean() < plain.mean() < dense.mean()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize(
+    ("name", "values", "factors"),
+    [
+        ("foliage-beside", {"sun_distance": 20.0, "sun_glow": 0.4, "sun_glow_size": 60.0}, (1.0, 1.0)),
+        ("foliage-view", {"sun_glow": 0.2, "sun_glow_size": 3.0, "fog": "exponential", "fog_depth": 4.0}, (2.0, 0.5)),
+        ("two-spots", {"fog": "linear", "fog_depth": 6.0}, (2.0, 0.25)),
+        ("cage", {"ambient": (0.02, 0.02, 0.03)}, (0.5, 3.0)),
+    ],
+)
+def test_a_picture_with_them_is_that_of_the_tracer(name: str, values: Any, factors: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """factors: density and extinction of the first light alone."""
+
+    def stage(name: str) -> Any:
+        made = open_scene(name)
+        made.lights[0].density, made.lights[0].extinction = factors
+        return made
+
+    monkeypatch.setattr(validating, "open_scene", stage)
+    drawn = validating.draw(name, 240, 135, **values)
+    assert (drawn.lamps[0].density, drawn.lamps[0].extinction) == factors
+    rmse, bias = validating.error(drawn.layer, *drawn.traced())
+    assert rmse < 0.01 and abs(bias) < 0.005
