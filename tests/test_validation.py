@@ -13,16 +13,17 @@ from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot, Studio
 
 
-@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp"])
+@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp", "smoke-spot", "mist-lamp"])
 def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
-    drawn = validating.draw(name, 96, 54, shadow_size=2048)
+    width = 64 if name in validating.VARYING else 96
+    drawn = validating.draw(name, width, width * 9 // 16, shadow_size=2048)
     rmse, bias = validating.error(drawn.layer, *drawn.traced())
     assert rmse < 0.0095 + 0.1 * edge_error()  # edges of shadows
     assert abs(bias) < 0.005
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("name", VALIDATION)
 def test_every_scene_is_that_of_the_tracer(name: str) -> None:
     drawn, truth, way = validating.exact(name)
@@ -32,8 +33,21 @@ def test_every_scene_is_that_of_the_tracer(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("name", validating.VARYING)
+def test_steps_come_nearer_by_half_as_they_double(name: str) -> None:
+    """16, 32, 64 in the middles of equal parts, from the exact walk."""
+    drawn = validating.exact(name)[0]
+    errors = []
+    for steps in (16, 32, 64):
+        found = validating.draw(name, *validating.VARYING_SIZE, steps=steps, jitter="midpoint")
+        errors.append(np.sqrt(np.mean((found.layer - drawn.layer) ** 2)) / drawn.layer.mean())
+    assert errors[1] < 0.55 * errors[0] and errors[2] < 0.55 * errors[1]
+
+
+@pytest.mark.slow
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("name", VALIDATION)
+@pytest.mark.parametrize("name", [name for name in VALIDATION if name not in validating.VARYING])
 def test_every_scene_is_that_of_mitsuba(name: str) -> None:
     for tracers in (False, True):
         found = validating.error_by_mitsuba(name, tracers)

@@ -18,6 +18,7 @@ from airlight.errors import AirlightError, warn
 from airlight.gpu.timing import run_ms
 from airlight.jobs.seen import doubt_of_medium
 from airlight.luminance import REC709_F32
+from airlight.medium.field import as_field
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.progress import SILENT, Work
@@ -55,6 +56,7 @@ class ComparedView:
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
+        self.fields = [field for field in map(as_field, first.shafts.fields) if field is not None]
         self.set_up = first.studio.set_up
         with self.set_up():
             self.punctual = punctual_lights(self.lights, self._exposure.pre)
@@ -78,7 +80,7 @@ class ComparedView:
 
     def resolved(self, v: Variant) -> ResolvedMedium:
         """Settle its medium, in the scale of what is drawn."""
-        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius, self.height)
+        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius, self.height, self.fields, self.moment[0])
         return medium if self._exposure is None else medium.exposed(self._exposure.pre)
 
     def replay(self, v: Variant) -> Replay:

@@ -25,7 +25,8 @@ EDGES = {
 }  # of fog_depth, above fog_base: ends of panels
 RULES = {count: np.polynomial.legendre.leggauss(count) for count in (2, 3, 4, 12)}
 NOISY_DEPTHS = 14.0  # of exponential fog, above which noise is not looked at: 1e-6 of a column is left there
-WAVE_PARTS = 2  # panels in the shortest wave of noise
+WAVE_PARTS = 2  # panels in the shortest wave of noise; twice as many where it is strong
+STRONG_NOISE = 2.5  # amplitude of the shortest waves, in the exponent
 BENT_PARTS = 4  # of a cell, where the least or greatest of two densities has kinks inside it
 SHADED_PARTS = 128  # of a ray through air that is in the shade of a grid, at most
 CHUNK = 400_000  # panels that are looked at together
@@ -148,7 +149,9 @@ def _crossings(start: Array, way: Array, medium: ResolvedMedium) -> Array:
     m = medium.settings
     if m.noise_amount > 0 and medium.air > 0:
         wave = medium.noise_size / 2 ** (m.noise_octaves - 1)
-        parts = np.maximum(np.linalg.norm(way, axis=1) * WAVE_PARTS / wave, 1)[:, None]
+        weakest = m.noise_amount / (2**m.noise_octaves - 1)
+        each = WAVE_PARTS * (1 if weakest <= STRONG_NOISE else 2) / wave
+        parts = np.maximum(np.linalg.norm(way, axis=1) * each, 1)[:, None]
         found.append(np.arange(1, np.ceil(parts.max(initial=1))) / parts)
     return np.concatenate(found, axis=1)
 

@@ -199,7 +199,7 @@ class Studio:
         self.ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
-        self.shafts.radius, self.shafts.doubts = stage.radius, False
+        self.shafts.radius, self.shafts.doubts, self.shafts.fields = stage.radius, False, list(stage.fields)
         self.shafts.pre_exposure = self.exposure.pre
         self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]

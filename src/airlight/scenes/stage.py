@@ -27,6 +27,7 @@ class Stage:
     None where it has none.
     measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
     file that gives them in lux and candela.
+    fields: densities that join its medium's, as LightShafts has them.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
@@ -41,6 +42,7 @@ class Stage:
     movable: SceneLight | None = None
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
+    fields: list[Any] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     pre_exposure: float = 1.0
     sky_sun: float | None = None
