@@ -195,7 +195,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if screen is not None:
             screen.fit(self, size, bool(seen), timer)
         # before any pass that reads them is recorded, since work in slices submits passes one by one
-        self._uniforms.write(self.region, self.composite, self.in_scene, self._follow(), self.exposure)
+        self._uniforms.write(
+            self.region, self.composite, self.in_scene, self._follow(), self.exposure, self.medium.extinction_share
+        )
         if medium is not None:
             medium.record(self, command_encoder, depth, timer)
         if screen is not None:

@@ -93,6 +93,8 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
         raise AirlightError("Mitsuba has no ambient light in a medium: set ambient to 0")
     if medium.settings.phase not in PHASES:
         raise AirlightError(f"Mitsuba has no phase function {medium.settings.phase}: take {', '.join(PHASES)}")
+    if medium.settings.sun_glow or medium.sun_reach < medium.max_distance:
+        raise AirlightError("Mitsuba's suns have no glow and no distance of their own: leave out sun_glow and sun_distance")
     if flat:
         raise AirlightError("the rays of a row have to meet in the eye: take a camera with perspective")
     if not paths.is_even(medium):
@@ -100,6 +102,8 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
     for light in lights:
         if type(light) not in EMITTERS:
             raise AirlightError(f"Mitsuba has no {light.word} light here: take {', '.join(kind.word for kind in EMITTERS)}")
+        if (light.density, light.extinction) != (1, 1):
+            raise AirlightError("Mitsuba has one medium for all lights: leave out their density and extinction")
         if light.attenuation_range():
             raise AirlightError("Mitsuba's lamps have no range: set it to 0")
         if isinstance(light, SpotLight) and light.outer > MAX_HALF_ANGLE:

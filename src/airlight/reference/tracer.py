@@ -17,7 +17,7 @@ from airlight.lights.punctual import PositionalLight, PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference import paths
-from airlight.reference.medium import Layer, transmittance, transmittance_integral
+from airlight.reference.medium import Layer, glow_between, transmittance, transmittance_integral
 from airlight.reference.medium import phase as phase_of
 
 Array = npt.NDArray[Any]
@@ -70,7 +70,9 @@ def layer(
             for light, (planes, corners, edges) in zip(lights, volumes):
                 chosen = np.flatnonzero(_in_beam(corners, beam, edges))
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
-                scattered = in_scattered(origin, ray, *lit(origin, ray, t, planes[chosen]), light, medium, along)
+                end = np.minimum(t, medium.sun_reach) if light.directional else t
+                own = light.own_medium(medium)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along)
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)
@@ -208,7 +210,9 @@ def in_scattered(
     else:
         parts, which = paths.directional(which, start, end, light, along)
     to_light, _, irradiance = light.incident(origin)
-    there = phase((ray * to_light).sum(axis=1), medium, light) * irradiance
+    glow = medium.settings.sun_glow
+    there = (1 - glow) * phase((ray * to_light).sum(axis=1), medium, light) + glow * glow_between(ray, to_light, medium.glow_concentration)
+    there = there * irradiance
     return power * there[:, None] * _summed(parts, which, len(ray))
 
 

@@ -23,11 +23,12 @@ class Stage:
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
     path: a line where something flies along, hidden until its `visible` is set, or None.
     glowing: names of the meshes that emit light, of a scene without lights of its own.
+    fields: densities that lie in its air, as LightShafts takes them; of those that follow a frame's number, frame 1 is at time 0, and there
+    are fps a second.
     pre_exposure: factor that its radiances are scaled by, see `scenes.exposure`. sky_sun: lux of a sun that its sky is in proportion to, or
     None where it has none.
     measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
     file that gives them in lux and candela.
-    fields: densities that join its medium's, as LightShafts has them.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
 
@@ -44,6 +45,7 @@ class Stage:
     glowing: tuple[str, ...] = ()
     fields: list[Any] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
+    fps: float = 24.0
     pre_exposure: float = 1.0
     sky_sun: float | None = None
     measured: bool = False

@@ -12,13 +12,14 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.march.shade import Shade
+from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade")
-WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SHADE = (f"scatter/march/{name}.wgsl" for name in SHADERS)
-FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
+SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade", "soften")
+WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SHADE, SOFTEN = (f"scatter/march/{name}.wgsl" for name in SHADERS)
+FILTERS = ("nearest", "pcf", "soft", "variance")  # numbered as in steps.wgsl
 BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
@@ -67,6 +68,10 @@ class March:
         self._varies = False
         self._tables: list[Any] = []  # a buffer each light, of what dims it
         self._fills: list[tuple[int, Any, tuple[int, int, int]]] = []  # lights whose tables are to be filled: the pipeline, and workgroups
+        self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
+        self._moments = Moments(device)
+        self._radius: int | None = None  # of the moments, where they are needed
+        self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -92,9 +97,11 @@ class March:
         width, height = self.pixels
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
-        self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
+        passes = _passes(lights, medium)
+        self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
+        self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
-        while len(self._lights) < max(len(lights), 1):
+        while len(self._lights) < len(passes):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
         if self._varies:
@@ -103,16 +110,32 @@ class March:
         if self._varies:
             self._varying.update(view, projection, self.size[0], medium)
         path = WALK if medium.exact else STEPS
-        if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
+        if path != self._path or len(passes) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
             self._binds.clear()
-        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lights] or [nothing]
+        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in passes]
         if medium.exact:
             self._fit_tiles()
-        self._names = [light.word for light, _ in lights] or ["ambient"]
-        self._pipelines, self._tables = [], [self._varying.voxels] * max(len(lights), 1)
-        for i, (light, shadow) in enumerate(lights):
+        averaged = medium.march.shadow_filter == "variance" and not medium.exact
+        self._radius = medium.march.variance_radius if averaged else None
+        self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
+        self._names = ["ambient" if light is None else light.word for light, _ in passes]
+        self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
+        self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
+        for i, (light, shadow) in enumerate(passes):
+            if light is None:
+                exact = {"EXACT": medium.exact} if self._varies else {}
+                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **exact))
+                continue
             self._begins.pop(i, None)
+            own = light.own_medium(medium)
+            if own is medium:
+                self._own_frames.pop(i, None)
+            else:
+                record = frame_record(view, projection, own, self.size, self.pixels)
+                if i not in self._own_frames:
+                    self._own_frames[i] = self.device.buffer(size=FRAME.itemsize, uniform=True)
+                self.device.queue.write_buffer(self._own_frames[i], 0, record.tobytes())
             shade = self._shade(i, light, medium, region) if self._varies else None
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
@@ -125,9 +148,6 @@ class March:
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
-        if not lights:
-            own = {"EXACT": medium.exact} if self._varies else {}
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **own))
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
@@ -168,10 +188,11 @@ class March:
         target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
-        light = self._lights[i]
+        light, frame = self._lights[i], self._own_frames.get(i, self._frame)
         varying = self._varying.record, self._varying.voxels, self._tables[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light, *varying)
+        exact = self._path == WALK
+        more = (self._tiles[i], light, *varying) if exact else (noise_texture(self.device), light, *varying, self._moments.views[i])
+        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
@@ -184,6 +205,8 @@ class March:
             )
             compute(encoder, pipeline, bind, groups, "light table", timer)
         self._fills = []
+        if self._radius is not None:
+            self._moments.record(encoder, self._radius, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
@@ -196,6 +219,10 @@ class March:
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+        for k in range(2 * self._softening[0]):  # along rows, then columns
+            pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1)
+            source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
+            compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "march soften", timer)
         if self.size == self.pixels and not self._varies:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
@@ -228,6 +255,15 @@ class March:
                 for row, down in parts(count, kind=(entry, size)):
                     self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
                     compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
+
+
+def _passes(
+    lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium
+) -> list[tuple[PunctualLight | None, Shadow | None]]:
+    """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to."""
+    ordered = sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
+    has_own = not ordered or (ordered[0][0].own_medium(medium) is not medium and bool(medium.ambient.any()))
+    return [*([(None, None)] if has_own else []), *ordered]
 
 
 def _spare(device: Device) -> Any:

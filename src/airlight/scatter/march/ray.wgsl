@@ -38,10 +38,18 @@ fn camera_ray_at(pixel: vec2u) -> Ray {
     return Ray(vec3f(frame.flat * at, 0.0), reach, along);
 }
 
+/// Find the length of the ray of a pixel of what is computed, from what was marched there: in alpha, but where density varies.
+fn marched_length(p: vec2i, found: vec4f) -> f32 {
+    if (!VARIES) { return found.a; }
+    return camera_ray(vec2u(p)).reach;
+}
+
 /// Evaluate what a directional light scatters into the ray along a metre of it, without extinction.
 /// Twin: reference/march.py:in_scatter_directional.
 fn in_scatter_directional(ray: Ray) -> vec3f {
-    return frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
+    let glow = frame.sun_glow * glow_between(ray.direction, light.position, frame.glow_concentration);
+    let spread = (1.0 - frame.sun_glow) * phase_between(ray.direction, light.position, light.lobes);
+    return frame.sigma_s * light.intensity * (spread + glow);
 }
 
 /// Measure a place's height above the fog's base, m. Twin: reference/march.py:height.

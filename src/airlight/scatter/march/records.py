@@ -22,8 +22,8 @@ def frame_record(view: Any, projection: Any, medium: ResolvedMedium, size: tuple
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
     out["size"], out["pixels"] = size, pixels
-    for name in FRAME.names or ():  # what is named as in the medium is the medium's: resolved, or as it is set
-        for holder in (medium, medium.settings):
+    for name in FRAME.names or ():  # what is named as in the medium is the medium's: resolved, or as it or its march is set
+        for holder in (medium, medium.settings, medium.march):
             if hasattr(holder, name):
                 out[name] = getattr(holder, name)
                 break
@@ -46,7 +46,7 @@ def light_record(
     out["lobes"] = medium.lobes(light.anisotropy)[1:]
     out["bias"], out["disc_tangent"] = medium.march.shadow_bias, light.disc_tangent(medium.march.sun_size)
     out["climb"] = view[:3, 1] @ out["position"]
-    out["blend"], out["steps"] = medium.march.cascade_blend, medium.steps
+    out["blend"], out["steps"] = medium.march.cascade_blend, medium.sun_steps if light.directional else medium.steps
     if shade is not None:
         out["shade_rows"] = shade.rows @ into
         out["shade_into"] = (view @ np.vstack([shade.into, [0, 0, 0, 1]]))[:3]

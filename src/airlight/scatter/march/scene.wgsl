@@ -19,6 +19,12 @@ struct Frame {
     fog_depth: f32,             // m
     fog_above: f32,             // density
     air: f32,                   // density of the air itself, that fog is a factor of, where the density varies; else 1
+    sun_reach: f32,             // m from the eye that suns light
+    sun_glow: f32,              // share of the glow around suns
+    glow_concentration: f32,    // its kappa
+    depth_sharpness: f32,       // of a neighbour's weight, by the relative difference of lengths
+    depth_threshold: f32,       // relative, from which on a neighbour shows something else
+    variance_cut: f32,          // visibility that counts as dark
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }

@@ -4,8 +4,10 @@
 //
 // A directional light's steps are equally long, and the integral of each is closed. A light with a position has steps of equal angles at
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
-// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
+// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
+// variance shadow maps (Donnelly and Lauritzen 2006).
 //! include "scatter/march/lights.wgsl"
+//! include "scatter/march/variance.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
@@ -14,6 +16,7 @@ override CASCADES: bool = false; // of a directional light, several
 
 const NEAREST = 0u;
 const PCF = 1u;
+const VARIANCE = 3u;
 const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
@@ -68,6 +71,7 @@ fn pcss(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
 fn visibility(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
     if (FILTER == NEAREST) { return shadow_test(i, floor(position), depth); }
     let at = select(position, floor(position) + 0.5, SNAP);
+    if (FILTER == VARIANCE) { return variance_visibility(i, at, depth); }
     if (FILTER == PCF || !DIRECTIONAL) { return pcf(i, at, depth); }
     return pcss(i, at, depth, turn);
 }
@@ -126,25 +130,27 @@ struct LampGroup {              // of steps
 }
 
 var<private> knot: Knot;        // at the end of the group before
+var<private> far_end: f32;      // m of the ray, up to where steps go
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
-fn divide_steps(ray: Ray, n: f32) {
-    stretch = vec4f(0.0, ray.reach, 0.0, n);
+fn divide_steps(far: f32, n: f32) {
+    far_end = far;
+    stretch = vec4f(0.0, far, 0.0, n);
     if (NOISE || GRIDS == 0u) { return; }
     var range = vec2f(3e38, 0.0);
     var i = 0u;
     loop {
         let one = grid_ranges[i];
-        range = select(range, vec2f(min(range.x, one.x), max(range.y, one.y)), one.y > one.x);
+        range = select(range, vec2f(min(range.x, one.x), max(range.y, min(one.y, far))), one.y > one.x);
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
     let group = group_size(0.0, n);
-    let outside = max(ray.reach - range.y + range.x, 0.0);
-    let spare = select(n - n * max(0.5, (range.y - range.x) / ray.reach), 0.0, frame.air == 0.0);
-    let ends = vec2f(range.x, ray.reach - range.y);
+    let outside = max(far - range.y + range.x, 0.0);
+    let spare = select(n - n * max(0.5, (range.y - range.x) / far), 0.0, frame.air == 0.0);
+    let ends = vec2f(range.x, far - range.y);
     let groups = max(round(ends * spare / (group * max(outside, 1e-20))), vec2f(1.0));
     let before = select(group * groups.x, 0.0, ends.x <= 0.0);
     let after = select(group * groups.y, 0.0, ends.y <= 0.0);
@@ -168,7 +174,7 @@ fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
 /// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
 fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
-    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, ray.reach, stretch) - o), 0.0, n);
+    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, far_end, stretch) - o), 0.0, n);
 }
 
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
@@ -202,8 +208,8 @@ fn fog_group(ray: Ray, t: f32) -> Group {
 /// some: there are steps in it.
 fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
     if (!VARIES) { return fog_group(ray, steps.z * each); }
-    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, ray.reach, stretch), some));
-    let along = step_length(ray, range.y, step_place(steps.y, n, ray.reach, stretch)).x;
+    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
+    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch)).x;
     let found = lit_part(ray, range.y, cursor.y, along);
     move_cursor(ray, range.y, along);
     return Group(found, -frame.sigma_t * passed);
@@ -226,7 +232,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
-    if (VARIES) { enter_light(ray, step_place(k, n, ray.reach, stretch), each); }
+    if (VARIES) { enter_light(ray, step_place(k, n, far_end, stretch), each); }
     if (FOG != EVEN && !VARIES) { begin_fog(ray, k * each, optical_length(ray, k * each)); }
     loop {
         // Begin a group of steps, or what is left of one step by step
@@ -243,7 +249,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         loop {
             // Look up the sample's visibility
             var sample = (k + o) * each;
-            if (VARIES) { sample = step_place(k + o, n, ray.reach, stretch); }
+            if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
             // Weigh it where cascades blend
@@ -348,12 +354,13 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (VARIES) { enter_field(ray); }
     if (VARIES && LIT) {
         enter_shade(ray);
-        divide_steps(ray, n);
+        divide_steps(select(ray.reach, min(ray.reach, frame.sun_reach), DIRECTIONAL), n);
     }
     if (LIT && DIRECTIONAL) {
         var total = vec3f(0.0);
-        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
-        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        let far = min(ray.reach, frame.sun_reach);
+        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
         sum += in_scatter_directional(ray) * total;
     } else if (LIT) {
         let nearest = nearest_approach(ray);

@@ -152,6 +152,7 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
         var nearest = vec2f(0.0);
         var range = vec2f(0.0, ray.reach);
         if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
+        if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach); }
         if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
         range.y = max(range.x, range.y);
         let full = full_cone_range(ray, range);
