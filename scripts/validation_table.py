@@ -31,6 +31,7 @@ VARYING = {
     "smoke-spot": "a volume in a spot's light through slats",
     "in-smoke": "the eye inside a volume",
     "drift": "noise, two spots",
+    "puffs": "particles, a point light in a cage",
 }
 STEPS = 2000, 500
 FEW_STEPS = 64, 32, 16

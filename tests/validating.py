@@ -16,7 +16,8 @@ from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.triangles import world_triangles
 
 SIZE = 480, 270
-VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift"  # media that vary in space
+# whose media vary in space
+VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs"
 VARYING_SIZE = 160, 90  # of their pictures, whose truth takes some ten times as long
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller
 SPP = {True: 1024, False: 6000}  # Mitsuba's rays of a pixel for a sun, and for a lamp, whose own way through the medium is a game of chance

@@ -207,8 +207,11 @@ def panels(which: Array, start: Array, end: Array, along: Lengths, count: int = 
     return row, low[row, column], high[row, column]
 
 
-def directional(which: Array, start: Array, end: Array, light: PunctualLight, along: Lengths) -> tuple[Array, Array]:
-    """Integrates density times transmittance, from the light to the eye, over lit segments: (m, 3) m, and (m,) their rays."""
+def directional(which: Array, start: Array, end: Array, light: PunctualLight, along: Lengths, sigma_t: Array) -> tuple[Array, Array]:
+    """Integrates density times transmittance, from the light to the eye, over lit segments: (m, 3) m, and (m,) their rays.
+
+    sigma_t: (3,) 1/m, of the light.
+    """
     medium = along.medium
     part, low, high = panels(which, start, end, along)
     which = which[part]
@@ -220,18 +223,18 @@ def directional(which: Array, start: Array, end: Array, light: PunctualLight, al
         rho = density(place, medium)
         some = rho > 0
         length = along.to(which[some], t[some]) + sun_length(place[some], towards, medium)
-        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * medium.sigma_t)
+        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * sigma_t)
     return total, which
 
 
-def lamp_factor(which: Array, t: Array, light: PositionalLight, along: Lengths) -> Array:
-    """Evaluates (n, 3) density at t along rays `which`, times transmittance from a lamp by way of there to the eye."""
+def lamp_factor(which: Array, t: Array, light: PositionalLight, along: Lengths, sigma_t: Array) -> Array:
+    """Evaluates (n, 3) density at t along rays `which`, times transmittance from a lamp by way of there to the eye. sigma_t: see above."""
     place = along.origin[which] + t[:, None] * along.ray[which]
     rho, found = density(place, along.medium), np.zeros((len(t), 3))
     some = rho > 0
     at = np.broadcast_to(np.asarray(light.position, float), place[some].shape)
     length = along.to(which[some], t[some]) + optical_length(place[some], at, along.medium)
-    found[some] = rho[some, None] * np.exp(-length[:, None] * along.medium.sigma_t)
+    found[some] = rho[some, None] * np.exp(-length[:, None] * sigma_t)
     return found
 
 

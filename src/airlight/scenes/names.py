@@ -20,6 +20,7 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "smoke-spot": ("slats", "room"),
     "in-smoke": ("dense", "front"),
     "drift": ("two-spots", "front"),
+    "puffs": ("cage", "room"),
 }
 MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
 FILES = (".glb", ".gltf", *MESHES)
