@@ -49,7 +49,7 @@ def _put(stage: "Stage", density: Any, cells: int) -> None:
 
 
 def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], method: str) -> None:
-    """Raise AirlightError for densities with a method that lights no medium."""
+    """Raise AirlightError for densities with a method that knows none."""
     given = "--volume" if volumes else "--particles" if particles else None
     if given is not None:
         raise AirlightError(f"{given} means nothing with method {method}: leave it out, or use --method march")
