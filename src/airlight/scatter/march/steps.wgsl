@@ -146,11 +146,15 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
-    let within = range.y - range.x;
-    let outside = max(far - within, 0.0);
-    let given = n * max(0.5, within / far);
-    let before = select((n - given) * range.x / outside, 0.0, outside <= 0.0);
-    stretch = select(stretch, vec4f(range, before, before + given), within > 0.0);
+    // In whole groups, since the sample of one stands for all of it; one where there is nothing
+    let group = group_size(0.0, n);
+    let outside = max(far - range.y + range.x, 0.0);
+    let spare = select(n - n * max(0.5, (range.y - range.x) / far), 0.0, frame.air == 0.0);
+    let ends = vec2f(range.x, far - range.y);
+    let groups = max(round(ends * spare / (group * max(outside, 1e-20))), vec2f(1.0));
+    let before = select(group * groups.x, 0.0, ends.x <= 0.0);
+    let after = select(group * groups.y, 0.0, ends.y <= 0.0);
+    stretch = select(stretch, vec4f(range, before, n - after), range.y > range.x && before + after < n);
 }
 
 /// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march_field.py:step_place.
