@@ -6,6 +6,7 @@ no table: the optical length from a light is integrated for each place that it i
 """
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -172,6 +173,12 @@ class Lengths:
         self.before = before - before[np.minimum(first, max(len(row) - 1, 0))][row] if len(row) else before
         self.scale = 2 * float(reach.max(initial=0)) + 1
         self.key = self.row * self.scale + self.low
+
+    def of(self, medium: ResolvedMedium) -> "Lengths":
+        """Gives the same lengths for a medium of the same density, as a light has it to itself."""
+        other = copy(self)
+        other.medium = medium
+        return other
 
     def to(self, which: Array, t: Array) -> Array:
         """Integrates (n,) density along rays `which` (n,) from the eye to t (n,): m."""

@@ -72,7 +72,7 @@ def layer(
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
                 end = np.minimum(t, medium.sun_reach) if light.directional else t
                 own = light.own_medium(medium)
-                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along and along.of(own))
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)
