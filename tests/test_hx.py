@@ -127,6 +127,14 @@ def test_suns_have_steps_of_their_own() -> None:
     assert np.array_equal(layer([sun], air(steps="exact", sun_steps=7)), layer([sun], air(steps="exact")))
 
 
+def test_lamps_too_far_away_cost_nothing() -> None:
+    march, pairs = March(open_device(), SIZE), [cast("spot"), cast("sun")]
+    far = air(ambient=(0.1, 0.1, 0.1), lamp_distance=1.0)
+    found = layer(pairs, far, march=march)
+    assert march._names == ["sun"]
+    assert np.array_equal(found, layer(pairs[1:], far)) and not np.array_equal(found, layer(pairs, air(ambient=(0.1, 0.1, 0.1))))
+
+
 # ---------------------------------------------------------------- a share of the dimming
 
 
