@@ -13,7 +13,7 @@ from pass_stage import PassStage  # noqa: E402
 
 from airlight.medium.particles import particle_mass  # noqa: E402
 from airlight.options import March, Medium, Parameters, SceneOptions  # noqa: E402
-from airlight.pygfx import LightShafts, ParticleField, SceneLight, undrawn  # noqa: E402
+from airlight.pygfx import LightShafts, ParticleField, SceneLight, private, undrawn  # noqa: E402
 
 SIZE, WIDTH = (64, 48), 8.0  # pixels, metres
 SIGMA = 0.4
@@ -49,7 +49,11 @@ class Stage(PassStage):
         with undrawn(shafts.fields):
             self.draw()
         light, clear = (self.texels(texture).astype(np.float64)[..., :3] for texture in (shafts.layer, shafts.transmittance))
-        return SimpleNamespace(light=light, depth=-np.log(clear[..., 0]), picture=self.texels(self.renderer._blender._textures["color"]))
+        return SimpleNamespace(light=light, depth=-np.log(clear[..., 0]), picture=self.picture())
+
+    def picture(self) -> np.ndarray:
+        """Give what is drawn before any effect."""
+        return self.texels(private.drawn(self.renderer))
 
     def mass(self, frame: SimpleNamespace) -> float:
         """Sum the optical depths over the picture's area: the mass of what lies in it."""
@@ -122,3 +126,15 @@ def test_a_method_of_even_air_knows_no_particles(stage: Stage) -> None:
         layers.append(stage.texels(shafts.layer))
     np.testing.assert_array_equal(*layers)
     assert layers[0].any()
+
+
+def test_a_density_of_almost_nothing_changes_nothing(stage: Stage) -> None:
+    """At the picture's corners too, in the last of several cascades, which ends nowhere."""
+    stage.camera = gfx.PerspectiveCamera(90, SIZE[0] / SIZE[1], depth_range=(0.1, 100))
+    stage.camera.local.position = (0, 0, 12)
+    lights = []
+    for fields in ([], [ParticleField([[0, 0, 0]], radius=1.0, density=1e-6, cells=16)]):
+        shafts = stage.shafts(fields, air=1.0, sigma_t=(0.02,) * 3)
+        shafts.parameters, shafts.march = Parameters(method="march", quality="normal"), March(steps=32, cascades=2)
+        lights.append(stage.frame(shafts).light)
+    np.testing.assert_allclose(lights[1], lights[0], rtol=0.05, atol=0.02 * lights[0].max())

@@ -174,7 +174,8 @@ fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
 /// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
 fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
-    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, far_end, stretch) - o), 0.0, n);
+    let t = min(beyond, 1e30) / max(-ray.direction.z, 1e-6); // the last cascade ends nowhere: what is no number comes of its infinity
+    return clamp(ceil(step_at(min(t, far_end), n, far_end, stretch) - o), 0.0, n);
 }
 
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
