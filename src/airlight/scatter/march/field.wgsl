@@ -169,12 +169,13 @@ fn move_cursor(ray: Ray, end: f32, length: f32) {
     }
 }
 
-/// Integrate density from the cursor over a step, whose sample is at `sample`: m; and the density at the sample.
-fn step_length(ray: Ray, end: f32, sample: f32) -> vec2f {
+/// Integrate density from the cursor over so many steps, whose sample is at `sample`: m; and the density at the sample, with the detail that
+/// is left over a step, since samples of pixels side by side lie at other places of all of them.
+fn step_length(ray: Ray, end: f32, sample: f32, steps: f32) -> vec2f {
     let long = end - cursor.x;
     let place = place_at(ray, sample);
     let even = mean_even_density(place_at(ray, cursor.x), place_at(ray, end));
-    let found = density(place, footprint(sample, long));
+    let found = density(place, footprint(sample, long / steps));
     return vec2f(long * max(even + found - even_density(place), 0.0), found);
 }
 
@@ -198,7 +199,7 @@ fn seek(ray: Ray, t: f32, each: f32) {
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
             let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
-            move_cursor(ray, end, step_length(ray, end, 0.5 * (cursor.x + end)).x);
+            move_cursor(ray, end, step_length(ray, end, 0.5 * (cursor.x + end), 1.0).x);
         }
         continuing { break if cursor.x >= t; }
     }

@@ -210,7 +210,7 @@ fn fog_group(ray: Ray, t: f32) -> Group {
 fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
     if (!VARIES) { return fog_group(ray, steps.z * each); }
     let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
-    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch)).x;
+    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch), steps.z - steps.x).x;
     let found = lit_part(ray, range.y, cursor.y, along);
     move_cursor(ray, range.y, along);
     return Group(found, -frame.sigma_t * passed);
@@ -279,13 +279,13 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
 }
 
 /// Find what lies along a group of steps of equal angles at a light with a position, which begins at one, has its sample at the second, and
-/// ends at the third; the cursor, which is where it begins, moves over it. some: there are steps in it.
-fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, some: bool) -> LampGroup {
+/// ends at the third; the cursor, which is where it begins, moves over it. steps: how many. some: there are any.
+fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, steps: f32, some: bool) -> LampGroup {
     let end = clamp(nearest.x + nearest.y * tangent(angles.z), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, end, some));
     let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, sample);
+    let along = step_length(ray, range.y, sample, steps);
     move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
@@ -325,7 +325,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         var stop = end;
         if (VARIES) {
             let size = group_size(k, n);
-            group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, k < end);
+            group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, size, k < end);
             stop = min(k + size, end);
         }
         loop {
