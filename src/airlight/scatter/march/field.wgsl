@@ -169,16 +169,18 @@ fn move_cursor(ray: Ray, end: f32, length: f32) {
     }
 }
 
-/// Integrate density from the cursor over a step, in so many equal pieces with a sample in each, at a part of it: m; and the mean density of
-/// the samples, less that of the air's closed form there.
-fn step_length(ray: Ray, end: f32, part: f32, pieces: f32) -> vec2f {
+/// Integrate density from the cursor over so many steps, in equal pieces with a sample in each, at a part of it: m; and the mean density of the
+/// samples, less that of the air's closed form there. Samples have the detail that is left over a step, since those of pixels side by side lie
+/// at other places of all steps.
+fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, steps: f32) -> vec2f {
     let piece = (end - cursor.x) / pieces;
+    let detail = (end - cursor.x) / steps;
     var more = 0.0;
     var k = 0.0;
     loop {
         let t = cursor.x + (k + part) * piece;
         let place = place_at(ray, t);
-        more += density(place, footprint(t, piece)) - even_density(place);
+        more += density(place, footprint(t, detail)) - even_density(place);
         k += 1.0;
         continuing { break if k >= pieces; }
     }
@@ -207,7 +209,7 @@ fn seek(ray: Ray, t: f32, each: f32) {
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
             let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
-            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0).x);
+            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, 1.0).x);
         }
         continuing { break if cursor.x >= t; }
     }

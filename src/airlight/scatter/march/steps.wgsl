@@ -231,7 +231,7 @@ fn pieces_of(end: f32, size: f32) -> f32 {
 fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: bool) -> Group {
     if (!VARIES) { return fog_group(ray, (k + size) * each); }
     let end = select(cursor.x, step_place(k + size, n, far_end, stretch), some);
-    let along = step_length(ray, end, o, pieces_of(end, size)).x;
+    let along = step_length(ray, end, o, pieces_of(end, size), size).x;
     let found = lit_part(ray, end, cursor.y, along);
     move_cursor(ray, end, along);
     return Group(found, -frame.sigma_t * passed);
@@ -301,7 +301,7 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, som
     let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, o, pieces_of(range.y, size));
+    let along = step_length(ray, range.y, o, pieces_of(range.y, size), size);
     move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
