@@ -11,6 +11,7 @@ from airlight.gpu.timing import Timer
 from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.pygfx.casters import Casters, height
 from airlight.pygfx.origin import current_origin
+from airlight.pygfx.private_panes import camera_data, use_camera
 from airlight.pygfx.punctual import punctual_lights
 from airlight.scatter.methods import METHODS
 from airlight.shadows import fit
@@ -30,10 +31,19 @@ class MediumState:
         self.casters = casters or Casters(device, scene)  # another size has the same pipelines
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
+        self._over: SceneLayer | None = None  # with what is seen through
 
     @property
     def layer(self) -> SceneLayer:
-        return SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+        return self._over or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+
+    def draw_panes(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
+        """Records the drawing of what is seen through onto the picture in its medium, and onto the layer; the picture, None: there is none."""
+        if not shafts.panes.held:
+            return None
+        shared = shafts.shared(color, depth, self.layer)
+        picture, self._over = shafts.panes.draw(shafts, encoder, self.march.profile, shared, self.layer, depth, timer)
+        return picture
 
     def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
         """Draws and submits the shadow maps for this frame, and records the march through the picture's depth."""
@@ -48,10 +58,17 @@ class MediumState:
             self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
+        camera = camera_data()
         shadows = casters.draw(view, projection, lights, medium, timer, gathered)
         share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
+        panes = shafts.panes if shafts.panes.held else None
+        share |= {"panes": True} if panes else {}
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
+        if panes:
+            panes.draw_spans(self.march, self.march.profile, projection, depth, shafts, timer)
+        use_camera(camera)  # of whoever draws on this encoder
         self.march.record(encoder, depth, timer)
+        self._over = None
 
     def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float) -> None:
         """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen. center, radius: of that, metres."""

@@ -10,6 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
+from airlight.scatter.march.profile import SPANS, Profile, layers
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
@@ -41,7 +42,8 @@ class March:
     """Integrates the light that a medium scatters, for pictures of a size (width, height).
 
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
-    of the ray in the medium, metres. transmittance: RGB, 0..1, of that length.
+    of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
+    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -49,7 +51,8 @@ class March:
         self.layer = device.texture(*pixels, "rgba32float")
         self.transmittance = device.texture(*pixels, "rgba32float")
         self.size = pixels
-        self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self.profile: Profile | None = None
         self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
@@ -76,16 +79,22 @@ class March:
         *,
         jitter: str = "blue",
         share: float = 1.0,
+        panes: bool = False,
     ) -> None:
         """Sets what the next `record` sees: matrices (4, 4), world to view space and view to clip space; lights with their shadow maps.
 
-        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at.
+        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at. panes: surfaces are
+        seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
         self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
-        self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
+        self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < max(len(lights), 1):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
+        if not panes:
+            self.profile = None
+        elif self.profile is None or not self.profile.fits(self.size, len(lights)):
+            self.profile = Profile(self.device, self.size, len(lights))
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
         path = WALK if medium.exact else STEPS
         if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
@@ -101,14 +110,14 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
-            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
+            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns, "PANES": panes}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
         if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog))
+            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog))
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -141,14 +150,24 @@ class March:
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
-        light = self._lights[i]
-        return self._bound(i, self._path, self._frame, light, depth, self._shadows[i], before, target, more, light)
+        light, profile = self._lights[i], self.profile
+        panes = _no_profile(self.device)
+        if profile is not None:
+            written, read = profile.textures[(last - i) % 2], profile.textures[(last - i + 1) % 2]
+            panes = profile.spans, panes[1] if read is written else read, written
+        return self._bound(i, self._path, self.frame, light, depth, self._shadows[i], before, target, more, light, *panes)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
+        if self.profile is not None:
+            alone = self.size == self.pixels
+            pipeline = self.device.pipeline(SPANS, "gather", ALONE=alone, MOST=self.profile.knots, **self._fog)
+            known = self.frame, self._lights[0], depth, self._shadows[0], _spare(self.device), self.layer
+            bind = self._bound("spans", SPANS, *known, self.profile.reaches, self.profile.spans)
+            compute(encoder, pipeline, bind, counts, "march spans", timer)
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
             done = 0
@@ -159,7 +178,7 @@ class March:
                     compute(encoder, pipeline, self._of_light(i, depth), (across, down), f"march {name}", timer)
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
-        bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+        bound: tuple[Any, ...] = (self.frame, self._lights[0], depth, self._shadows[0])
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
@@ -197,3 +216,11 @@ def _spare(device: Device) -> Any:
         device.kept["spare"] = device.texture(1, 1, "rgba32float", target=False)
         device.write(device.kept["spare"], np.zeros(4, np.float32).tobytes(), 16)
     return device.kept["spare"]
+
+
+def _no_profile(device: Device) -> tuple[Any, Any, Any]:
+    """Returns what is bound where no profile is read or written: of spans, a profile before, and one that is written."""
+    if "no profile" not in device.kept:
+        device.kept["no profile"] = _spare(device), layers(device, (1, 1), 2), layers(device, (1, 1), 2)
+    found: tuple[Any, Any, Any] = device.kept["no profile"]
+    return found

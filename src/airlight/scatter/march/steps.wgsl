@@ -5,7 +5,7 @@
 // A directional light's steps are equally long, and the integral of each is closed. A light with a position has steps of equal angles at
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
-//! include "scatter/march/lights.wgsl"
+//! include "scatter/march/parts.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
@@ -17,6 +17,7 @@ const PCF = 1u;
 const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
+const LEAST_STEPS = 4.0;        // of a part of a ray
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
@@ -113,8 +114,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var end = n;
     if (CASCADES) {
         let view = light.view[i];
-        if (i > 0u) { k = first_step(view.near - light.blend * (view.near - light.view[before].near), ahead, o, n); }
-        end = first_step(view.far, ahead, o, n);
+        if (i > 0u) { k = first_step(view.near - light.blend * (view.near - light.view[before].near) + ray.origin.z, ahead, o, n); }
+        end = first_step(view.far + ray.origin.z, ahead, o, n);
     }
     let fade = exp(-frame.sigma_t * each);
     let last = last_stretch(i, ray, 1.0);
@@ -126,7 +127,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         var share = visibility(i, at.xy, at.z, o);
         // Weigh it where cascades blend
         if (CASCADES) {
-            let away = (k + o) * ahead;
+            let away = (k + o) * ahead - ray.origin.z;
             let view = light.view[i];
             let last = light.view[before];
             let next = cascade_weight(away, view.near, view.far, light.blend);
@@ -168,6 +169,35 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     return total * each;
 }
 
+/// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
+fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    var n = f32(light_storage.steps);
+    let o = offset(pixel);
+    if (DIRECTIONAL) {
+        if (PANES) { n = clamp(ceil(n * ray.reach / max(around.y - around.x, 1e-20)), LEAST_STEPS, max(n, LEAST_STEPS)); }
+        var total = vec3f(0.0);
+        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
+        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        return in_scatter_directional(ray) * total;
+    }
+    let nearest = nearest_approach(ray);
+    var range = vec2f(0.0, ray.reach);
+    var whole = around;
+    if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    range.y = max(range.x, range.y);
+    let start = equiangular_angle(nearest, range.x);
+    let all = equiangular_angle(nearest, range.y) - start;
+    if (PANES) {
+        if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
+        let most = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
+        n = clamp(ceil(n * all / max(most, 1e-20)), LEAST_STEPS, max(n, LEAST_STEPS));
+    }
+    var sum = vec3f(0.0);
+    if (light_storage.views == 0u) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
+    for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
+    return sum;
+}
+
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
@@ -175,22 +205,6 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
     var sum = ambient_or_previous(pixel, ray);
-    let n = f32(light_storage.steps);
-    let o = offset(pixel);
-    if (LIT && DIRECTIONAL) {
-        var total = vec3f(0.0);
-        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
-        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
-        sum += in_scatter_directional(ray) * total;
-    } else if (LIT) {
-        let nearest = nearest_approach(ray);
-        var range = vec2f(0.0, ray.reach);
-        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-        range.y = max(range.x, range.y);
-        let start = equiangular_angle(nearest, range.x);
-        let each = (equiangular_angle(nearest, range.y) - start) / n;
-        if (light_storage.views == 0u) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
-        for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
-    }
+    if (PANES) { sum += march_parts(pixel, ray); } else if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, vec4f(sum, ray.reach));
 }

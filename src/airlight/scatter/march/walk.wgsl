@@ -3,7 +3,7 @@
 // border is met at most once, where the depth passes the texel's. Tiles of the two-level min-max depth hierarchy that are lit or dark from
 // end to end are passed over whole. Lit segments of t are collected, and their integrals are closed, or by quadrature: see lights.wgsl.
 // The DDA follows Amanatides and Woo 1987; the rest is our own.
-//! include "scatter/march/lights.wgsl"
+//! include "scatter/march/parts.wgsl"
 //! include "scatter/march/hierarchy.wgsl"
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
 
@@ -139,6 +139,32 @@ fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -
     return found;
 }
 
+/// Integrate what the light adds to a ray, or to a part of one.
+fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    var nearest = vec2f(0.0);
+    var range = vec2f(0.0, ray.reach);
+    if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
+    if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    range.y = max(range.x, range.y);
+    let full = full_cone_range(ray, range);
+    var total = vec3f(0.0);
+    segment_count = 0u;
+    if (light_storage.views == 0u) { push_segment(range.x, range.y); }
+    for (var i = 0u; i < light_storage.views; i++) {
+        var seen = range;
+        if (DIRECTIONAL) {
+            let ahead = max(-ray.direction.z, 1e-6);
+            let view = light.view[i];
+            seen = clamp((vec2f(view.near, view.far) + ray.origin.z) / ahead, range.xx, range.yy);
+        }
+        total += integrate_view(i, ray, nearest, full, seen);
+        if (segment_count >= MAX_SEGMENTS) { total += flush_segments(ray, nearest, full); }
+    }
+    total += flush_segments(ray, nearest, full);
+    if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
+    return total;
+}
+
 /// March the ray of a pixel exactly, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
@@ -146,29 +172,6 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
     var sum = ambient_or_previous(pixel, ray);
-    if (LIT) {
-        var nearest = vec2f(0.0);
-        var range = vec2f(0.0, ray.reach);
-        if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
-        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-        range.y = max(range.x, range.y);
-        let full = full_cone_range(ray, range);
-        var total = vec3f(0.0);
-        segment_count = 0u;
-        if (light_storage.views == 0u) { push_segment(range.x, range.y); }
-        for (var i = 0u; i < light_storage.views; i++) {
-            var seen = range;
-            if (DIRECTIONAL) {
-                let ahead = max(-ray.direction.z, 1e-6);
-                let view = light.view[i];
-                seen = min(vec2f(view.near, view.far) / ahead, range.yy);
-            }
-            total += integrate_view(i, ray, nearest, full, seen);
-            if (segment_count >= MAX_SEGMENTS) { total += flush_segments(ray, nearest, full); }
-        }
-        total += flush_segments(ray, nearest, full);
-        if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
-        sum += total;
-    }
+    if (PANES) { sum += march_parts(pixel, ray); } else if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, vec4f(sum, ray.reach));
 }

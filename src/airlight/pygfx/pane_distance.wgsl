@@ -1,0 +1,22 @@
+// Distance of fragments of what is seen through along the camera's rays. The numbers of group and bindings are put in by private_panes.py: they
+// follow those of pygfx's lights.
+struct PaneFog {
+    rays: vec4f,                // projection.py: eye_rays
+    depth: vec4f,               // projection.py: depth_terms
+    sigma_t: vec3f,             // 1/m
+    flat: f32,                  // 1 without perspective
+    size: vec2f,                // of the march
+    ratio: vec2f,               // of the picture's pixels to those of the march
+    shift: vec2f,               // pixels of the picture by which the march is sampled beside its pixels' middles
+    mix: f32,                   // share of in-scattered radiance that is added
+    extinction: f32,            // 1 where the medium attenuates surfaces, else 0
+}
+
+@group(9) @binding(90) var<uniform> pane_fog: PaneFog;
+
+/// Measure how far along the camera's ray a fragment lies, m. position: in a target of the camera's view, with its depth.
+fn pane_distance(position: vec3f) -> f32 {
+    let at = pane_fog.rays.xy * (position.xy / u_stdinfo.physical_size) + pane_fog.rays.zw;
+    let ahead = (pane_fog.depth.x * position.z + pane_fog.depth.y) / (pane_fog.depth.z * position.z + pane_fog.depth.w);
+    return max(ahead, 0.0) * select(sqrt(1.0 + dot(at, at)), 1.0, pane_fog.flat > 0.0);
+}

@@ -1,0 +1,18 @@
+// Ends of pygfx's own fragment shaders where only the distances of what is seen through are kept, by a maximum, and their number, by a sum. They are
+// drawn at the size of the march, and tested against the picture's depth at the pixels that it samples.
+//! include "pygfx/pane_distance.wgsl"
+@group(9) @binding(91) var pane_depths: texture_depth_2d;
+
+struct FragmentOutput {
+    // virtualfield position: vec4f = varyings.position;
+    @location(0) color: vec4<f32>,
+};
+
+/// Puts out (distance, -distance, 0, 1); called by pygfx.
+fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, position: vec4f) {
+    let pixels = textureDimensions(pane_depths);
+    let sampled = (2u * vec2u(position.xy) + 1u) * pixels / (2u * vec2u(pane_fog.size));
+    if (position.z > textureLoad(pane_depths, min(sampled, pixels - 1u), 0)) { discard; }
+    let t = min(pane_distance(position.xyz), 60000.0); // of half floats
+    (*outp).color = vec4f(t, -t, 0.0, 1.0);
+}

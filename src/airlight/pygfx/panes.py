@@ -1,0 +1,292 @@
+"""Draws what is seen through, glass and smoke sprites and soft edges, in the medium: pygfx draws the rest, the march keeps profiles of the rays on
+which it lies, and then its own shaders draw it over the fogged picture, each fragment fogged at its own distance. Nothing of the scene is touched.
+"""
+
+import weakref
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pygfx as gfx
+
+from airlight.composite.scene import SceneLayer
+from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
+from airlight.gpu.timing import Timer, compute, divide, timing
+from airlight.projection import depth_terms, eye_rays
+from airlight.pygfx import private, private_panes
+from airlight.pygfx.prepass import pattern, silhouette, solid
+from airlight.scatter.march.profile import Profile
+from airlight.scatter.methods import METHODS
+
+if TYPE_CHECKING:
+    from airlight.pygfx.effect import LightShafts
+
+FORMAT = "rgba16float"
+FOG = struct_dtype("pygfx/pane_distance.wgsl", "PaneFog")
+BEHIND, THROUGH = "composite/behind_panes.wgsl", "composite/through_panes.wgsl"
+OVER, PREMULTIPLIED, ADDED, TINT, VEIL, DARKEN, DARK_VEIL = range(7)  # numbered as in pane_fog.wgsl
+VEILS = {TINT: VEIL, DARKEN: DARK_VEIL}  # what is drawn after them
+MODES = {  # of factors of a fragment and of what is behind it
+    ("src-alpha", "one-minus-src-alpha"): OVER,
+    ("one", "one-minus-src-alpha"): PREMULTIPLIED,
+    ("src-alpha", "one"): ADDED,
+    ("one", "one"): ADDED,
+    ("zero", "src"): TINT,
+    ("dst", "zero"): TINT,
+    ("zero", "one-minus-src"): DARKEN,
+}
+UNIFORM: dict[str, Any] = {"buffer": {"type": "uniform"}}
+MAP: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float"}}
+MAPS: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}}
+DEPTH: dict[str, Any] = {"texture": {"sample_type": "depth"}}
+
+
+def mode_of(alpha: dict[str, Any]) -> int | None:
+    """Tells how a material's alpha_config blends; None where it does not, or as nothing that fog is known for."""
+    if alpha["method"] != "blended" or alpha.get("color_op", "add") != "add":
+        return None
+    return MODES.get((alpha["color_src"], alpha["color_dst"]))
+
+
+def is_seen_through(wobject: Any) -> bool:
+    """Tells whether one sees through an object, or a part of it. What pygfx blends by "auto" though all of it is there is solid."""
+    material = wobject.material
+    if isinstance(wobject, gfx.Background) or mode_of(material.alpha_config) is None:
+        return False
+    if material.alpha_mode != "auto":
+        return True
+    if isinstance(wobject, gfx.Mesh):
+        return not solid(wobject, material)
+    return bool(material.opacity < 1)
+
+
+def is_split(wobject: Any) -> bool:
+    """Tells whether an object's opaque fragments are drawn as solid ones: of a mesh that is blended over what is behind, where a map or
+    vertex colours decide on its alpha, and no alpha test does."""
+    material = wobject.material
+    if not isinstance(wobject, gfx.Mesh) or mode_of(material.alpha_config) != OVER or private.alpha_tested(material):
+        return False
+    return material.opacity >= 1 and getattr(getattr(material, "color", None), "a", 1.0) >= 1 and pattern(wobject, material)
+
+
+class _Fogged:
+    """Stands in for the blender of a renderer, `base`, where fogged fragments are drawn onto picture, layer, and what is picked."""
+
+    def __init__(self, base: Any, mode: int) -> None:
+        self.base, self.mode = base, mode
+        self.hash = f"airlight pane {mode} {base.hash}"
+
+    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
+        return {"alpha_method": alpha["method"], "fragment_output_code": "", "write_pick": pick and "pick" in self.base.texture_info}
+
+    def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
+        veils = self.mode in VEILS.values()
+        source, target = ("one", "one") if veils else (alpha["color_src"], alpha["color_dst"])
+        color = {"operation": "add", "src_factor": source, "dst_factor": target}
+        own = {"operation": alpha.get("alpha_op", "add"), "src_factor": alpha["alpha_src"], "dst_factor": alpha["alpha_dst"]}
+        marked = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
+        found = [
+            {"format": FORMAT, "blend": {"color": color, "alpha": own}, "write_mask": 7 if veils else 15},
+            {"format": FORMAT, "blend": {"color": color, "alpha": marked}, "write_mask": 15},
+        ]
+        picked = self.base.get_color_descriptors(pick and not veils, alpha)[1:]
+        return [*found, *picked]
+
+    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> Any:
+        return self.base.get_depth_descriptor(test, compare, write)
+
+
+class _Spans(private.Blender):
+    """Keeps the distances of what is seen through."""
+
+    def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
+        color = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
+        return [{"format": FORMAT, "blend": {"color": color, "alpha": {**color, "operation": "add"}}, "write_mask": 15}]
+
+    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> None:
+        return None
+
+
+class _Opaque:
+    """Stands in for the blender of a renderer, `base`, where the opaque fragments of what is blended are drawn as solid ones."""
+
+    def __init__(self, base: Any) -> None:
+        self.base, self.hash = base, f"airlight opaque {base.hash}"
+
+    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
+        return {"alpha_method": "opaque", "fragment_output_code": "", "write_pick": pick and "pick" in self.base.texture_info}
+
+    def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> Any:
+        return self.base.get_color_descriptors(pick, {"method": "opaque"})
+
+    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> Any:
+        return self.base.get_depth_descriptor(test, compare, True)
+
+
+class _Dithered(_Opaque):
+    """Stands in for the blender of a renderer, `base`, where what is blended is drawn fragment by fragment, or not, by its alpha."""
+
+    ALPHA = {"method": "stochastic", "pattern": "blue_noise", "seed": "element"}
+
+    def __init__(self, base: Any) -> None:
+        super().__init__(base)
+        self.hash = f"airlight dithered {base.hash}"
+
+    def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
+        found: dict[str, Any] = self.base.get_shader_kwargs(pick, self.ALPHA)
+        return found
+
+
+class Panes:
+    """Holds back what is seen through in a LightShafts' scene, while that lights a medium that is to be seen through it, and draws it.
+
+    held: of the last frame, (state, pipelines) in the order of their drawing.
+    """
+
+    def __init__(self, shafts: "LightShafts") -> None:
+        self._shafts = weakref.ref(shafts)
+        self.device: Device = shafts.device
+        self.held: list[tuple[Any, Any]] = []
+        self._objects: list[Any] = []
+        self._camera: Any = None
+        self._states: Any = weakref.WeakKeyDictionary()  # pygfx's render state -> what is drawn -> State
+        self._fog = self.device.buffer(size=FOG.itemsize, uniform=True)
+        self._spans: Any = weakref.WeakKeyDictionary()  # object -> material -> its pipelines
+        self._blender = _Spans("spans of panes", "pygfx/cast.wgsl")
+        self._span_state: Any = None
+        self._targets: tuple[Any, ...] = ()  # picture, blended layer, layer
+        self._depth: Any = None  # a copy, where something that is seen through writes it
+        private_panes.hold_back(shafts.renderer, self)
+
+    # ------------------------------------------------------------ what pygfx's renderer asks
+
+    def sort(self, scene: Any, objects: Sequence[Any], renderstate: Any) -> Any:
+        """Chooses how each object is drawn, as private_panes.hold_back asks; None: as pygfx draws it."""
+        self.held, self._objects = [], []
+        shafts = self._shafts()
+        if shafts is None or scene is not shafts.scene or not shafts.enabled or shafts not in shafts.renderer.effect_passes:
+            return None
+        way = shafts.medium.transparency if METHODS[shafts.parameters.method].has_units else "none"
+        if way == "none":
+            return None
+        found = []
+        for wobject in objects:
+            seen = is_seen_through(wobject)
+            if seen and way == "layers":
+                self._objects.append(wobject)
+            found.append(None if not seen else self._layers(wobject, renderstate) if way == "layers" else self._dither(wobject, renderstate))
+        return found if any(found) else None
+
+    def hold(self, held: list[tuple[Any, Any]], camera: Any) -> None:
+        self.held, self._camera = held, camera
+
+    def _layers(self, wobject: Any, base: Any) -> list[tuple[Any, str]]:
+        """Chooses to draw an object later, in the medium; what is opaque of it at once."""
+        mode, split = mode_of(wobject.material.alpha_config), is_split(wobject)
+        assert mode is not None
+        found = [(self._state(base, "opaque", lambda: private_panes.State(base, _Opaque(base.blender), _OPAQUE)), "solid")] if split else []
+        for one in (mode, VEILS.get(mode)):
+            if one is not None:
+                found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split)), "held"))
+        return found
+
+    def _dither(self, wobject: Any, base: Any) -> list[tuple[Any, str]] | None:
+        if mode_of(wobject.material.alpha_config) != OVER:
+            return None
+        return [(self._state(base, "dither", lambda: private_panes.State(base, _Dithered(base.blender))), "solid")]
+
+    def _state(self, base: Any, key: Any, make: Any) -> Any:
+        states = self._states.setdefault(base, {})
+        if key not in states:
+            states[key] = make()
+        return states[key]
+
+    # ------------------------------------------------------------ the frame
+
+    def draw_spans(self, march: Any, profile: Profile, projection: Any, depth: Any, shafts: "LightShafts", timer: Timer | None) -> None:
+        """Draws and submits the distances at which rays of a march meet what is held; before it is recorded."""
+        record = np.zeros((), FOG)
+        medium = shafts.resolved_medium
+        assert medium is not None
+        record["rays"], record["flat"] = eye_rays(projection)
+        record["depth"] = depth_terms(projection)
+        record["sigma_t"], record["size"] = medium.sigma_t, march.size
+        ratio = np.array(march.pixels) / march.size
+        middle = np.array(march.size) // 2
+        sampled = np.minimum((2 * middle + 1) * march.pixels // (2 * np.array(march.size)), np.array(march.pixels) - 1)
+        record["ratio"], record["shift"] = ratio, sampled + 0.5 - (middle + 0.5) * ratio
+        record["mix"] = 1.0 if shafts.composite.mix is None else shafts.composite.mix
+        record["extinction"] = float(shafts.medium.extinction)
+        self.device.queue.write_buffer(self._fog, 0, record.tobytes())
+        base = private.unlit(self._blender)
+        if self._span_state is None or self._span_state.base is not base:
+            self._span_state = private_panes.State(base, self._blender, _SPAN, (UNIFORM, DEPTH))
+        state = self._span_state
+        state.bind(self.device.binding(self._fog), depth.create_view())
+        drawn = []
+        for wobject in self._objects:
+            made = self._spans.setdefault(wobject, weakref.WeakKeyDictionary())
+            if wobject.material not in made:
+                made[wobject.material] = private.Pipelines(silhouette)
+            made[wobject.material].update(wobject, state)
+            drawn.append(made[wobject.material])
+            for bake in made[wobject.material].bakes:
+                bake(wobject, shafts.camera, shafts.renderer.logical_size)
+        private_panes.use_camera(self._camera, physical_size=march.size)
+        encoder = self.device.encoder()
+        target = {"view": profile.reaches.create_view(), "load_op": "clear", "store_op": "store", "clear_value": (-65504, -65504, 0, 0)}
+        run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "pane spans", encoder))
+        for pipelines in drawn:
+            pipelines.draw(run, state)
+        run.end()
+        self.device.submit(encoder)
+
+    def draw(
+        self, shafts: "LightShafts", encoder: Any, profile: Profile, shared: tuple[Any, ...], layer: SceneLayer, depth: Any, timer: Timer | None
+    ) -> tuple[Any, SceneLayer]:
+        """Records the drawing of what is held onto the picture in its medium: (the picture, its layer). shared: what
+        composite/scene.wgsl binds, bindings 0 to 8."""
+        device, size = self.device, depth.size[:2]
+        if not self._targets or self._targets[0].size[:2] != size:
+            self._targets = tuple(device.texture(*size, kind) for kind in (FORMAT, FORMAT, "rgba32float"))
+        picture, blended, over = self._targets
+        groups = -(-size[0] // 8), -(-size[1] // 8)
+        extinct = shafts.medium.extinction and layer.transmittance is not None
+        pipeline = device.pipeline(BEHIND, "behind", MEDIUM=True, EXTINCTION=extinct)
+        compute(encoder, pipeline, device.bind(BEHIND, *shared, picture, blended), groups, "panes", timer)
+        # Draw what is held
+        private_panes.use_camera(self._camera)
+        bound = device.binding(self._fog), profile.spans.create_view(), device.binding(profile.textures[0])
+        for state, _ in self.held:
+            state.bind(*bound)
+        targets = [{"view": one.create_view(), "load_op": "load", "store_op": "store"} for one in (picture, blended)]
+        pick = private_panes.pick_attachment(shafts.renderer)
+        targets += [pick] if pick is not None else []
+        attached = {"view": self._depth_for(depth, encoder).create_view(), "depth_load_op": "load", "depth_store_op": "store"}
+        run = encoder.begin_render_pass(color_attachments=targets, depth_stencil_attachment=attached, **timing(timer, "panes", encoder))
+        for state, containers in self.held:
+            for container in containers:
+                container.draw(run, state)
+        run.end()
+        divide(encoder)
+        pipeline = device.pipeline(THROUGH, "through")
+        compute(encoder, pipeline, device.bind(THROUGH, layer.radiance, blended, over), groups, "panes", timer)
+        return picture, SceneLayer(radiance=over, transmittance=layer.transmittance)
+
+    def _depth_for(self, depth: Any, encoder: Any) -> Any:
+        """Finds the depth that what is held is tested against: the picture's, or, where some of it writes depth, a copy."""
+        if not any(wobject.material.depth_write for wobject in self._objects):
+            return depth
+        if self._depth is None or self._depth.size != depth.size:
+            self._depth = self.device.device.create_texture(size=depth.size, format=depth.format, usage=depth.usage | self.device.wgpu.TextureUsage.COPY_DST)
+        encoder.copy_texture_to_texture({"texture": depth}, {"texture": self._depth}, depth.size)
+        return self._depth
+
+
+_SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.code_of("pygfx/pane_opaque.wgsl")
+
+
+def _fogged(base: Any, mode: int, split: bool) -> Any:
+    code = private_panes.code_of("pygfx/pane_fog.wgsl", PANE_MODE=f"{mode}u", PANE_SPLIT=str(split).lower())
+    return private_panes.State(base, _Fogged(base.blender, mode), code, (UNIFORM, MAP, MAPS))

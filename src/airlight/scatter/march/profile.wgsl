@@ -1,0 +1,29 @@
+// Profile of a camera ray before surfaces that are seen through: at knots along it, what is scattered in up to there, and the optical length.
+// Between two knots the medium counts as even, and as evenly lit.
+//! include "medium/transmittance.wgsl"
+
+struct Span {                   // of a ray's knots
+    first: f32,                 // m
+    last: f32,                  // m
+    count: f32,                 // of knots from first to last, evenly apart; one more lies at the ray's end
+    reach: f32,                 // m
+}
+
+/// Place the k-th knot of a span, m. Twin: reference/profile.py:knot.
+fn knot(span: Span, k: f32) -> f32 {
+    return select(mix(span.first, span.last, k / max(span.count - 1.0, 1.0)), span.reach, k >= span.count);
+}
+
+/// Find the knot, as a number, at or before which a distance lies; -1: before the first. Twin: reference/profile.py:knot_before.
+fn knot_before(span: Span, t: f32) -> f32 {
+    if (span.count == 0.0 || t < span.first) { return -1.0; }
+    let along = (t - span.first) / max(span.last - span.first, 1e-20);
+    return select(floor(along * (span.count - 1.0)), span.count - 1.0, t >= span.last);
+}
+
+/// Interpolate (in-scattered radiance, optical length) at a share of the way between two knots. Twin: reference/profile.py:between_knots.
+fn between_knots(a: vec4f, b: vec4f, share: f32, sigma_t: vec3f) -> vec4f {
+    let all = b.a - a.a;
+    let part = share * mean_transmittance(sigma_t * (share * all)) / mean_transmittance(sigma_t * all);
+    return vec4f(a.rgb + part * (b.rgb - a.rgb), a.a + share * all);
+}
