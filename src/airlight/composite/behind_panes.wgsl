@@ -1,16 +1,19 @@
-// The picture and its layer before what is seen through is drawn over both, as half floats, which can be blended onto; and the layer after that.
+// The picture and its layer before what is seen through is drawn over both, in formats that can be blended onto.
+//! include "wgsl/fullscreen.wgsl"
 //! include "composite/scene.wgsl"
 @group(0) @binding(0) var<uniform> view: SceneUniforms;
 @group(0) @binding(7) var<storage, read> balance: array<f32>;
-@group(0) @binding(9) var picture: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(10) var blended: texture_storage_2d<rgba16float, write>;
 
-/// Write a pixel of the picture in its medium, and of the layer: alpha 0, which marks what nothing is blended onto.
-@compute @workgroup_size(8, 8)
-fn behind(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= textureDimensions(scene))) { return; }
-    let p = vec2i(id.xy);
+struct Behind {
+    @location(0) picture: vec4f,
+    @location(1) layer: vec4f,
+}
+
+/// Put out a pixel of the picture in its medium, and of the layer: alpha 0, which marks what nothing is blended onto.
+@fragment
+fn behind(@builtin(position) position: vec4f) -> Behind {
+    let p = vec2i(position.xy);
     let result = composited(p);
-    textureStore(picture, p, vec4f(min(result.rgb, vec3f(65504.0)), select(1.0, textureLoad(scene, p, 0).a, result.a == 0.0)));
-    textureStore(blended, p, vec4f(min(textureLoad(aside, p, 0).rgb, vec3f(65504.0)), 0.0));
+    let alpha = select(1.0, textureLoad(scene, p, 0).a, result.a == 0.0);
+    return Behind(vec4f(min(result.rgb, vec3f(65504.0)), alpha), vec4f(min(textureLoad(aside, p, 0).rgb, vec3f(65504.0)), 0.0));
 }

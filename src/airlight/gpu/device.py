@@ -19,7 +19,7 @@ CURE = {
     "darwin": "Metal is part of macOS: update it, or run outside a container",
     "win32": "update the graphics driver",
 }
-WANTED_FEATURES = ("timestamp-query", "float32-filterable")
+WANTED_FEATURES = ("timestamp-query", "float32-filterable", "float32-blendable")
 
 
 def cure() -> str:
@@ -148,23 +148,33 @@ class Device:
             return self._pipelines[key]
 
     def raster(
-        self, path: str, corners: str, pixels: str, format: str = "rgba16float", *, blend: Any = None, depth: Any = None, **constants: float
+        self,
+        path: str,
+        corners: str,
+        pixels: str,
+        format: str = "rgba16float",
+        *,
+        also: str | None = None,
+        blend: Any = None,
+        depth: Any = None,
+        **constants: float,
     ) -> Any:
         """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
 
-        blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
+        also: the format of a second image. blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
         """
-        key = (path, corners, pixels, format, str(blend), str(depth), tuple(sorted(constants.items())))
+        key = (path, corners, pixels, format, also, str(blend), str(depth), tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
                 return self._pipelines[key]
             module, _, layout = self._module(path)
             overrides = {k: float(v) for k, v in constants.items()}
-            target = {"format": format} if blend is None else {"format": format, "blend": blend}
+            targets: list[dict[str, Any]] = [{"format": format} if blend is None else {"format": format, "blend": blend}]
+            targets += [{"format": also}] if also else []
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": overrides, "targets": [target]},
+                fragment={"module": module, "entry_point": pixels, "constants": overrides, "targets": targets},
                 primitive={"topology": "triangle-list"},
                 depth_stencil=depth,
                 label=f"{path}:{pixels}",

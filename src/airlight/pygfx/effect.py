@@ -14,7 +14,7 @@ import wgpu
 from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
 from airlight.composite.view import check as check_view
 from airlight.errors import AirlightError
-from airlight.gpu.device import Device
+from airlight.gpu.device import WANTED_FEATURES, Device
 from airlight.gpu.timing import Timer, divide
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
@@ -35,12 +35,13 @@ def _device(device: Any) -> Device:
 
 
 def enable_timing() -> bool:
-    """Let pygfx's device measure times, for `profile`; called before anything of pygfx is on the GPU. False: too late, or none can."""
+    """Let pygfx's device measure times, for `profile`, and blend what is seen through in single precision; called before anything of pygfx is on
+    the GPU. False: too late, or none can."""
     adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
     if "timestamp-query" not in adapter.features:
         return False
     try:
-        gfx.renderers.wgpu.enable_wgpu_features("timestamp-query")
+        gfx.renderers.wgpu.enable_wgpu_features(*(name for name in WANTED_FEATURES if name in adapter.features))
     except RuntimeError:  # the device is there already
         return False
     return True

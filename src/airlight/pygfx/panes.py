@@ -73,8 +73,8 @@ def is_split(wobject: Any) -> bool:
 class _Fogged:
     """Stands in for the blender of a renderer, `base`, where fogged fragments are drawn onto picture, layer, and what is picked."""
 
-    def __init__(self, base: Any, mode: int) -> None:
-        self.base, self.mode = base, mode
+    def __init__(self, base: Any, mode: int, format: str) -> None:
+        self.base, self.mode, self.format = base, mode, format
         self.hash = f"airlight pane {mode} {base.hash}"
 
     def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class _Fogged:
         own = {"operation": alpha.get("alpha_op", "add"), "src_factor": alpha["alpha_src"], "dst_factor": alpha["alpha_dst"]}
         marked = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
         found = [
-            {"format": FORMAT, "blend": {"color": color, "alpha": own}, "write_mask": 7 if veils else 15},
+            {"format": self.format, "blend": {"color": color, "alpha": own}, "write_mask": 7 if veils else 15},
             {"format": FORMAT, "blend": {"color": color, "alpha": marked}, "write_mask": 15},
         ]
         picked = self.base.get_color_descriptors(pick and not veils, alpha)[1:]
@@ -188,7 +188,7 @@ class Panes:
         found = [(self._state(base, "opaque", lambda: private_panes.State(base, _Opaque(base.blender), _OPAQUE)), "solid")] if split else []
         for one in (mode, VEILS.get(mode)):
             if one is not None:
-                found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split)), "held"))
+                found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split, _picture_format(self.device))), "held"))
         return found
 
     def _dither(self, wobject: Any, base: Any) -> list[tuple[Any, str]] | None:
@@ -249,18 +249,23 @@ class Panes:
         composite/scene.wgsl binds, bindings 0 to 8."""
         device, size = self.device, depth.size[:2]
         if not self._targets or self._targets[0].size[:2] != size:
-            self._targets = tuple(device.texture(*size, kind) for kind in (FORMAT, FORMAT, "rgba32float"))
+            self._targets = tuple(device.texture(*size, kind) for kind in (_picture_format(device), FORMAT, "rgba32float"))
         picture, blended, over = self._targets
-        groups = -(-size[0] // 8), -(-size[1] // 8)
+        targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store"} for one in (picture, blended)]
         extinct = shafts.medium.extinction and layer.transmittance is not None
-        pipeline = device.pipeline(BEHIND, "behind", MEDIUM=True, EXTINCTION=extinct)
-        compute(encoder, pipeline, device.bind(BEHIND, *shared, picture, blended), groups, "panes", timer)
+        pipeline = device.raster(BEHIND, "cover", "behind", picture.format, also=FORMAT, MEDIUM=True, EXTINCTION=extinct)
+        run = encoder.begin_render_pass(color_attachments=targets, **timing(timer, "panes", encoder))
+        run.set_pipeline(pipeline)
+        run.set_bind_group(0, device.bind(BEHIND, *shared))
+        run.draw(3)
+        run.end()
+        divide(encoder)
         # Draw what is held
         private_panes.use_camera(self._camera)
         bound = device.binding(self._fog), profile.spans.create_view(), device.binding(profile.textures[0])
         for state, _ in self.held:
             state.bind(*bound)
-        targets = [{"view": one.create_view(), "load_op": "load", "store_op": "store"} for one in (picture, blended)]
+        targets = [{**target, "load_op": "load"} for target in targets]
         pick = private_panes.pick_attachment(shafts.renderer)
         targets += [pick] if pick is not None else []
         attached = {"view": self._depth_for(depth, encoder).create_view(), "depth_load_op": "load", "depth_store_op": "store"}
@@ -270,7 +275,7 @@ class Panes:
                 container.draw(run, state)
         run.end()
         divide(encoder)
-        pipeline = device.pipeline(THROUGH, "through")
+        pipeline, groups = device.pipeline(THROUGH, "through"), (-(-size[0] // 8), -(-size[1] // 8))
         compute(encoder, pipeline, device.bind(THROUGH, layer.radiance, blended, over), groups, "panes", timer)
         return picture, SceneLayer(radiance=over, transmittance=layer.transmittance)
 
@@ -287,6 +292,11 @@ class Panes:
 _SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.code_of("pygfx/pane_opaque.wgsl")
 
 
-def _fogged(base: Any, mode: int, split: bool) -> Any:
+def _picture_format(device: Device) -> str:
+    """Chooses the format of the picture that is blended onto: with enough digits, where the device blends them."""
+    return "rgba32float" if "float32-blendable" in device.device.features else FORMAT
+
+
+def _fogged(base: Any, mode: int, split: bool, format: str) -> Any:
     code = private_panes.code_of("pygfx/pane_fog.wgsl", PANE_MODE=f"{mode}u", PANE_SPLIT=str(split).lower())
-    return private_panes.State(base, _Fogged(base.blender, mode), code, (UNIFORM, MAP, MAPS))
+    return private_panes.State(base, _Fogged(base.blender, mode, format), code, (UNIFORM, MAP, MAPS))
