@@ -148,29 +148,21 @@ class Device:
             return self._pipelines[key]
 
     def raster(
-        self,
-        path: str,
-        corners: str,
-        pixels: str,
-        format: str = "rgba16float",
-        *,
-        also: str | None = None,
-        blend: Any = None,
-        depth: Any = None,
-        **constants: float,
+        self, path: str, corners: str, pixels: str, format: str = "rgba16float", *, blend: Any = None, depth: Any = None, **constants: float
     ) -> Any:
-        """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
+        """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces,
+        or onto several, their formats with + between.
 
-        also: the format of a second image. blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
+        blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
         """
-        key = (path, corners, pixels, format, also, str(blend), str(depth), tuple(sorted(constants.items())))
+        key = (path, corners, pixels, format, str(blend), str(depth), tuple(sorted(constants.items())))
         with self._lock:
             if key in self._pipelines:
                 return self._pipelines[key]
             module, _, layout = self._module(path)
             overrides = {k: float(v) for k, v in constants.items()}
-            targets: list[dict[str, Any]] = [{"format": format} if blend is None else {"format": format, "blend": blend}]
-            targets += [{"format": also}] if also else []
+            mixed = {} if blend is None else {"blend": blend}
+            targets = [{"format": one, **mixed} for one in format.split("+")]
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},

@@ -35,8 +35,8 @@ def _device(device: Any) -> Device:
 
 
 def enable_timing() -> bool:
-    """Let pygfx's device measure times, for `profile`, and blend what is seen through in single precision; called before anything of pygfx is on
-    the GPU. False: too late, or none can."""
+    """Let pygfx's device measure times, for `profile`, and blend what is seen through in single precision; called before anything of pygfx
+    is on the GPU. False: too late, or none can."""
     adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
     if "timestamp-query" not in adapter.features:
         return False

@@ -38,11 +38,11 @@ class MediumState:
         return self._over or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
 
     def draw_panes(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
-        """Records the drawing of what is seen through onto the picture in its medium, and onto the layer; the picture, None: there is none."""
+        """Records the drawing of what is seen through onto the picture in its medium, and onto the layer; returns the picture, None where
+        there is no such thing."""
         if not shafts.panes.held:
             return None
-        shared = shafts.shared(color, depth, self.layer)
-        picture, self._over = shafts.panes.draw(shafts, encoder, self.march.profile, shared, self.layer, depth, timer)
+        picture, self._over = shafts.panes.draw(shafts, encoder, self.march.profile, color, depth, self.layer, timer)
         return picture
 
     def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
@@ -65,7 +65,7 @@ class MediumState:
         share |= {"panes": True} if panes else {}
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         if panes:
-            panes.draw_spans(self.march, self.march.profile, projection, depth, shafts, timer)
+            panes.draw_spans(shafts, self.march, projection, depth, timer)
         use_camera(camera)  # of whoever draws on this encoder
         self.march.record(encoder, depth, timer)
         self._over = None

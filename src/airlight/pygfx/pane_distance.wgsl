@@ -1,5 +1,6 @@
-// Distance of fragments of what is seen through along the camera's rays. The numbers of group and bindings are put in by private_panes.py: they
-// follow those of pygfx's lights.
+// The camera and its medium, as the shaders of what is seen through know them. The numbers of group and bindings are put in by private_panes.py:
+// they follow those of pygfx's lights.
+//! include "scatter/march/profile.wgsl"
 struct PaneFog {
     rays: vec4f,                // projection.py: eye_rays
     depth: vec4f,               // projection.py: depth_terms
@@ -16,7 +17,5 @@ struct PaneFog {
 
 /// Measure how far along the camera's ray a fragment lies, m. position: in a target of the camera's view, with its depth.
 fn pane_distance(position: vec3f) -> f32 {
-    let at = pane_fog.rays.xy * (position.xy / u_stdinfo.physical_size) + pane_fog.rays.zw;
-    let ahead = (pane_fog.depth.x * position.z + pane_fog.depth.y) / (pane_fog.depth.z * position.z + pane_fog.depth.w);
-    return max(ahead, 0.0) * select(sqrt(1.0 + dot(at, at)), 1.0, pane_fog.flat > 0.0);
+    return ray_distance(position.xy / u_stdinfo.physical_size, position.z, pane_fog.rays, pane_fog.depth, pane_fog.flat);
 }

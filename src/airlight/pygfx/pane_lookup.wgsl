@@ -1,5 +1,4 @@
 // Looks up the medium before a fragment of what is seen through, in the profiles of the rays around it.
-//! include "scatter/march/profile.wgsl"
 //! include "pygfx/pane_distance.wgsl"
 @group(9) @binding(91) var pane_spans: texture_2d<f32>;
 @group(9) @binding(92) var pane_profile: texture_2d_array<f32>;

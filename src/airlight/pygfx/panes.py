@@ -1,5 +1,6 @@
-"""Draws what is seen through, glass and smoke sprites and soft edges, in the medium: pygfx draws the rest, the march keeps profiles of the rays on
-which it lies, and then its own shaders draw it over the fogged picture, each fragment fogged at its own distance. Nothing of the scene is touched.
+"""Draws what is seen through, as glass, smoke and soft edges, in the medium: pygfx draws the rest, the march keeps profiles of the rays
+that meet it, and then pygfx's own shaders draw it over the fogged picture, each fragment fogged at its own distance. Nothing of the scene
+is touched.
 """
 
 import weakref
@@ -36,6 +37,7 @@ MODES = {  # of factors of a fragment and of what is behind it
     ("dst", "zero"): TINT,
     ("zero", "one-minus-src"): DARKEN,
 }
+NOTHING = (-65504, -65504, 0, 0)  # of spans
 UNIFORM: dict[str, Any] = {"buffer": {"type": "uniform"}}
 MAP: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float"}}
 MAPS: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}}
@@ -74,6 +76,7 @@ class _Fogged:
     """Stands in for the blender of a renderer, `base`, where fogged fragments are drawn onto picture, layer, and what is picked."""
 
     def __init__(self, base: Any, mode: int, format: str) -> None:
+        """format: of picture and layer."""
         self.base, self.mode, self.format = base, mode, format
         self.hash = f"airlight pane {mode} {base.hash}"
 
@@ -88,7 +91,7 @@ class _Fogged:
         marked = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
         found = [
             {"format": self.format, "blend": {"color": color, "alpha": own}, "write_mask": 7 if veils else 15},
-            {"format": FORMAT, "blend": {"color": color, "alpha": marked}, "write_mask": 15},
+            {"format": self.format, "blend": {"color": color, "alpha": marked}, "write_mask": 15},
         ]
         picked = self.base.get_color_descriptors(pick and not veils, alpha)[1:]
         return [*found, *picked]
@@ -175,20 +178,21 @@ class Panes:
             seen = is_seen_through(wobject)
             if seen and way == "layers":
                 self._objects.append(wobject)
-            found.append(None if not seen else self._layers(wobject, renderstate) if way == "layers" else self._dither(wobject, renderstate))
+            draws = self._layers if way == "layers" else self._dither
+            found.append(draws(wobject, renderstate) if seen else None)
         return found if any(found) else None
 
     def hold(self, held: list[tuple[Any, Any]], camera: Any) -> None:
         self.held, self._camera = held, camera
 
-    def _layers(self, wobject: Any, base: Any) -> list[tuple[Any, str]]:
+    def _layers(self, wobject: Any, base: Any) -> list[tuple[Any, str]] | None:
         """Chooses to draw an object later, in the medium; what is opaque of it at once."""
         mode, split = mode_of(wobject.material.alpha_config), is_split(wobject)
         assert mode is not None
-        found = [(self._state(base, "opaque", lambda: private_panes.State(base, _Opaque(base.blender), _OPAQUE)), "solid")] if split else []
-        for one in (mode, VEILS.get(mode)):
-            if one is not None:
-                found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split, _picture_format(self.device))), "held"))
+        opaque = self._state(base, "opaque", lambda: private_panes.State(base, _Opaque(base.blender), _OPAQUE))
+        found = [(opaque, "solid")] if split else []
+        for one in (mode, *([VEILS[mode]] if mode in VEILS else ())):
+            found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split, self.device)), "held"))
         return found
 
     def _dither(self, wobject: Any, base: Any) -> list[tuple[Any, str]] | None:
@@ -204,7 +208,7 @@ class Panes:
 
     # ------------------------------------------------------------ the frame
 
-    def draw_spans(self, march: Any, profile: Profile, projection: Any, depth: Any, shafts: "LightShafts", timer: Timer | None) -> None:
+    def draw_spans(self, shafts: "LightShafts", march: Any, projection: Any, depth: Any, timer: Timer | None) -> None:
         """Draws and submits the distances at which rays of a march meet what is held; before it is recorded."""
         record = np.zeros((), FOG)
         medium = shafts.resolved_medium
@@ -235,7 +239,7 @@ class Panes:
                 bake(wobject, shafts.camera, shafts.renderer.logical_size)
         private_panes.use_camera(self._camera, physical_size=march.size)
         encoder = self.device.encoder()
-        target = {"view": profile.reaches.create_view(), "load_op": "clear", "store_op": "store", "clear_value": (-65504, -65504, 0, 0)}
+        target = {"view": march.profile.reaches.create_view(), "load_op": "clear", "store_op": "store", "clear_value": NOTHING}
         run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "pane spans", encoder))
         for pipelines in drawn:
             pipelines.draw(run, state)
@@ -243,20 +247,20 @@ class Panes:
         self.device.submit(encoder)
 
     def draw(
-        self, shafts: "LightShafts", encoder: Any, profile: Profile, shared: tuple[Any, ...], layer: SceneLayer, depth: Any, timer: Timer | None
+        self, shafts: "LightShafts", encoder: Any, profile: Profile, color: Any, depth: Any, layer: SceneLayer, timer: Timer | None
     ) -> tuple[Any, SceneLayer]:
-        """Records the drawing of what is held onto the picture in its medium: (the picture, its layer). shared: what
-        composite/scene.wgsl binds, bindings 0 to 8."""
+        """Records the drawing of what is held onto the picture in its medium: (the picture, its layer)."""
         device, size = self.device, depth.size[:2]
         if not self._targets or self._targets[0].size[:2] != size:
-            self._targets = tuple(device.texture(*size, kind) for kind in (_picture_format(device), FORMAT, "rgba32float"))
+            width, height = size
+            self._targets = tuple(device.texture(width, height, kind) for kind in (_format(device), _format(device), "rgba32float"))
         picture, blended, over = self._targets
         targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store"} for one in (picture, blended)]
         extinct = shafts.medium.extinction and layer.transmittance is not None
-        pipeline = device.raster(BEHIND, "cover", "behind", picture.format, also=FORMAT, MEDIUM=True, EXTINCTION=extinct)
+        pipeline = device.raster(BEHIND, "cover", "behind", f"{picture.format}+{blended.format}", MEDIUM=True, EXTINCTION=extinct)
         run = encoder.begin_render_pass(color_attachments=targets, **timing(timer, "panes", encoder))
         run.set_pipeline(pipeline)
-        run.set_bind_group(0, device.bind(BEHIND, *shared))
+        run.set_bind_group(0, device.bind(BEHIND, *shafts.shared(color, depth, layer)))
         run.draw(3)
         run.end()
         divide(encoder)
@@ -284,7 +288,8 @@ class Panes:
         if not any(wobject.material.depth_write for wobject in self._objects):
             return depth
         if self._depth is None or self._depth.size != depth.size:
-            self._depth = self.device.device.create_texture(size=depth.size, format=depth.format, usage=depth.usage | self.device.wgpu.TextureUsage.COPY_DST)
+            usage = depth.usage | self.device.wgpu.TextureUsage.COPY_DST
+            self._depth = self.device.device.create_texture(size=depth.size, format=depth.format, usage=usage)
         encoder.copy_texture_to_texture({"texture": depth}, {"texture": self._depth}, depth.size)
         return self._depth
 
@@ -292,11 +297,12 @@ class Panes:
 _SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.code_of("pygfx/pane_opaque.wgsl")
 
 
-def _picture_format(device: Device) -> str:
-    """Chooses the format of the picture that is blended onto: with enough digits, where the device blends them."""
-    return "rgba32float" if "float32-blendable" in device.device.features else FORMAT
+def _format(device: Device) -> str:
+    """Chooses the format of picture and layer that are blended onto: with digits to spare, where the device blends such."""
+    room = device.device.limits["max-color-attachment-bytes-per-sample"] >= 2 * 16 + 8
+    return "rgba32float" if "float32-blendable" in device.device.features and room else FORMAT
 
 
-def _fogged(base: Any, mode: int, split: bool, format: str) -> Any:
+def _fogged(base: Any, mode: int, split: bool, device: Device) -> Any:
     code = private_panes.code_of("pygfx/pane_fog.wgsl", PANE_MODE=f"{mode}u", PANE_SPLIT=str(split).lower())
-    return private_panes.State(base, _Fogged(base.blender, mode, format), code, (UNIFORM, MAP, MAPS))
+    return private_panes.State(base, _Fogged(base.blender, mode, _format(device)), code, (UNIFORM, MAP, MAPS))

@@ -1,5 +1,5 @@
-"""Wraps the private attributes of pygfx that holding back what is seen through touches, beside those of private.py: which objects of a scene
-are drawn later, or otherwise, and with which shaders. tests/test_scene_private.py names those that go away."""
+"""Wraps the private attributes of pygfx that drawing what is seen through touches, beside those of private.py: which objects of a scene are
+drawn later, or otherwise, and with which shaders. tests/test_scene_private.py names those that go away."""
 
 import weakref
 from collections.abc import Callable
@@ -101,7 +101,9 @@ class _Sorted(FlatScene):  # type: ignore[misc]
         super().collect_pipelines_container_groups(renderstate)
         if chosen is None:
             return
-        solid, kept, held = [], [], []
+        solid: list[Any] = []
+        kept: list[Any] = []
+        held: list[tuple[Any, Any]] = []
         for wrapper, way in zip(drawn, ways, strict=True):
             if way is None:
                 (kept if wrapper.sort_key[0] > 2500 else solid).append(wrapper)

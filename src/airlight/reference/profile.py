@@ -13,6 +13,14 @@ from airlight.reference.medium import mean_transmittance
 Array = npt.NDArray[np.float64]
 
 
+def ray_distance(uv: Any, depth: Any, rays: Any, terms: Any, flat: Any) -> Array:
+    """Measures how far along the camera's rays of picture positions uv (..., 2) depths (...) lie, m: see `eye_rays`, `depth_terms`."""
+    rays, terms, depth = np.asarray(rays, float), np.asarray(terms, float), np.asarray(depth, float)
+    at = rays[..., :2] * np.asarray(uv, float) + rays[..., 2:]
+    ahead = (terms[..., 0] * depth + terms[..., 1]) / (terms[..., 2] * depth + terms[..., 3])
+    return np.maximum(ahead, 0) * np.where(np.asarray(flat) > 0, 1.0, np.sqrt(1 + (at**2).sum(axis=-1)))
+
+
 def knot(span: Any, k: Any) -> Array:
     """Places the k-th knots (...) of spans (..., 4), m."""
     first, last, count, reach = np.moveaxis(np.asarray(span, float), -1, 0)
@@ -39,11 +47,11 @@ def between_knots(a: Any, b: Any, share: Any, sigma_t: Any) -> Array:
 def seen_through(behind: Any, source: Any, passed: Any, air: Any, transmittance: Any) -> Array:
     """Composites radiance (..., 3) seen through panes, from the farthest to the nearest.
 
-    behind: what is seen without them, through the medium; of each pane, (N, ..., 3): source: what it sends to the eye itself, premultiplied;
-    passed: the share of what is behind that it lets through; air: in-scattered radiance before it; transmittance: of the medium before it.
+    behind: what is seen without them, through the medium. Of each pane, (N, ..., 3): source: what it sends to the eye, premultiplied;
+    passed: the share of what is behind that it lets through; air: radiance scattered in before it; transmittance: of the medium there.
 
-    Of a surface B at a distance T, L and T the medium's up to a distance, behind = L(T) + T(T) B, a pane of opacity a at t makes of it
-    L(t) + T(t) [S + (1 - a) (what is behind, seen from t)] = (1 - a) behind + a L(t) + T(t) S.
+    A pane of opacity a at t, L and T the medium's up to there, makes of what is behind L + T [S + (1 - a) (it, as seen from t)], which is
+    (1 - a) behind + a L + T S.
     """
     out = np.asarray(behind, float)
     for s, p, light, t in zip(source, passed, air, transmittance, strict=True):

@@ -9,6 +9,14 @@ struct Span {                   // of a ray's knots
     reach: f32,                 // m
 }
 
+/// Measure how far along the camera's ray of picture position uv a depth lies, m. rays, flat: projection.py: eye_rays; terms: depth_terms.
+/// Twin: reference/profile.py:ray_distance.
+fn ray_distance(uv: vec2f, depth: f32, rays: vec4f, terms: vec4f, flat: f32) -> f32 {
+    let at = rays.xy * uv + rays.zw;
+    let ahead = (terms.x * depth + terms.y) / (terms.z * depth + terms.w);
+    return max(ahead, 0.0) * select(sqrt(1.0 + dot(at, at)), 1.0, flat > 0.0);
+}
+
 /// Place the k-th knot of a span, m. Twin: reference/profile.py:knot.
 fn knot(span: Span, k: f32) -> f32 {
     return select(mix(span.first, span.last, k / max(span.count - 1.0, 1.0)), span.reach, k >= span.count);

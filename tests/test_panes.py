@@ -1,0 +1,304 @@
+"""What is seen through, in a medium: each fragment is fogged at its own distance, whatever the order, the blending and the steps."""
+
+import logging
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from calling import call
+
+from airlight.gpu.structs import struct_dtype
+from airlight.options import March, Medium, Parameters, SceneOptions
+from airlight.projection import depth_terms, eye_rays
+from airlight.reference import profile
+
+gfx = pytest.importorskip("pygfx")
+from pass_stage import PassStage  # noqa: E402
+
+from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
+
+SIZE = (48, 27)
+SIGMA, ALBEDO, PHASE, LUX, WALL = 0.07, 0.9, 0.1, 3.0, 12.0
+BEHIND = 2.0  # radiance of the wall
+RNG = np.random.default_rng(18)
+
+
+def light(t: Any) -> Any:
+    """Radiance that is scattered in up to t, of a sun that nothing hides."""
+    return ALBEDO * PHASE * LUX * -np.expm1(-SIGMA * np.asarray(t, float))
+
+
+def left(t: Any) -> Any:
+    return np.exp(-SIGMA * np.asarray(t, float))
+
+
+def grey(radiance: float) -> Any:
+    """The colour of pygfx of a radiance."""
+    return gfx.Color.from_physical(radiance, radiance, radiance)
+
+
+class Stage(PassStage):
+    """A wall, and panes before it, in front of a camera without perspective, so that all of the picture is alike."""
+
+    def __init__(self) -> None:
+        super().__init__(SIZE)
+
+    def reset(self) -> None:
+        self.scene = gfx.Scene()
+        self.wall = gfx.Mesh(gfx.plane_geometry(200, 200), gfx.MeshBasicMaterial(color=grey(BEHIND)))
+        self.wall.local.position = (0, 0, -WALL)
+        self.scene.add(gfx.Background(None, gfx.BackgroundMaterial("#000")), self.wall)
+        self.camera = gfx.OrthographicCamera(32, 18, depth_range=(0, 50))
+        self.panes: list[Any] = []
+
+    def pane(self, t: float, alpha: float, radiance: float, **material: Any) -> Any:
+        """Adds a pane that sends out alpha x radiance."""
+        settings = {"alpha_mode": "blend", "opacity": alpha, "color": grey(radiance), **material}
+        made = gfx.Mesh(gfx.plane_geometry(100, 100), gfx.MeshBasicMaterial(**settings))
+        made.local.position = (0, 0, -t)
+        self.panes.append(made)
+        self.scene.add(made)
+        return made
+
+    def shafts(self, resolution: float = 1.0, steps: Any = "exact", **medium: Any) -> LightShafts:
+        sun = SceneLight(direction=(0, 1, 0), color=(1, 1, 1), strength=LUX * PHASE * 4 * math.pi)
+        shafts = LightShafts(
+            self.renderer,
+            self.scene,
+            self.camera,
+            [sun],
+            parameters=Parameters(method="march"),
+            in_scene=SceneOptions(view_transform="none", resolution=resolution),
+            medium=Medium(sigma_t=(SIGMA,) * 3, albedo=(ALBEDO,) * 3, phase="isotropic", max_distance=40.0, **medium),
+            march=March(steps=steps),
+            exclude=[self.wall, *self.panes],
+        )
+        self.renderer.effect_passes = [shafts]
+        return shafts
+
+    def seen(self, shafts: LightShafts) -> tuple[np.ndarray, np.ndarray]:
+        """The picture and its layer, (H, W, 3)."""
+        self.draw()
+        found = [self.texels(texture)[..., :3].astype(float) for texture in (self.renderer._blender._textures["altcolor"], shafts.layer)]
+        return found[0], found[1]
+
+
+@pytest.fixture(scope="module")
+def kept() -> Stage:
+    return Stage()
+
+
+@pytest.fixture
+def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
+    kept.reset()
+    yield kept
+    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
+
+
+def composite(*panes: tuple[float, float, float]) -> tuple[float, float]:
+    """What is seen through panes (t, share that passes, what they send), in any order, and the layer of that."""
+    ordered = sorted(panes, reverse=True)
+    source, passed, air, transmittance = ([[v] for v in values] for values in zip(*((s, p, light(t), left(t)) for t, p, s in ordered)))
+    picture = profile.seen_through(light(WALL) + left(WALL) * BEHIND, source, passed, air, transmittance)
+    layer = profile.seen_through(light(WALL), np.zeros_like(source), passed, air, transmittance)
+    return float(picture[0]), float(layer[0])
+
+
+def check(stage: Stage, shafts: LightShafts, picture: float, layer: float, within: float = 2e-3) -> None:
+    """within: of the picture, of which halves hold 1e-3, and which is cut off twice."""
+    found = stage.seen(shafts)
+    np.testing.assert_allclose(found[0], picture, atol=within)
+    np.testing.assert_allclose(found[1], layer, atol=1e-4)
+
+
+# ---------------------------------------------------------------- known answers
+
+
+@pytest.mark.parametrize("resolution", [1.0, 0.5])
+@pytest.mark.parametrize("steps", ["exact", 64])
+def test_a_plate_before_a_wall(stage: Stage, steps: Any, resolution: float) -> None:
+    """All of the fog before the plate would give 0.9305, all of it behind 1.1610."""
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    assert composite((4, 0.65, 0.5))[0] == pytest.approx(1.06193, abs=1e-5)
+    check(stage, stage.shafts(resolution, steps), *composite((4, 0.65, 0.5)), within=1e-3)
+
+
+def test_without_layers_the_plate_is_behind_all_of_the_fog(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    check(stage, stage.shafts(transparency="none"), float(light(WALL) + left(WALL) * (0.65 * BEHIND + 0.5)), float(light(WALL)))
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1)])
+def test_several_panes_in_any_order(stage: Stage, order: tuple[int, ...]) -> None:
+    panes = [(2.0, 0.5, 0.2), (5.0, 0.35, 0.3), (9.0, 0.6, 0.1)]
+    for i in order:
+        t, alpha, sent = panes[i]
+        stage.pane(t, alpha, sent / alpha)
+    check(stage, stage.shafts(), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in panes)))
+
+
+def test_sixteen_panes_have_fewer_knots_and_are_right(stage: Stage) -> None:
+    panes = [(1 + 0.6 * i, 0.1, 0.02) for i in range(16)]
+    for t, alpha, sent in panes:
+        stage.pane(t, alpha, sent / alpha)
+    check(stage, stage.shafts(0.5, 64), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in panes)))
+
+
+BLENDINGS = {  # of a material, and what passes and is sent of a colour of 0.3
+    "add": ({"alpha_mode": "add"}, 1.0, 0.4 * 0.3),
+    "premultiplied": (
+        {
+            "alpha_config": {
+                "method": "blended",
+                "color_src": "one",
+                "color_dst": "one-minus-src-alpha",
+                "alpha_src": "one",
+                "alpha_dst": "one-minus-src-alpha",
+            }
+        },
+        0.6,
+        0.3,
+    ),
+    "multiply": ({"alpha_mode": "multiply"}, 0.3, 0.0),
+    "subtract": ({"alpha_mode": "subtract"}, 0.7, 0.0),
+    "auto": ({"alpha_mode": "auto"}, 0.6, 0.4 * 0.3),
+}
+
+
+@pytest.mark.parametrize("name", BLENDINGS)
+def test_other_ways_to_blend(stage: Stage, name: str) -> None:
+    material, passed, sent = BLENDINGS[name]
+    stage.pane(4, 0.4, 0.3, **material)
+    check(stage, stage.shafts(), *composite((4, passed, sent)))
+
+
+def test_a_pane_behind_the_wall_is_not_seen(stage: Stage) -> None:
+    stage.pane(14, 0.4, 3.0)
+    check(stage, stage.shafts(), float(light(WALL) + left(WALL) * BEHIND), float(light(WALL)))
+
+
+def test_surfaces_that_are_not_dimmed_get_only_light(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    picture = 0.65 * (light(WALL) + BEHIND) + 0.35 * light(4) + 0.5
+    check(stage, stage.shafts(extinction=False), float(picture), composite((4, 0.65, 0.5))[1])
+
+
+def test_dithering_is_right_on_the_mean(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    picture, layer = composite((4, 0.65, 0.5))
+    found = stage.seen(stage.shafts(transparency="dither"))
+    assert np.ptp(found[0]) > 0.1
+    np.testing.assert_allclose([found[0].mean(), found[1].mean()], [picture, layer], rtol=0.02)
+
+
+# ---------------------------------------------------------------- the scene is the user's
+
+
+def test_a_texture_is_solid_where_it_is_opaque(stage: Stage) -> None:
+    """Its left half is opaque, and so in the depth; the right half is seen through."""
+    texels = np.full((2, 64, 4), 255, np.uint8)
+    texels[:, 32:, 3] = 102
+    texture = gfx.Texture(texels, dim=2, colorspace="srgb")
+    pane = stage.pane(4, 1.0, 1.0)
+    pane.material.map = gfx.TextureMap(texture, filter="nearest")
+    shafts = stage.shafts()
+    picture, layer = stage.seen(shafts)
+    depth = stage.texels(stage.renderer._blender._textures["depth"])[..., 0] * 50
+    np.testing.assert_allclose(depth[:, [2, -3]], [[4, 12]] * SIZE[1], rtol=1e-5)
+    np.testing.assert_allclose(picture[:, 2], light(4) + left(4), atol=1e-3)
+    np.testing.assert_allclose(layer[:, 2], light(4), atol=2e-4)
+    right = composite((4, 0.6, 0.4))
+    np.testing.assert_allclose(picture[:, -3], right[0], atol=1e-3)
+    np.testing.assert_allclose(layer[:, -3], right[1], atol=2e-4)
+
+
+def test_effects_alone_may_be_drawn_again(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    shafts = stage.shafts()
+    first = stage.seen(shafts)[0]
+    stage.draw(lambda: stage.renderer.render(stage.scene, stage.camera, flush=False) or stage.renderer.flush() or stage.renderer.flush())
+    np.testing.assert_array_equal(stage.seen(shafts)[0], first)
+
+
+def test_without_the_pass_pygfx_draws_as_ever(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    for passes in ([], [stage.shafts()]):
+        stage.renderer.effect_passes = passes
+        for one in passes:
+            one.enabled = False
+        stage.draw()
+        np.testing.assert_allclose(stage.texels(stage.renderer._blender._textures["color"])[..., 0], 0.65 * BEHIND + 0.5, atol=2e-3)
+
+
+def test_panes_can_be_picked(stage: Stage) -> None:
+    pane = stage.pane(4, 0.35, 1.0, pick_write=True)
+    stage.shafts()
+    stage.draw()
+    assert stage.renderer.get_pick_info((20, 10))["world_object"] is pane
+
+
+def test_where_nothing_is_seen_through_all_is_as_before(stage: Stage) -> None:
+    pane = stage.pane(4, 0.35, 1.0)
+    pane.local.scale = (0.1, 1, 1)  # a third of the picture
+    shafts = stage.shafts(steps=64)
+    with_pane = stage.seen(shafts)
+    pane.visible = False
+    without = stage.seen(shafts)
+    for one, other in zip(with_pane, without, strict=True):
+        np.testing.assert_array_equal(one[:, :8], other[:, :8])
+        assert np.ptp(one[:, 20:28] - other[:, 20:28]) >= 0 and (one[:, 20:28] != other[:, 20:28]).all()
+
+
+# ---------------------------------------------------------------- functions of shaders
+
+SPAN = struct_dtype("scatter/march/profile.wgsl", "Span")
+
+
+def spans(count: int = 200) -> np.ndarray:
+    out = np.zeros(count, SPAN)
+    ends = np.sort(RNG.uniform(0, 20, (count, 3)), axis=-1)
+    out["first"], out["last"], out["reach"], out["count"] = *ends.T, RNG.integers(0, 9, count)
+    return out
+
+
+def flat(span: np.ndarray) -> np.ndarray:
+    return np.stack([span[name] for name in ("first", "last", "count", "reach")], axis=-1)
+
+
+def test_knots_are_their_twins() -> None:
+    span = spans()
+    k, t = RNG.integers(0, 9, 200).astype(np.float32), RNG.uniform(0, 20, 200).astype(np.float32)
+    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot", [span, k]), profile.knot(flat(span), k), rtol=1e-5)
+    np.testing.assert_array_equal(call("scatter/march/profile.wgsl", "knot_before", [span, t]), profile.knot_before(flat(span), t))
+    between = profile.knot_before(flat(span), t)
+    assert set(between) >= {-1.0, 0.0, 3.0} and (profile.knot(flat(span), np.maximum(between, 0)) <= t)[between >= 0].all()
+
+
+def test_what_lies_between_knots_is_its_twin() -> None:
+    a, more = RNG.uniform(0, 1, (2, 200, 4)).astype(np.float32)
+    b, share, sigma = a + more, RNG.uniform(0, 1, 200).astype(np.float32), np.array([0.5, 2.0, 0.0], np.float32)
+    found = call("scatter/march/profile.wgsl", "between_knots", [a, b, share, sigma])
+    np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=1e-5)
+
+
+def test_it_is_exact_in_an_even_medium() -> None:
+    ends = [np.append(light(np.full(3, t)), t) for t in (3.0, 9.0)]
+    found = profile.between_knots(*ends, np.array([1 / 3]), np.full(3, SIGMA))
+    np.testing.assert_allclose(found[0], np.append(light(np.full(3, 5.0)), 5.0))
+
+
+CAMERAS = [gfx.PerspectiveCamera(50, 1.5, depth_range=(0.1, 90)), gfx.OrthographicCamera(9, 6, depth_range=(0, 90))]
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_the_distance_of_a_depth_is_its_twin(camera: Any) -> None:
+    uv, depth = RNG.uniform(0, 1, (200, 2)).astype(np.float32), RNG.uniform(0.1, 0.95, 200).astype(np.float32)
+    (rays, is_flat), terms = eye_rays(camera.projection_matrix), depth_terms(camera.projection_matrix)
+    found = call("scatter/march/profile.wgsl", "ray_distance", [uv, depth, rays, terms, is_flat])
+    np.testing.assert_allclose(found, profile.ray_distance(uv, depth, rays, terms, is_flat), rtol=1e-3)
+    ndc = np.column_stack([2 * uv[:, 0] - 1, 1 - 2 * uv[:, 1], depth, np.ones(200)])
+    at = ndc @ np.linalg.inv(camera.projection_matrix).T
+    at = at[:, :3] / at[:, 3:]
+    np.testing.assert_allclose(profile.ray_distance(uv, depth, rays, terms, is_flat), -at[:, 2] if is_flat else np.linalg.norm(at, axis=1))
