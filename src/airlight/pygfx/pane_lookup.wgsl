@@ -3,38 +3,37 @@
 @group(9) @binding(91) var pane_spans: texture_2d<f32>;
 @group(9) @binding(92) var pane_profile: texture_2d_array<f32>;
 
-/// Look up (in-scattered radiance, optical length) up to a distance on one ray of the march, and weigh it: a ray that ends before, at
-/// something near, knows little.
-fn air_on_ray(q: vec2i, t: f32) -> vec4f {
-    let texel = textureLoad(pane_spans, q, 0);
-    let span = Span(texel.x, texel.y, texel.z, texel.w);
-    let k = knot_before(span, t);
-    let begin = select(knot(span, k), 0.0, k < 0.0);
-    let end = knot(span, k + 1.0);
-    let a = select(textureLoad(pane_profile, q, i32(max(k, 0.0)), 0), vec4f(0.0), k < 0.0);
-    let b = textureLoad(pane_profile, q, i32(k + 1.0), 0);
-    return between_knots(a, b, clamp((t - begin) / max(end - begin, 1e-20), 0.0, 1.0), pane_fog.sigma_t);
-}
-
-/// Look up (in-scattered radiance, optical length) before a fragment, among the four rays around it.
+/// Look up (in-scattered radiance, optical length) before a fragment: profiles of the four rays around it, averaged knot by knot.
 fn air_before(position: vec3f) -> vec4f {
     let t = pane_distance(position);
     let at = (position.xy - pane_fog.shift) / pane_fog.ratio - 0.5;
     let base = floor(at);
     let part = at - base;
     let most = vec2i(pane_fog.size) - 1;
-    var sum = vec4f(0.0);
-    var weights = 0.0;
-    var k = 0u;
-    loop {
-        let step = vec2f(vec2u(k & 1u, k >> 1u));
-        let near = mix(1.0 - part, part, step);
-        let q = clamp(vec2i(base + step), vec2i(0), most);
-        let weight = max(near.x * near.y, 1e-6) * select(1e-4, 1.0, textureLoad(pane_spans, q, 0).w >= 0.98 * t);
-        sum += weight * air_on_ray(q, t);
-        weights += weight;
-        k += 1u;
-        continuing { break if k >= 4u; }
-    }
-    return sum / weights;
+    let low = clamp(vec2i(base), vec2i(0), most);
+    let high = clamp(vec2i(base) + 1, vec2i(0), most);
+    let q = array<vec2i, 4>(low, vec2i(high.x, low.y), vec2i(low.x, high.y), high);
+    let near = vec4f((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
+    // Average the spans of the rays that pass the fragment, not those that end before it at something near, and meet as many surfaces as the
+    // nearest one of them
+    let s = array<vec4f, 4>(
+        textureLoad(pane_spans, q[0], 0), textureLoad(pane_spans, q[1], 0), textureLoad(pane_spans, q[2], 0), textureLoad(pane_spans, q[3], 0)
+    );
+    var w = max(near, vec4f(1e-6)) * select(vec4f(1e-6), vec4f(1.0), vec4f(s[0].w, s[1].w, s[2].w, s[3].w) >= vec4f(0.98 * t));
+    let most_weight = max(max(w.x, w.y), max(w.z, w.w));
+    var count = s[3].z;
+    //! each k of 3: count = select(count, s[k].z, w[k] == most_weight);
+    w *= select(vec4f(1e-6), vec4f(1.0), vec4f(s[0].z, s[1].z, s[2].z, s[3].z) == vec4f(count));
+    w /= dot(w, vec4f(1.0));
+    let mean = w.x * s[0] + w.y * s[1] + w.z * s[2] + w.w * s[3];
+    let span = Span(mean.x, mean.y, count, mean.w);
+    // Average their knots before and behind the fragment
+    let before = knot_before(span, t);
+    let begin = select(knot(span, before), 0.0, before < 0.0);
+    let end = knot(span, before + 1.0);
+    var a = vec4f(0.0);
+    var b = vec4f(0.0);
+    //! each k of 4: a += w[k] * textureLoad(pane_profile, q[k], i32(max(before, 0.0)), 0); b += w[k] * textureLoad(pane_profile, q[k], i32(before + 1.0), 0);
+    a = select(a, vec4f(0.0), before < 0.0);
+    return between_knots(a, b, clamp((t - begin) / max(end - begin, 1e-20), 0.0, 1.0), pane_fog.sigma_t);
 }

@@ -23,7 +23,7 @@ from airlight.scatter.methods import METHODS
 if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
-FORMAT = "rgba16float"
+FORMAT, LAYER = "rgba16float", "rgba32float"
 FOG = struct_dtype("pygfx/pane_distance.wgsl", "PaneFog")
 BEHIND, THROUGH = "composite/behind_panes.wgsl", "composite/through_panes.wgsl"
 OVER, PREMULTIPLIED, ADDED, TINT, VEIL, DARKEN, DARK_VEIL = range(7)  # numbered as in pane_fog.wgsl
@@ -89,9 +89,10 @@ class _Fogged:
         color = {"operation": "add", "src_factor": source, "dst_factor": target}
         own = {"operation": alpha.get("alpha_op", "add"), "src_factor": alpha["alpha_src"], "dst_factor": alpha["alpha_dst"]}
         marked = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
+        marks = self.format == FORMAT  # the layer itself holds lengths there
         found = [
             {"format": self.format, "blend": {"color": color, "alpha": own}, "write_mask": 7 if veils else 15},
-            {"format": self.format, "blend": {"color": color, "alpha": marked}, "write_mask": 15},
+            {"format": self.format, "blend": {"color": color, "alpha": marked}, "write_mask": 15 if marks else 7},
         ]
         picked = self.base.get_color_descriptors(pick and not veils, alpha)[1:]
         return [*found, *picked]
@@ -158,7 +159,7 @@ class Panes:
         self._spans: Any = weakref.WeakKeyDictionary()  # object -> material -> its pipelines
         self._blender = _Spans("spans of panes", "pygfx/cast.wgsl")
         self._span_state: Any = None
-        self._targets: tuple[Any, ...] = ()  # picture, blended layer, layer
+        self._targets: tuple[Any, ...] = ()  # picture; where the layer cannot be blended onto, what stands in for it, and the layer after that
         self._depth: Any = None  # a copy, where something that is seen through writes it
         private_panes.hold_back(shafts.renderer, self)
 
@@ -251,14 +252,18 @@ class Panes:
     ) -> tuple[Any, SceneLayer]:
         """Records the drawing of what is held onto the picture in its medium: (the picture, its layer)."""
         device, size = self.device, depth.size[:2]
+        width, height = size
         if not self._targets or self._targets[0].size[:2] != size:
-            width, height = size
-            self._targets = tuple(device.texture(width, height, kind) for kind in (_format(device), _format(device), "rgba32float"))
-        picture, blended, over = self._targets
+            kinds = () if _format(device) == LAYER else (FORMAT, LAYER)
+            spare = [device.texture(width, height, kind) for kind in kinds]
+            self._targets = device.texture(width, height, _format(device)), *spare
+        picture, *spare = self._targets
+        blended, over = spare or (layer.radiance, layer.radiance)
         targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store"} for one in (picture, blended)]
         extinct = shafts.medium.extinction and layer.transmittance is not None
-        pipeline = device.raster(BEHIND, "cover", "behind", f"{picture.format}+{blended.format}", MEDIUM=True, EXTINCTION=extinct)
-        run = encoder.begin_render_pass(color_attachments=targets, **timing(timer, "panes", encoder))
+        formats = "+".join(one.format for one in (picture, *spare[:1]))
+        pipeline = device.raster(BEHIND, "cover", "behind", formats, MEDIUM=True, EXTINCTION=extinct)
+        run = encoder.begin_render_pass(color_attachments=targets[: 1 + bool(spare)], **timing(timer, "panes", encoder))
         run.set_pipeline(pipeline)
         run.set_bind_group(0, device.bind(BEHIND, *shafts.shared(color, depth, layer)))
         run.draw(3)
@@ -279,8 +284,10 @@ class Panes:
                 container.draw(run, state)
         run.end()
         divide(encoder)
-        pipeline, groups = device.pipeline(THROUGH, "through"), (-(-size[0] // 8), -(-size[1] // 8))
-        compute(encoder, pipeline, device.bind(THROUGH, layer.radiance, blended, over), groups, "panes", timer)
+        if spare:
+            pipeline = device.pipeline(THROUGH, "through")
+            bind = device.bind(THROUGH, layer.radiance, blended, over)
+            compute(encoder, pipeline, bind, (-(-width // 8), -(-height // 8)), "panes", timer)
         return picture, SceneLayer(radiance=over, transmittance=layer.transmittance)
 
     def _depth_for(self, depth: Any, encoder: Any) -> Any:
@@ -300,7 +307,7 @@ _SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.co
 def _format(device: Device) -> str:
     """Chooses the format of picture and layer that are blended onto: with digits to spare, where the device blends such."""
     room = device.device.limits["max-color-attachment-bytes-per-sample"] >= 2 * 16 + 8
-    return "rgba32float" if "float32-blendable" in device.device.features and room else FORMAT
+    return LAYER if "float32-blendable" in device.device.features and room else FORMAT
 
 
 def _fogged(base: Any, mode: int, split: bool, device: Device) -> Any:

@@ -19,6 +19,6 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let first = min(-found.y, last);
     // One or two surfaces have a knot each; more, or those of several rays, have knots between
     let exact = ALONE && found.a <= 2.0;
-    let count = select(0.0, select(clamp(2.0 * found.a, 2.0, MOST), found.a, exact), found.a > 0.0);
+    let count = select(0.0, select(clamp(found.a + 1.0, 2.0, MOST), found.a, exact), found.a > 0.0);
     textureStore(spans, id.xy, vec4f(first, last, count, ray.reach));
 }
