@@ -201,12 +201,10 @@ class Device:
         return self.device.create_bind_group(layout=self._modules[path][1], entries=entries)
 
     def binding(self, r: Any) -> Any:
-        """Describe a resource for a bind group: a whole buffer, a view of a texture with all of its layers, a sampler as it is."""
+        """Describe a resource for a bind group: a whole buffer, a view of a texture, a sampler as it is."""
         if isinstance(r, self.wgpu.GPUBuffer):
             return {"buffer": r, "offset": 0, "size": r.size}
-        if isinstance(r, self.wgpu.GPUTexture):
-            return r.create_view(dimension="2d-array") if r.dimension == "2d" and r.depth_or_array_layers > 1 else r.create_view()
-        return r
+        return r.create_view() if isinstance(r, self.wgpu.GPUTexture) else r
 
     def write(self, texture: Any, data: Any, bytes_per_row: int) -> None:
         """Upload rows of pixels; submitted at once, since uploads without a submit never free their memory."""

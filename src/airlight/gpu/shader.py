@@ -43,15 +43,14 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["buffer"] = {"type": "storage" if access == "read_write" else "read-only-storage"}
         elif kind == "sampler":
             entry["sampler"] = {"type": "filtering"}
-        elif kind in ("texture_storage_2d", "texture_storage_2d_array"):
-            entry["storage_texture"] = {"access": "write-only", "format": argument, "view_dimension": kind[16:].replace("_", "-")}
+        elif kind == "texture_storage_2d":
+            entry["storage_texture"] = {"access": "write-only", "format": argument}
         elif kind == "texture_depth_2d":
             entry["texture"] = {"sample_type": "depth"}
         elif kind == "texture_3d":
             entry["texture"] = {"sample_type": "float", "view_dimension": "3d"}
-        elif kind in ("texture_depth_2d_array", "texture_2d_array"):
-            sampled = "depth" if "depth" in kind else "float" if name in filtered else "unfilterable-float"
-            entry["texture"] = {"sample_type": sampled, "view_dimension": "2d-array"}
+        elif kind == "texture_depth_2d_array":
+            entry["texture"] = {"sample_type": "depth", "view_dimension": "2d-array"}
         else:
             entry["texture"] = {"sample_type": "float" if name in filtered else "unfilterable-float"}
         entries.append(entry)

@@ -1,7 +1,7 @@
 // Looks up the medium before a fragment of what is seen through, in the profiles of the rays around it.
 //! include "pygfx/pane_distance.wgsl"
-@group(9) @binding(91) var pane_spans: texture_2d<f32>;
-@group(9) @binding(92) var pane_profile: texture_2d_array<f32>;
+@group(9) @binding(91) var<storage, read> pane_spans: array<vec4f>; // of Span
+@group(9) @binding(92) var<storage, read> pane_profile: array<vec2u>; // see pack_knot
 
 /// Look up (in-scattered radiance, optical length) before a fragment: profiles of the four rays around it, averaged knot by knot.
 fn air_before(position: vec3f) -> vec4f {
@@ -12,13 +12,13 @@ fn air_before(position: vec3f) -> vec4f {
     let most = vec2i(pane_fog.size) - 1;
     let low = clamp(vec2i(base), vec2i(0), most);
     let high = clamp(vec2i(base) + 1, vec2i(0), most);
-    let q = array<vec2i, 4>(low, vec2i(high.x, low.y), vec2i(low.x, high.y), high);
+    let across = i32(pane_fog.size.x);
+    let rays = across * i32(pane_fog.size.y);
+    let q = across * vec4i(low.yy, high.yy) + vec4i(low.x, high.x, low.x, high.x);
     let near = vec4f((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
     // Average the spans of the rays that pass the fragment, not those that end before it at something near, and meet as many surfaces as the
     // nearest one of them
-    let s = array<vec4f, 4>(
-        textureLoad(pane_spans, q[0], 0), textureLoad(pane_spans, q[1], 0), textureLoad(pane_spans, q[2], 0), textureLoad(pane_spans, q[3], 0)
-    );
+    let s = array<vec4f, 4>(pane_spans[q.x], pane_spans[q.y], pane_spans[q.z], pane_spans[q.w]);
     var w = max(near, vec4f(1e-6)) * select(vec4f(1e-6), vec4f(1.0), vec4f(s[0].w, s[1].w, s[2].w, s[3].w) >= vec4f(0.98 * t));
     let most_weight = max(max(w.x, w.y), max(w.z, w.w));
     var count = s[3].z;
@@ -33,7 +33,9 @@ fn air_before(position: vec3f) -> vec4f {
     let end = knot(span, before + 1.0);
     var a = vec4f(0.0);
     var b = vec4f(0.0);
-    //! each k of 4: a += w[k] * textureLoad(pane_profile, q[k], i32(max(before, 0.0)), 0); b += w[k] * textureLoad(pane_profile, q[k], i32(before + 1.0), 0);
+    let first = q + i32(max(before, 0.0)) * rays;
+    let second = q + i32(before + 1.0) * rays;
+    //! each k of 4: a += w[k] * unpack_knot(pane_profile[first[k]]); b += w[k] * unpack_knot(pane_profile[second[k]]);
     a = select(a, vec4f(0.0), before < 0.0);
     return between_knots(a, b, clamp((t - begin) / max(end - begin, 1e-20), 0.0, 1.0), pane_fog.sigma_t);
 }

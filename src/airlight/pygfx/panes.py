@@ -39,8 +39,7 @@ MODES = {  # of factors of a fragment and of what is behind it
 }
 NOTHING = (-65504, -65504, 0, 0)  # of spans
 UNIFORM: dict[str, Any] = {"buffer": {"type": "uniform"}}
-MAP: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float"}}
-MAPS: dict[str, Any] = {"texture": {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}}
+STORAGE: dict[str, Any] = {"buffer": {"type": "read-only-storage"}}
 DEPTH: dict[str, Any] = {"texture": {"sample_type": "depth"}}
 
 
@@ -271,7 +270,7 @@ class Panes:
         divide(encoder)
         # Draw what is held
         private_panes.use_camera(self._camera)
-        bound = device.binding(self._fog), profile.spans.create_view(), device.binding(profile.textures[0])
+        bound = [device.binding(buffer) for buffer in (self._fog, profile.spans, profile.values)]
         for state, _ in self.held:
             state.bind(*bound)
         targets = [{**target, "load_op": "load"} for target in targets]
@@ -312,4 +311,4 @@ def _format(device: Device) -> str:
 
 def _fogged(base: Any, mode: int, split: bool, device: Device) -> Any:
     code = private_panes.code_of("pygfx/pane_fog.wgsl", PANE_MODE=f"{mode}u", PANE_SPLIT=str(split).lower())
-    return private_panes.State(base, _Fogged(base.blender, mode, _format(device)), code, (UNIFORM, MAP, MAPS))
+    return private_panes.State(base, _Fogged(base.blender, mode, _format(device)), code, (UNIFORM, STORAGE, STORAGE))

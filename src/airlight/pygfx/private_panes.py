@@ -39,7 +39,7 @@ class State:
 
     def bind(self, *resources: Any) -> None:
         """Binds what the shaders read beside the lights."""
-        if len(resources) != len(self._bound) or any(a is not b for a, b in zip(resources, self._bound, strict=True)):
+        if resources != self._bound:
             more = [{"binding": len(self._entries) + i, "resource": resource} for i, resource in enumerate(resources)]
             self.wgpu_bind_group = self._device.create_bind_group(layout=self.wgpu_bind_group_layout, entries=self._entries + more)
             self._bound = resources

@@ -36,6 +36,16 @@ def knot_before(span: Any, t: Any) -> Array:
     return np.where((count == 0) | (t < first), -1.0, found)
 
 
+def pack_knot(value: Any) -> npt.NDArray[np.uint32]:
+    """Packs (..., 4), in-scattered radiance and optical length, as half floats: (..., 2)."""
+    return np.ascontiguousarray(np.minimum(np.asarray(value, float), 65504), np.float16).view(np.uint32)
+
+
+def unpack_knot(packed: Any) -> Array:
+    """Unpacks (..., 4), in-scattered radiance and optical length."""
+    return np.ascontiguousarray(packed, np.uint32).view(np.float16).astype(float)
+
+
 def between_knots(a: Any, b: Any, share: Any, sigma_t: Any) -> Array:
     """Interpolates (..., 4), in-scattered radiance and optical length, at shares (...) of the way between two knots."""
     a, b, share = np.asarray(a, float), np.asarray(b, float), np.asarray(share, float)[..., None]

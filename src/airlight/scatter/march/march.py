@@ -10,7 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
-from airlight.scatter.march.profile import SPANS, Profile, layers
+from airlight.scatter.march.profile import SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
@@ -93,8 +93,8 @@ class March:
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         if not panes:
             self.profile = None
-        elif self.profile is None or not self.profile.fits(self.size, len(lights)):
-            self.profile = Profile(self.device, self.size, len(lights))
+        elif self.profile is None or self.profile.size != self.size:
+            self.profile = Profile(self.device, self.size)
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
         path = WALK if medium.exact else STEPS
         if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
@@ -151,10 +151,7 @@ class March:
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light, profile = self._lights[i], self.profile
-        panes = _no_profile(self.device)
-        if profile is not None:
-            written, read = profile.textures[(last - i) % 2], profile.textures[(last - i + 1) % 2]
-            panes = profile.spans, panes[1] if read is written else read, written
+        panes = _no_profile(self.device) if profile is None else (profile.spans, profile.values)
         return self._bound(i, self._path, self.frame, light, depth, self._shadows[i], before, target, more, light, *panes)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
@@ -218,9 +215,9 @@ def _spare(device: Device) -> Any:
     return device.kept["spare"]
 
 
-def _no_profile(device: Device) -> tuple[Any, Any, Any]:
-    """Returns what is bound where no profile is read or written: of spans, a profile before, and one that is written."""
+def _no_profile(device: Device) -> tuple[Any, Any]:
+    """Returns what is bound where no profiles are kept: their spans and values."""
     if "no profile" not in device.kept:
-        device.kept["no profile"] = _spare(device), layers(device, (1, 1), 2), layers(device, (1, 1), 2)
-    found: tuple[Any, Any, Any] = device.kept["no profile"]
+        device.kept["no profile"] = device.buffer(size=16), device.buffer(size=16)
+    found: tuple[Any, Any] = device.kept["no profile"]
     return found

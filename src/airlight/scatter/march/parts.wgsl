@@ -4,14 +4,14 @@
 //! include "scatter/march/profile.wgsl"
 override PANES: bool = false;   // surfaces are seen through
 
-@group(0) @binding(8) var spans: texture_2d<f32>;
-@group(0) @binding(9) var profile_before: texture_2d_array<f32>;
-@group(0) @binding(10) var profile: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(8) var<storage, read> spans: array<Span>;
+@group(0) @binding(9) var<storage, read_write> profile: array<vec2u>; // see pack_knot
 
 /// March a ray in parts: sum what its light adds, and write the profile.
 fn march_parts(pixel: vec2u, ray: Ray) -> vec3f {
-    let texel = textureLoad(spans, pixel, 0);
-    let span = Span(texel.x, texel.y, texel.z, texel.w);
+    let at = pixel.y * frame.size.x + pixel.x;
+    let rays = frame.size.x * frame.size.y;
+    let span = spans[at];
     var sum = vec3f(0.0);
     var passed = 0.0; // optical length
     var begin = 0.0;
@@ -25,8 +25,9 @@ fn march_parts(pixel: vec2u, ray: Ray) -> vec3f {
         passed += optical_length(part, part.reach);
         // Write the knot
         var before = frame.sigma_s * frame.ambient * transmittance_integral(passed, frame.sigma_t);
-        if (!FIRST) { before = textureLoad(profile_before, pixel, u32(k), 0).rgb; }
-        textureStore(profile, pixel, u32(k), vec4f(before + sum, passed));
+        let knot = u32(k) * rays + at;
+        if (!FIRST) { before = unpack_knot(profile[knot]).rgb; }
+        profile[knot] = pack_knot(vec4f(before + sum, passed));
         begin = end;
         k += 1.0;
         continuing { break if k > span.count; }

@@ -5,34 +5,24 @@ from typing import Any
 from airlight.gpu.device import Device
 
 SPANS = "scatter/march/spans.wgsl"
-FORMAT = "rgba16float"
 KNOTS = 8  # at most, of a ray; one more lies at its end
-FEWER = 4  # of a march of more pixels than
-MANY_PIXELS = 2**21
+MOST_BYTES = 2**28  # of profiles, for which rays have fewer
+BYTES = 8  # of a knot: four half floats
 
 
 class Profile:
     """Holds the profiles of a march of a size (width, height).
 
-    reaches: rgba16float, of that size, to be drawn on before `record`: (farthest, -nearest, 0, count) of what is seen through on a ray, m.
-    spans: rgba32float, (first, last, count, reach) of its knots. textures: rgba16float, a layer a knot: in-scattered radiance up to there,
-    and optical length; lights write them in turn.
+    reaches: a texture of that size, to be drawn on before they are found: (farthest, -nearest, 0, count) of what is seen through on a ray,
+    m. spans: a buffer of (first, last, count, reach) of each ray's knots. knots: at most, of a ray, but for the one at its end; values: a
+    buffer of each knot's in-scattered radiance up to there, and optical length, as packed half floats, all rays' first ones first.
     """
 
-    def __init__(self, device: Device, size: tuple[int, int], lights: int) -> None:
-        self.device, self.size = device, size
-        self.knots = KNOTS if size[0] * size[1] <= MANY_PIXELS else FEWER
-        self.reaches, self.spans = device.texture(*size, FORMAT), device.texture(*size, "rgba32float")
-        first = layers(device, size, self.knots + 1)
-        self.textures = [first, layers(device, size, self.knots + 1) if lights > 1 else first]
-
-    def fits(self, size: tuple[int, int], lights: int) -> bool:
-        """Tells whether it serves a march of this size and so many lights."""
-        return size == self.size and (lights < 2 or self.textures[0] is not self.textures[1])
-
-
-def layers(device: Device, size: tuple[int, int], count: int) -> Any:
-    """Creates a texture of several layers, to be written and loaded by shaders."""
-    usage = device.wgpu.TextureUsage
-    flags = usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_SRC
-    return device.device.create_texture(size=(*size, count), format=FORMAT, usage=flags)
+    def __init__(self, device: Device, size: tuple[int, int]) -> None:
+        self.size = size
+        rays = size[0] * size[1]
+        most = min(MOST_BYTES, device.device.limits["max-storage-buffer-binding-size"]) // (BYTES * rays)
+        self.knots = min(max(most - 1, 1), KNOTS)
+        self.reaches: Any = device.texture(*size, "rgba16float")
+        self.spans: Any = device.buffer(size=16 * rays)
+        self.values: Any = device.buffer(size=BYTES * rays * (self.knots + 1))

@@ -29,6 +29,17 @@ fn knot_before(span: Span, t: f32) -> f32 {
     return select(floor(along * (span.count - 1.0)), span.count - 1.0, t >= span.last);
 }
 
+/// Pack (in-scattered radiance, optical length) as half floats. Twin: reference/profile.py:pack_knot.
+fn pack_knot(value: vec4f) -> vec2u {
+    let held = min(value, vec4f(65504.0));
+    return vec2u(pack2x16float(held.xy), pack2x16float(held.zw));
+}
+
+/// Unpack (in-scattered radiance, optical length). Twin: reference/profile.py:unpack_knot.
+fn unpack_knot(packed: vec2u) -> vec4f {
+    return vec4f(unpack2x16float(packed.x), unpack2x16float(packed.y));
+}
+
 /// Interpolate (in-scattered radiance, optical length) at a share of the way between two knots. Twin: reference/profile.py:between_knots.
 fn between_knots(a: vec4f, b: vec4f, share: f32, sigma_t: vec3f) -> vec4f {
     let all = b.a - a.a;

@@ -1,13 +1,14 @@
 // Spans of rays' knots, from where surfaces that are seen through lie on them. At the picture's size a ray has its own; smaller, also those
 // of the rays around it, since what lies between is interpolated.
 //! include "scatter/march/ray.wgsl"
+//! include "scatter/march/profile.wgsl"
 override ALONE: bool = false;   // the march is computed at the picture's size
 override MOST: f32 = 2.0;       // knots
 
 @group(0) @binding(6) var reaches: texture_2d<f32>; // (farthest, -nearest, 0, count) of the surfaces on a ray, m
-@group(0) @binding(7) var spans: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(7) var<storage, read_write> spans: array<Span>;
 
-/// Write the span of a pixel's ray: (first, last, count, reach).
+/// Write the span of a pixel's ray.
 @compute @workgroup_size(8, 8)
 fn gather(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
@@ -20,5 +21,5 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     // One or two surfaces have a knot each; more, or those of several rays, have knots between
     let exact = ALONE && found.a <= 2.0;
     let count = select(0.0, select(clamp(found.a + 1.0, 2.0, MOST), found.a, exact), found.a > 0.0);
-    textureStore(spans, id.xy, vec4f(first, last, count, ray.reach));
+    spans[id.y * frame.size.x + id.x] = Span(first, last, count, ray.reach);
 }
