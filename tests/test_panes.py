@@ -39,6 +39,16 @@ def grey(radiance: float) -> Any:
     return gfx.Color.from_physical(radiance, radiance, radiance)
 
 
+class Depths(gfx.renderers.wgpu.EffectPass):
+    """Draws nothing, and keeps the depth that it was given."""
+
+    USES_DEPTH = True
+    depth: Any = None
+
+    def render(self, command_encoder: Any, color_tex: Any, depth_tex: Any, target_tex: Any) -> None:
+        self.depth = depth_tex.texture
+
+
 class Stage(PassStage):
     """A wall, and panes before it, in front of a camera without perspective, so that all of the picture is alike."""
 
@@ -81,8 +91,7 @@ class Stage(PassStage):
     def seen(self, shafts: LightShafts) -> tuple[np.ndarray, np.ndarray]:
         """The picture and its layer, (H, W, 3)."""
         self.draw()
-        found = [self.texels(texture)[..., :3].astype(float) for texture in (self.renderer._blender._textures["altcolor"], shafts.layer)]
-        return found[0], found[1]
+        return self.renderer.snapshot()[..., :3].astype(float), self.texels(shafts.layer)[..., :3].astype(float)
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +214,10 @@ def test_a_texture_is_solid_where_it_is_opaque(stage: Stage) -> None:
     pane.material.map = gfx.TextureMap(texture, filter="nearest")
     shafts = stage.shafts()
     picture, layer = stage.seen(shafts)
-    depth = stage.texels(stage.renderer._blender._textures["depth"])[..., 0] * 50
+    keeps = Depths()
+    stage.renderer.effect_passes = [shafts, keeps]
+    stage.draw()
+    depth = stage.texels(keeps.depth)[..., 0] * 50
     np.testing.assert_allclose(depth[:, [2, -3]], [[4, 12]] * SIZE[1], rtol=1e-5)
     np.testing.assert_allclose(picture[:, 2], light(4) + left(4), atol=1e-3)
     np.testing.assert_allclose(layer[:, 2], light(4), atol=2e-4)
@@ -229,7 +241,7 @@ def test_without_the_pass_pygfx_draws_as_ever(stage: Stage) -> None:
         for one in passes:
             one.enabled = False
         stage.draw()
-        np.testing.assert_allclose(stage.texels(stage.renderer._blender._textures["color"])[..., 0], 0.65 * BEHIND + 0.5, atol=2e-3)
+        np.testing.assert_allclose(stage.renderer.snapshot()[..., 0], 0.65 * BEHIND + 0.5, atol=2e-3)
 
 
 def test_panes_can_be_picked(stage: Stage) -> None:
@@ -281,6 +293,14 @@ def test_what_lies_between_knots_is_its_twin() -> None:
     b, share, sigma = a + more, RNG.uniform(0, 1, 200).astype(np.float32), np.array([0.5, 2.0, 0.0], np.float32)
     found = call("scatter/march/profile.wgsl", "between_knots", [a, b, share, sigma])
     np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=1e-5)
+
+
+def test_knots_are_packed_as_their_twin_does() -> None:
+    value = (RNG.uniform(0, 1, (200, 4)) * 10.0 ** RNG.uniform(-4, 5.5, (200, 1))).astype(np.float32)
+    packed = call("scatter/march/profile.wgsl", "pack_knot", [value])
+    held = profile.unpack_knot(profile.pack_knot(value))
+    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "unpack_knot", [packed]), held, rtol=1e-3)
+    np.testing.assert_allclose(held, np.minimum(value, 65504), rtol=1e-3, atol=1e-7)
 
 
 def test_it_is_exact_in_an_even_medium() -> None:

@@ -1,11 +1,11 @@
 // Looks up the medium before a fragment of what is seen through, in the profiles of the rays around it.
-//! include "pygfx/pane_distance.wgsl"
+//! include "pygfx/pane_camera.wgsl"
 @group(9) @binding(91) var<storage, read> pane_spans: array<vec4f>; // of Span
 @group(9) @binding(92) var<storage, read> pane_profile: array<vec2u>; // see pack_knot
 
 /// Look up (in-scattered radiance, optical length) before a fragment: profiles of the four rays around it, averaged knot by knot.
 fn air_before(position: vec3f) -> vec4f {
-    let t = pane_distance(position);
+    let t = ray_distance(position.xy / u_stdinfo.physical_size, position.z, pane_fog.rays, pane_fog.depth, pane_fog.flat);
     let at = (position.xy - pane_fog.shift) / pane_fog.ratio - 0.5;
     let base = floor(at);
     let part = at - base;

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
 FORMAT, LAYER = "rgba16float", "rgba32float"
-FOG = struct_dtype("pygfx/pane_distance.wgsl", "PaneFog")
+FOG = struct_dtype("pygfx/pane_camera.wgsl", "PaneFog")
 BEHIND, THROUGH = "composite/behind_panes.wgsl", "composite/through_panes.wgsl"
 OVER, PREMULTIPLIED, ADDED, TINT, VEIL, DARKEN, DARK_VEIL = range(7)  # numbered as in pane_fog.wgsl
 VEILS = {TINT: VEIL, DARKEN: DARK_VEIL}  # what is drawn after them
@@ -158,20 +158,24 @@ class Panes:
         self._spans: Any = weakref.WeakKeyDictionary()  # object -> material -> its pipelines
         self._blender = _Spans("spans of panes", "pygfx/cast.wgsl")
         self._span_state: Any = None
-        self._targets: tuple[Any, ...] = ()  # picture; where the layer cannot be blended onto, what stands in for it, and the layer after that
+        self._targets: tuple[Any, ...] = ()  # picture; layer before and after, where the march's cannot be blended onto
         self._depth: Any = None  # a copy, where something that is seen through writes it
         private_panes.hold_back(shafts.renderer, self)
+
+    @property
+    def way(self) -> str:
+        """Tells how what is seen through is drawn now: a value of Medium.transparency."""
+        shafts = self._shafts()
+        is_lit = shafts is not None and shafts.enabled and METHODS[shafts.parameters.method].has_units
+        return shafts.medium.transparency if shafts is not None and is_lit and shafts in shafts.renderer.effect_passes else "none"
 
     # ------------------------------------------------------------ what pygfx's renderer asks
 
     def sort(self, scene: Any, objects: Sequence[Any], renderstate: Any) -> Any:
         """Chooses how each object is drawn, as private_panes.hold_back asks; None: as pygfx draws it."""
         self.held, self._objects = [], []
-        shafts = self._shafts()
-        if shafts is None or scene is not shafts.scene or not shafts.enabled or shafts not in shafts.renderer.effect_passes:
-            return None
-        way = shafts.medium.transparency if METHODS[shafts.parameters.method].has_units else "none"
-        if way == "none":
+        shafts, way = self._shafts(), self.way
+        if shafts is None or way == "none" or scene is not shafts.scene:
             return None
         found = []
         for wobject in objects:

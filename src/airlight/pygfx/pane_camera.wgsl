@@ -14,8 +14,3 @@ struct PaneFog {
 }
 
 @group(9) @binding(90) var<uniform> pane_fog: PaneFog;
-
-/// Measure how far along the camera's ray a fragment lies, m. position: in a target of the camera's view, with its depth.
-fn pane_distance(position: vec3f) -> f32 {
-    return ray_distance(position.xy / u_stdinfo.physical_size, position.z, pane_fog.rays, pane_fog.depth, pane_fog.flat);
-}
