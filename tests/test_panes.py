@@ -12,12 +12,13 @@ from calling import call
 from airlight.gpu.structs import struct_dtype
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, eye_rays
-from airlight.reference import profile
+from airlight.reference import panes, profile, tracer
 
 gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 
 SIZE = (48, 27)
 SIGMA, ALBEDO, PHASE, LUX, WALL = 0.07, 0.9, 0.1, 3.0, 12.0
@@ -106,9 +107,9 @@ def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
     assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
-def composite(*panes: tuple[float, float, float]) -> tuple[float, float]:
+def composite(*given: tuple[float, float, float]) -> tuple[float, float]:
     """What is seen through panes (t, share that passes, what they send), in any order, and the layer of that."""
-    ordered = sorted(panes, reverse=True)
+    ordered = sorted(given, reverse=True)
     source, passed, air, transmittance = ([[v] for v in values] for values in zip(*((s, p, light(t), left(t)) for t, p, s in ordered)))
     picture = profile.seen_through(light(WALL) + left(WALL) * BEHIND, source, passed, air, transmittance)
     layer = profile.seen_through(light(WALL), np.zeros_like(source), passed, air, transmittance)
@@ -141,18 +142,18 @@ def test_without_layers_the_plate_is_behind_all_of_the_fog(stage: Stage) -> None
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1)])
 def test_several_panes_in_any_order(stage: Stage, order: tuple[int, ...]) -> None:
-    panes = [(2.0, 0.5, 0.2), (5.0, 0.35, 0.3), (9.0, 0.6, 0.1)]
+    each = [(2.0, 0.5, 0.2), (5.0, 0.35, 0.3), (9.0, 0.6, 0.1)]
     for i in order:
-        t, alpha, sent = panes[i]
+        t, alpha, sent = each[i]
         stage.pane(t, alpha, sent / alpha)
-    check(stage, stage.shafts(), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in panes)))
+    check(stage, stage.shafts(), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in each)))
 
 
 def test_sixteen_panes_have_fewer_knots_and_are_right(stage: Stage) -> None:
-    panes = [(1 + 0.6 * i, 0.1, 0.02) for i in range(16)]
-    for t, alpha, sent in panes:
+    each = [(1 + 0.6 * i, 0.1, 0.02) for i in range(16)]
+    for t, alpha, sent in each:
         stage.pane(t, alpha, sent / alpha)
-    check(stage, stage.shafts(0.5, 64), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in panes)))
+    check(stage, stage.shafts(0.5, 64), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in each)))
 
 
 BLENDINGS = {  # of a material, and what passes and is sent of a colour of 0.3
@@ -263,6 +264,79 @@ def test_where_nothing_is_seen_through_all_is_as_before(stage: Stage) -> None:
         assert np.ptp(one[:, 20:28] - other[:, 20:28]) >= 0 and (one[:, 20:28] != other[:, 20:28]).all()
 
 
+# ---------------------------------------------------------------- against the tracer
+
+
+def square(width: float, height: float, position: Any, turn: float = 0.0) -> np.ndarray:
+    """Two triangles upright around a position, turned about the vertical, degrees."""
+    across = np.array([math.cos(math.radians(turn)), 0, -math.sin(math.radians(turn))]) * width / 2
+    up = np.array([0, height / 2, 0])
+    a, b, c, d = (np.asarray(position) + i * across + j * up for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    return np.array([[a, b, c], [a, c, d]])
+
+
+def mesh(triangles: np.ndarray, **material: Any) -> Any:
+    """A mesh whose position is its middle, since pygfx sorts by that."""
+    middle = triangles.mean(axis=(0, 1))
+    geometry = gfx.Geometry(
+        positions=(triangles - middle).reshape(-1, 3).astype(np.float32),
+        normals=np.tile(np.float32([0, 0, 1]), (len(triangles) * 3, 1)),
+        indices=np.arange(len(triangles) * 3, dtype=np.uint32).reshape(-1, 3),
+    )
+    made = gfx.Mesh(geometry, gfx.MeshBasicMaterial(side="both", **material))
+    made.local.position = middle
+    return made
+
+
+SUN_BESIDE = SceneLight(direction=(-0.8, 0.5, 0.1), strength=3.0)
+LAMP = SceneLight(position=(-6.0, 1.0, -5.0), strength=30.0)
+
+
+@pytest.mark.parametrize("sent", [SUN_BESIDE, LAMP], ids=["sun", "lamp"])
+@pytest.mark.parametrize(("steps", "resolution", "least"), [("exact", 1.0, 0.01), (64, 0.5, 0.1)])
+def test_panes_before_a_shaft_of_light(stage: Stage, sent: SceneLight, steps: Any, resolution: float, least: float) -> None:
+    """A wall with a gap beside, through which light falls between two panes that are turned, in view from an edge to the other."""
+    camera = stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    back, leaf = square(40, 20, (0, 0, -9)), [square(6, 9, (-3.5, 0, z), 90) for z in (-1.5, -8.5)]
+    glass = [square(5, 2, (0.4, 0.2, -4.5), 55), square(3, 4, (0.8, 0, -6.5), -20), square(1, 1, (0, 0, -2.5))]
+    alphas = (0.35, 0.5, 0.2)
+    stage.scene = gfx.Scene()
+    solid = np.concatenate([back, *leaf])
+    stage.scene.add(mesh(solid, color="#000"))
+    for one, alpha in zip(glass, alphas, strict=True):
+        stage.scene.add(mesh(one, color="#000", opacity=alpha, alpha_mode="blend"))
+    medium = Medium(sigma_t=(0.1, 0.07, 0.05), albedo=(0.9, 0.8, 0.7), anisotropy=0.3, max_distance=30.0)
+    shafts = LightShafts(
+        stage.renderer,
+        stage.scene,
+        camera,
+        [sent],
+        parameters=Parameters(method="march"),
+        in_scene=SceneOptions(view_transform="none", resolution=resolution),
+        medium=medium,
+        march=March(steps=steps, shadow_size=2048),
+    )
+    stage.renderer.effect_passes = [shafts]
+    picture, layer = stage.seen(shafts)
+    view, projection = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
+    resolved = shafts.resolved_medium
+    assert resolved is not None
+    traced = [panes.Pane(one, 1 - a) for one, a in zip(glass, alphas, strict=True)]
+    truth = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([sent]), resolved, dims=False)
+    near = np.zeros(SIZE[::-1], bool)  # pixels that meet a pane, beside no edge of what is seen
+    for one in glass:
+        near |= tracer.layer(view, projection, SIZE, one, [], resolved).path_length < 30
+    for one in (solid, *glass):
+        met = tracer.layer(view, projection, SIZE, one, [], resolved).path_length
+        edge = np.abs(np.diff(met, axis=0, prepend=met[:1])) + np.abs(np.diff(met, axis=1, prepend=met[:, :1])) > 0.4
+        near &= ~(edge | np.roll(edge, -1, 0) | np.roll(edge, -1, 1))
+    wrong = np.sqrt(np.mean((layer - truth.radiance)[near] ** 2)) / truth.radiance[near].mean()
+    assert wrong < least
+    np.testing.assert_allclose(picture[near], layer[near], rtol=2e-3, atol=1e-4)  # all is black
+    alone = tracer.layer(view, projection, SIZE, solid, punctual_lights([sent]), resolved).radiance
+    assert np.sqrt(np.mean((alone - truth.radiance)[near] ** 2)) > 5 * least * truth.radiance[near].mean() * (1 if resolution == 1 else 0.2)
+
+
 # ---------------------------------------------------------------- functions of shaders
 
 SPAN = struct_dtype("scatter/march/profile.wgsl", "Span")
@@ -270,22 +344,32 @@ SPAN = struct_dtype("scatter/march/profile.wgsl", "Span")
 
 def spans(count: int = 200) -> np.ndarray:
     out = np.zeros(count, SPAN)
-    ends = np.sort(RNG.uniform(0, 20, (count, 3)), axis=-1)
-    out["first"], out["last"], out["reach"], out["count"] = *ends.T, RNG.integers(0, 9, count)
+    ends = np.sort(RNG.uniform(0, 20, (count, 5)), axis=-1)
+    out["knots"], out["reach"], out["count"] = ends[:, :4], ends[:, 4], RNG.integers(0, 9, count)
     return out
-
-
-def flat(span: np.ndarray) -> np.ndarray:
-    return np.stack([span[name] for name in ("first", "last", "count", "reach")], axis=-1)
 
 
 def test_knots_are_their_twins() -> None:
     span = spans()
     k, t = RNG.integers(0, 9, 200).astype(np.float32), RNG.uniform(0, 20, 200).astype(np.float32)
-    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot", [span, k]), profile.knot(flat(span), k), rtol=1e-5)
-    np.testing.assert_array_equal(call("scatter/march/profile.wgsl", "knot_before", [span, t]), profile.knot_before(flat(span), t))
-    between = profile.knot_before(flat(span), t)
-    assert set(between) >= {-1.0, 0.0, 3.0} and (profile.knot(flat(span), np.maximum(between, 0)) <= t)[between >= 0].all()
+    own = span["knots"], span["count"]
+    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot", [span, k]), profile.knot(*own, span["reach"], k), rtol=1e-5)
+    before = profile.knot_before(*own, t)
+    np.testing.assert_array_equal(call("scatter/march/profile.wgsl", "knot_before", [span, t]), before)
+    assert set(before) >= {-1.0, 0.0, 3.0, 5.0}
+    some = before >= 0
+    assert (profile.knot(*own, span["reach"], np.maximum(before, 0)) <= t)[some].all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_knots_lie_where_panes_do(count: int) -> None:
+    t = np.sort(RNG.uniform(1, 20, (200, count)), axis=-1).astype(np.float32)
+    ends, sums = t[:, [0, -1]], np.stack([t.sum(axis=-1), (t**2).sum(axis=-1)], axis=-1)
+    found = profile.listed_knots(ends.astype(float), sums.astype(float), count)
+    np.testing.assert_allclose(found[:, :count], t, atol=2e-2)  # of two that are close a root is ill conditioned
+    assert np.median(np.abs(found[:, :count] - t)) < 1e-5
+    shader = call("scatter/march/spans.wgsl", "listed_knots", [ends, sums, np.full(200, count, np.float32)])
+    np.testing.assert_allclose(shader, found, atol=2e-2)
 
 
 def test_what_lies_between_knots_is_its_twin() -> None:

@@ -5,14 +5,16 @@
 
 struct FragmentOutput {
     // virtualfield position: vec4f = varyings.position;
-    @location(0) color: vec4<f32>,
+    @location(0) color: vec4<f32>, // of the extremes
+    @location(1) sums: vec4<f32>,
 };
 
-/// Puts out (distance, -distance, 0, 1); called by pygfx.
+/// Puts out a fragment's distance, as spans.wgsl reads them; called by pygfx.
 fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, position: vec4f) {
     let pixels = textureDimensions(pane_depths);
     let sampled = (2u * vec2u(position.xy) + 1u) * pixels / (2u * vec2u(pane_fog.size));
     if (position.z > textureLoad(pane_depths, min(sampled, pixels - 1u), 0)) { discard; }
     let t = min(ray_distance(position.xy / u_stdinfo.physical_size, position.z, pane_fog.rays, pane_fog.depth, pane_fog.flat), 60000.0); // of halves
     (*outp).color = vec4f(t, -t, 0.0, 1.0);
+    (*outp).sums = vec4f(t, t * t, 1.0, 1.0);
 }

@@ -17,7 +17,7 @@ from airlight.gpu.timing import Timer, compute, divide, timing
 from airlight.projection import depth_terms, eye_rays
 from airlight.pygfx import private, private_panes
 from airlight.pygfx.prepass import pattern, silhouette, solid
-from airlight.scatter.march.profile import Profile
+from airlight.scatter.march.profile import Profile, blendable
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ MODES = {  # of factors of a fragment and of what is behind it
     ("dst", "zero"): TINT,
     ("zero", "one-minus-src"): DARKEN,
 }
-NOTHING = (-65504, -65504, 0, 0)  # of spans
+NOWHERE = (-65504, -65504, 0, 0)
 UNIFORM: dict[str, Any] = {"buffer": {"type": "uniform"}}
 STORAGE: dict[str, Any] = {"buffer": {"type": "read-only-storage"}}
 DEPTH: dict[str, Any] = {"texture": {"sample_type": "depth"}}
@@ -103,9 +103,13 @@ class _Fogged:
 class _Spans(private.Blender):
     """Keeps the distances of what is seen through."""
 
+    def __init__(self, format: str) -> None:
+        super().__init__(f"spans of panes {format}", "pygfx/cast.wgsl")
+        self.format = format
+
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> list[dict[str, Any]]:
-        color = {"operation": "max", "src_factor": "one", "dst_factor": "one"}
-        return [{"format": FORMAT, "blend": {"color": color, "alpha": {**color, "operation": "add"}}, "write_mask": 15}]
+        ways = ({"operation": operation, "src_factor": "one", "dst_factor": "one"} for operation in ("max", "add"))
+        return [{"format": self.format, "blend": {"color": way, "alpha": way}, "write_mask": 15} for way in ways]
 
     def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> None:
         return None
@@ -156,7 +160,7 @@ class Panes:
         self._states: Any = weakref.WeakKeyDictionary()  # pygfx's render state -> what is drawn -> State
         self._fog = self.device.buffer(size=FOG.itemsize, uniform=True)
         self._spans: Any = weakref.WeakKeyDictionary()  # object -> material -> its pipelines
-        self._blender = _Spans("spans of panes", "pygfx/cast.wgsl")
+        self._blender = _Spans(blendable(shafts.device))
         self._span_state: Any = None
         self._targets: tuple[Any, ...] = ()  # picture; layer before and after, where the march's cannot be blended onto
         self._depth: Any = None  # a copy, where something that is seen through writes it
@@ -243,8 +247,9 @@ class Panes:
                 bake(wobject, shafts.camera, shafts.renderer.logical_size)
         private_panes.use_camera(self._camera, physical_size=march.size)
         encoder = self.device.encoder()
-        target = {"view": march.profile.reaches.create_view(), "load_op": "clear", "store_op": "store", "clear_value": NOTHING}
-        run = encoder.begin_render_pass(color_attachments=[target], **timing(timer, "pane spans", encoder))
+        found = ((march.profile.extremes, NOWHERE), (march.profile.sums, (0, 0, 0, 0)))
+        targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store", "clear_value": clear} for one, clear in found]
+        run = encoder.begin_render_pass(color_attachments=targets, **timing(timer, "pane spans", encoder))
         for pipelines in drawn:
             pipelines.draw(run, state)
         run.end()
@@ -257,9 +262,9 @@ class Panes:
         device, size = self.device, depth.size[:2]
         width, height = size
         if not self._targets or self._targets[0].size[:2] != size:
-            kinds = () if _format(device) == LAYER else (FORMAT, LAYER)
+            kinds = () if blendable(device) == LAYER else (FORMAT, LAYER)
             spare = [device.texture(width, height, kind) for kind in kinds]
-            self._targets = device.texture(width, height, _format(device)), *spare
+            self._targets = device.texture(width, height, blendable(device)), *spare
         picture, *spare = self._targets
         blended, over = spare or (layer.radiance, layer.radiance)
         targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store"} for one in (picture, blended)]
@@ -307,12 +312,6 @@ class Panes:
 _SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.code_of("pygfx/pane_opaque.wgsl")
 
 
-def _format(device: Device) -> str:
-    """Chooses the format of picture and layer that are blended onto: with digits to spare, where the device blends such."""
-    room = device.device.limits["max-color-attachment-bytes-per-sample"] >= 2 * 16 + 8
-    return LAYER if "float32-blendable" in device.device.features and room else FORMAT
-
-
 def _fogged(base: Any, mode: int, split: bool, device: Device) -> Any:
     code = private_panes.code_of("pygfx/pane_fog.wgsl", PANE_MODE=f"{mode}u", PANE_SPLIT=str(split).lower())
-    return private_panes.State(base, _Fogged(base.blender, mode, _format(device)), code, (UNIFORM, STORAGE, STORAGE))
+    return private_panes.State(base, _Fogged(base.blender, mode, blendable(device)), code, (UNIFORM, STORAGE, STORAGE))

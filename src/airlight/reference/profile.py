@@ -1,6 +1,7 @@
 """Profiles of camera rays before surfaces that are seen through, as scatter/march/profile.wgsl has them; and what is seen through several.
 
-A span of knots is (first, last, count, reach): so many knots from first to last, m, evenly apart, and one more at the ray's end.
+A span of knots is where up to four of them lie, m, or else the first and the last, between which the others lie evenly; their number; and
+the ray's end, where one more lies.
 """
 
 from typing import Any
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from airlight.reference.medium import mean_transmittance
 
 Array = npt.NDArray[np.float64]
+LISTED = 4  # knots of a span that have each its own place
 
 
 def ray_distance(uv: Any, depth: Any, rays: Any, terms: Any, flat: Any) -> Array:
@@ -21,19 +23,32 @@ def ray_distance(uv: Any, depth: Any, rays: Any, terms: Any, flat: Any) -> Array
     return np.maximum(ahead, 0) * np.where(np.asarray(flat) > 0, 1.0, np.sqrt(1 + (at**2).sum(axis=-1)))
 
 
-def knot(span: Any, k: Any) -> Array:
-    """Places the k-th knots (...) of spans (..., 4), m."""
-    first, last, count, reach = np.moveaxis(np.asarray(span, float), -1, 0)
-    share = np.asarray(k, float) / np.maximum(count - 1, 1)
-    return np.where(k >= count, reach, first + (last - first) * share)
+def knot(knots: Any, count: Any, reach: Any, k: Any) -> Array:
+    """Places the k-th knots (...) of spans, m: knots (..., 4), count, reach."""
+    knots, count, k = np.asarray(knots, float), np.asarray(count, float), np.asarray(k, float)
+    even = knots[..., 0] + (knots[..., 1] - knots[..., 0]) * k / np.maximum(count - 1, 1)
+    own = np.take_along_axis(knots, np.clip(k, 0, LISTED - 1).astype(int)[..., None], axis=-1)[..., 0]
+    return np.where(k >= count, reach, np.where(count <= LISTED, own, even))
 
 
-def knot_before(span: Any, t: Any) -> Array:
-    """Finds the knots (...) at or before which distances t lie; -1: before the first."""
-    first, last, count, _ = np.moveaxis(np.asarray(span, float), -1, 0)
-    along = (t - first) / np.maximum(last - first, 1e-20)
-    found = np.where(t >= last, count - 1, np.floor(along * (count - 1)))
-    return np.where((count == 0) | (t < first), -1.0, found)
+def knot_before(knots: Any, count: Any, t: Any) -> Array:
+    """Finds the knots (...) of spans at or before which distances t lie; -1: before the first."""
+    knots, count, t = np.asarray(knots, float), np.asarray(count, float), np.asarray(t, float)
+    along = (t - knots[..., 0]) / np.maximum(knots[..., 1] - knots[..., 0], 1e-20)
+    even = np.clip(np.floor(along * (count - 1)), -1, count - 1)
+    listed = ((knots <= t[..., None]) & (np.arange(LISTED) < count[..., None])).sum(axis=-1) - 1
+    return np.where(count <= LISTED, listed, even)
+
+
+def listed_knots(extremes: Any, sums: Any, count: Any) -> Array:
+    """Places the knots (..., 4) of up to four surfaces, from the extremes (..., 2) of their distances, m, and the sums (..., 2) of these
+    and of their squares."""
+    (first, last), (total, squares), count = np.moveaxis(extremes, -1, 0), np.moveaxis(sums, -1, 0), np.asarray(count)
+    middle = (total - first - last) / 2
+    spread = np.sqrt(np.maximum((squares - first**2 - last**2) / 2 - middle**2, 0))
+    third = np.where(count <= 3, last, np.clip(middle + spread, first, last))
+    second = np.where(count <= 3, np.clip(2 * middle, first, last), np.clip(middle - spread, first, last))
+    return np.stack([first, np.where(count <= 2, last, second), third, last], axis=-1)
 
 
 def pack_knot(value: Any) -> npt.NDArray[np.uint32]:

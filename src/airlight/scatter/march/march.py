@@ -10,7 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
-from airlight.scatter.march.profile import SPANS, Profile
+from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
@@ -160,10 +160,10 @@ class March:
             self._build_hierarchy(encoder, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         if self.profile is not None:
-            alone = self.size == self.pixels
-            pipeline = self.device.pipeline(SPANS, "gather", ALONE=alone, MOST=self.profile.knots, **self._fog)
+            own = {"ALONE": self.size == self.pixels, "SUMS": self.profile.sums.format == "rgba32float"}
+            pipeline = self.device.pipeline(SPANS, "gather", MOST=self.profile.knots, **own, **self._fog)
             known = self.frame, self._lights[0], depth, self._shadows[0], _spare(self.device), self.layer
-            bind = self._bound("spans", SPANS, *known, self.profile.reaches, self.profile.spans)
+            bind = self._bound("spans", SPANS, *known, self.profile.extremes, self.profile.sums, self.profile.spans)
             compute(encoder, pipeline, bind, counts, "march spans", timer)
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
@@ -218,6 +218,6 @@ def _spare(device: Device) -> Any:
 def _no_profile(device: Device) -> tuple[Any, Any]:
     """Returns what is bound where no profiles are kept: their spans and values."""
     if "no profile" not in device.kept:
-        device.kept["no profile"] = device.buffer(size=16), device.buffer(size=16)
+        device.kept["no profile"] = device.buffer(size=SPAN.itemsize), device.buffer(size=16)
     found: tuple[Any, Any] = device.kept["no profile"]
     return found

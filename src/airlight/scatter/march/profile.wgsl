@@ -2,10 +2,11 @@
 // Between two knots the medium counts as even, and as evenly lit.
 //! include "medium/transmittance.wgsl"
 
+const LISTED = 4.0;             // knots of a span, up to which each has its own place
+
 struct Span {                   // of a ray's knots
-    first: f32,                 // m
-    last: f32,                  // m
-    count: f32,                 // of knots from first to last, evenly apart; one more lies at the ray's end
+    knots: vec4f,               // m: where they lie, in order; of more than LISTED, the first and the last, and the others evenly between
+    count: f32,                 // of knots, but for one at the ray's end
     reach: f32,                 // m
 }
 
@@ -19,14 +20,17 @@ fn ray_distance(uv: vec2f, depth: f32, rays: vec4f, terms: vec4f, flat: f32) -> 
 
 /// Place the k-th knot of a span, m. Twin: reference/profile.py:knot.
 fn knot(span: Span, k: f32) -> f32 {
-    return select(mix(span.first, span.last, k / max(span.count - 1.0, 1.0)), span.reach, k >= span.count);
+    let even = mix(span.knots.x, span.knots.y, k / max(span.count - 1.0, 1.0));
+    let own = select(even, span.knots[u32(clamp(k, 0.0, LISTED - 1.0))], span.count <= LISTED);
+    return select(own, span.reach, k >= span.count);
 }
 
 /// Find the knot, as a number, at or before which a distance lies; -1: before the first. Twin: reference/profile.py:knot_before.
 fn knot_before(span: Span, t: f32) -> f32 {
-    if (span.count == 0.0 || t < span.first) { return -1.0; }
-    let along = (t - span.first) / max(span.last - span.first, 1e-20);
-    return select(floor(along * (span.count - 1.0)), span.count - 1.0, t >= span.last);
+    let along = (t - span.knots.x) / max(span.knots.y - span.knots.x, 1e-20);
+    let even = clamp(floor(along * (span.count - 1.0)), -1.0, span.count - 1.0);
+    let passed = select(vec4f(0.0), vec4f(1.0), span.knots <= vec4f(t)) * select(vec4f(0.0), vec4f(1.0), vec4f(0.0, 1.0, 2.0, 3.0) < vec4f(span.count));
+    return select(even, dot(passed, vec4f(1.0)) - 1.0, span.count <= LISTED);
 }
 
 /// Pack (in-scattered radiance, optical length) as half floats. Twin: reference/profile.py:pack_knot.
