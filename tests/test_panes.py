@@ -361,6 +361,17 @@ def test_knots_are_their_twins() -> None:
     assert (profile.knot(*own, span["reach"], np.maximum(before, 0)) <= t)[some].all()
 
 
+def test_spans_are_unpacked_as_their_twin_does() -> None:
+    span, packed = spans(), np.zeros(200, struct_dtype("scatter/march/profile.wgsl", "PackedSpan"))
+    packed["knots"] = span["knots"].astype(np.float16).view(np.uint32)
+    packed["count"], packed["reach"] = span["count"], span["reach"]
+    found = call("scatter/march/profile.wgsl", "unpack_span", [packed])
+    knots, count, reach = profile.unpack_span(packed)
+    np.testing.assert_allclose(knots, span["knots"], rtol=1e-3)
+    for one, name in ((knots, "knots"), (count, "count"), (reach, "reach")):
+        np.testing.assert_array_equal(found[name], one)
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_knots_lie_where_panes_do(count: int) -> None:
     t = np.sort(RNG.uniform(1, 20, (200, count)), axis=-1).astype(np.float32)
@@ -376,7 +387,7 @@ def test_what_lies_between_knots_is_its_twin() -> None:
     a, more = RNG.uniform(0, 1, (2, 200, 4)).astype(np.float32)
     b, share, sigma = a + more, RNG.uniform(0, 1, 200).astype(np.float32), np.array([0.5, 2.0, 0.0], np.float32)
     found = call("scatter/march/profile.wgsl", "between_knots", [a, b, share, sigma])
-    np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=1e-5)
+    np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=1e-3)  # exactly even is as good as that
 
 
 def test_knots_are_packed_as_their_twin_does() -> None:

@@ -1,6 +1,6 @@
 // Looks up the medium before a fragment of what is seen through, in the profiles of the rays around it.
 //! include "pygfx/pane_camera.wgsl"
-@group(9) @binding(91) var<storage, read> pane_spans: array<Span>;
+@group(9) @binding(91) var<storage, read> pane_spans: array<PackedSpan>;
 @group(9) @binding(92) var<storage, read> pane_profile: array<vec2u>; // see pack_knot
 
 /// Look up (in-scattered radiance, optical length) before a fragment: profiles of the four rays around it, averaged knot by knot.
@@ -18,7 +18,7 @@ fn air_before(position: vec3f) -> vec4f {
     let near = vec4f((1.0 - part.x) * (1.0 - part.y), part.x * (1.0 - part.y), (1.0 - part.x) * part.y, part.x * part.y);
     // Average the spans of the rays that pass the fragment, not those that end before it at something near, and meet as many surfaces as the
     // nearest one of them
-    let s = array<Span, 4>(pane_spans[q.x], pane_spans[q.y], pane_spans[q.z], pane_spans[q.w]);
+    let s = array<PackedSpan, 4>(pane_spans[q.x], pane_spans[q.y], pane_spans[q.z], pane_spans[q.w]);
     var w = max(near, vec4f(1e-6)) * select(vec4f(1e-6), vec4f(1.0), vec4f(s[0].reach, s[1].reach, s[2].reach, s[3].reach) >= vec4f(0.98 * t));
     let most_weight = max(max(w.x, w.y), max(w.z, w.w));
     var count = s[3].count;
@@ -26,7 +26,7 @@ fn air_before(position: vec3f) -> vec4f {
     w *= select(vec4f(1e-6), vec4f(1.0), vec4f(s[0].count, s[1].count, s[2].count, s[3].count) == vec4f(count));
     w /= dot(w, vec4f(1.0));
     var span = Span(vec4f(0.0), count, 0.0);
-    //! each k of 4: span.knots += w[k] * s[k].knots; span.reach += w[k] * s[k].reach;
+    //! each k of 4: span.knots += w[k] * unpack_span(s[k]).knots; span.reach += w[k] * s[k].reach;
     // Average their knots before and behind the fragment
     let before = knot_before(span, t);
     let begin = select(knot(span, before), 0.0, before < 0.0);

@@ -51,6 +51,12 @@ def listed_knots(extremes: Any, sums: Any, count: Any) -> Array:
     return np.stack([first, np.where(count <= 2, last, second), third, last], axis=-1)
 
 
+def unpack_span(span: Any) -> tuple[Array, Array, Array]:
+    """Unpacks spans, records of PackedSpan: knots (..., 4), count, reach."""
+    knots = np.ascontiguousarray(span["knots"]).view(np.float16).astype(float)
+    return knots, span["count"].astype(float), span["reach"].astype(float)
+
+
 def pack_knot(value: Any) -> npt.NDArray[np.uint32]:
     """Packs (..., 4), in-scattered radiance and optical length, as half floats: (..., 2)."""
     return np.ascontiguousarray(np.minimum(np.asarray(value, float), 65504), np.float16).view(np.uint32)

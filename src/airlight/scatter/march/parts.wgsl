@@ -4,14 +4,14 @@
 //! include "scatter/march/profile.wgsl"
 override PANES: bool = false;   // surfaces are seen through
 
-@group(0) @binding(8) var<storage, read> spans: array<Span>;
+@group(0) @binding(8) var<storage, read> spans: array<PackedSpan>;
 @group(0) @binding(9) var<storage, read_write> profile: array<vec2u>; // see pack_knot
 
 /// March a ray in parts: sum what its light adds, and write the profile.
 fn march_parts(pixel: vec2u, ray: Ray) -> vec3f {
     let at = pixel.y * frame.size.x + pixel.x;
     let rays = frame.size.x * frame.size.y;
-    let span = spans[at];
+    let span = unpack_span(spans[at]);
     var sum = vec3f(0.0);
     var passed = 0.0; // optical length
     var begin = 0.0;

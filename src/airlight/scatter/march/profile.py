@@ -4,8 +4,8 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 
 SPANS = "scatter/march/spans.wgsl"
-SPAN = struct_dtype("scatter/march/profile.wgsl", "Span")
-KNOTS = 12  # at most, of a ray; one more lies at its end
+SPAN = struct_dtype("scatter/march/profile.wgsl", "PackedSpan")
+KNOTS = 8  # at most, of a ray; one more lies at its end
 MOST_BYTES = 2**29  # of profiles, for which rays have fewer
 BYTES = 8  # of a knot: four half floats
 
@@ -14,7 +14,7 @@ class Profile:
     """Holds the profiles of a march of a size (width, height).
 
     extremes, sums: textures of that size, to be drawn on before spans are found, (farthest, -nearest) of what is seen through on a ray, m,
-    and (sum of distances, of their squares, their number). spans: a buffer of Span, in profile.wgsl. knots: at most, of a ray, but for the
+    and (sum of distances, of their squares, their number). spans: a buffer of PackedSpan, in profile.wgsl. knots: at most, of a ray, but for the
     one at its end; values: a buffer of each knot's in-scattered radiance up to there, and optical length, as packed half floats, all rays'
     first ones first.
     """

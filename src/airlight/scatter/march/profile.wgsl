@@ -10,6 +10,17 @@ struct Span {                   // of a ray's knots
     reach: f32,                 // m
 }
 
+struct PackedSpan {             // its knots as half floats
+    knots: vec2u,
+    count: f32,
+    reach: f32,
+}
+
+/// Unpack a span. Twin: reference/profile.py:unpack_span.
+fn unpack_span(span: PackedSpan) -> Span {
+    return Span(vec4f(unpack2x16float(span.knots.x), unpack2x16float(span.knots.y)), span.count, span.reach);
+}
+
 /// Measure how far along the camera's ray of picture position uv a depth lies, m. rays, flat: projection.py: eye_rays; terms: depth_terms.
 /// Twin: reference/profile.py:ray_distance.
 fn ray_distance(uv: vec2f, depth: f32, rays: vec4f, terms: vec4f, flat: f32) -> f32 {
@@ -47,6 +58,7 @@ fn unpack_knot(packed: vec2u) -> vec4f {
 /// Interpolate (in-scattered radiance, optical length) at a share of the way between two knots. Twin: reference/profile.py:between_knots.
 fn between_knots(a: vec4f, b: vec4f, share: f32, sigma_t: vec3f) -> vec4f {
     let all = b.a - a.a;
-    let part = share * mean_transmittance(sigma_t * (share * all)) / mean_transmittance(sigma_t * all);
+    let thick = max(sigma_t * all, vec3f(1e-3)); // as thin as that it makes no difference
+    let part = (1.0 - exp(-share * thick)) / (1.0 - exp(-thick));
     return vec4f(a.rgb + part * (b.rgb - a.rgb), a.a + share * all);
 }

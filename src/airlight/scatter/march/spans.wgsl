@@ -7,7 +7,7 @@ override SUMS: bool = false;    // the sums are exact enough
 
 @group(0) @binding(6) var extremes: texture_2d<f32>; // (farthest, -nearest) of the surfaces on a ray, m
 @group(0) @binding(7) var sums: texture_2d<f32>; // (sum of distances, of their squares, their number)
-@group(0) @binding(8) var<storage, read_write> spans: array<Span>;
+@group(0) @binding(8) var<storage, read_write> spans: array<PackedSpan>;
 
 /// Place the knots of so many surfaces, from their extremes, m, and the sums of their distances and of the squares of these.
 /// Twin: reference/profile.py:listed_knots.
@@ -38,5 +38,7 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let count = select(min(max(found.z + 1.0, LISTED + 1.0), MOST), found.z, exact);
     var knots = select(vec4f(range, 0.0, 0.0), listed_knots(range, found.xy, found.z), exact);
     if (!exact && count <= LISTED) { knots = mix(range.xxxx, range.yyyy, vec4f(0.0, 1.0, 2.0, 3.0) / max(count - 1.0, 1.0)); }
-    spans[id.y * frame.size.x + id.x] = Span(min(knots, vec4f(ray.reach)), count, ray.reach);
+    knots = min(knots, vec4f(min(ray.reach, 65504.0)));
+    let packed = vec2u(pack2x16float(knots.xy), pack2x16float(knots.zw));
+    spans[id.y * frame.size.x + id.x] = PackedSpan(packed, count, ray.reach);
 }

@@ -17,7 +17,7 @@ const PCF = 1u;
 const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
-const LEAST_STEPS = 4.0;        // of a part of a ray
+const LEAST_STEPS = 2.0;        // of a part of a ray
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
