@@ -288,6 +288,22 @@ def mesh(triangles: np.ndarray, **material: Any) -> Any:
     return made
 
 
+def shining(stage: Stage, sent: SceneLight, steps: Any, resolution: float = 1.0) -> LightShafts:
+    """A pass over the scene, with a light and a medium that is no grey."""
+    shafts = LightShafts(
+        stage.renderer,
+        stage.scene,
+        stage.camera,
+        [sent],
+        parameters=Parameters(method="march"),
+        in_scene=SceneOptions(view_transform="none", resolution=resolution),
+        medium=Medium(sigma_t=(0.1, 0.07, 0.05), albedo=(0.9, 0.8, 0.7), anisotropy=0.3, max_distance=30.0),
+        march=March(steps=steps, shadow_size=2048),
+    )
+    stage.renderer.effect_passes = [shafts]
+    return shafts
+
+
 SUN_BESIDE = SceneLight(direction=(-0.8, 0.5, 0.1), strength=3.0)
 LAMP = SceneLight(position=(-6.0, 1.0, -5.0), strength=30.0)
 
@@ -305,24 +321,13 @@ def test_panes_before_a_shaft_of_light(stage: Stage, sent: SceneLight, steps: An
     stage.scene.add(mesh(solid, color="#000"))
     for one, alpha in zip(glass, alphas, strict=True):
         stage.scene.add(mesh(one, color="#000", opacity=alpha, alpha_mode="blend"))
-    medium = Medium(sigma_t=(0.1, 0.07, 0.05), albedo=(0.9, 0.8, 0.7), anisotropy=0.3, max_distance=30.0)
-    shafts = LightShafts(
-        stage.renderer,
-        stage.scene,
-        camera,
-        [sent],
-        parameters=Parameters(method="march"),
-        in_scene=SceneOptions(view_transform="none", resolution=resolution),
-        medium=medium,
-        march=March(steps=steps, shadow_size=2048),
-    )
-    stage.renderer.effect_passes = [shafts]
+    shafts = shining(stage, sent, steps, resolution)
     picture, layer = stage.seen(shafts)
     view, projection = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
     resolved = shafts.resolved_medium
     assert resolved is not None
     traced = [panes.Pane(one, 1 - a) for one, a in zip(glass, alphas, strict=True)]
-    truth = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([sent]), resolved, dims=False)
+    truth = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([sent]), resolved)
     near = np.zeros(SIZE[::-1], bool)  # pixels that meet a pane, beside no edge of what is seen
     for one in glass:
         near |= tracer.layer(view, projection, SIZE, one, [], resolved).path_length < 30
@@ -335,6 +340,63 @@ def test_panes_before_a_shaft_of_light(stage: Stage, sent: SceneLight, steps: An
     np.testing.assert_allclose(picture[near], layer[near], rtol=2e-3, atol=1e-4)  # all is black
     alone = tracer.layer(view, projection, SIZE, solid, punctual_lights([sent]), resolved).radiance
     assert np.sqrt(np.mean((alone - truth.radiance)[near] ** 2)) > 5 * least * truth.radiance[near].mean() * (1 if resolution == 1 else 0.2)
+
+
+# ---------------------------------------------------------------- light through panes
+
+
+def lying(height: float, near: float, far: float) -> np.ndarray:
+    """Two triangles that lie level at a height, across all of the view, between two distances before the eye."""
+    a, b, c, d = ((x, height, -z) for x, z in ((-60, near), (60, near), (60, far), (-60, far)))
+    return np.array([[a, b, c], [a, c, d]], float)
+
+
+@pytest.mark.parametrize("steps", ["exact", 512])
+def test_panes_dim_the_sun_beside_them(stage: Stage, steps: Any) -> None:
+    """Above the view, one lets 0.65 pass down to all between 2 and 6 m, the other 0.5 between 4 and 8 m."""
+    for z, alpha in (((2, 6), 0.35), ((4, 8), 0.5)):
+        stage.scene.add(mesh(lying(11 + z[0] / 2, *z), color="#fff", opacity=alpha, alpha_mode="blend"))
+    shafts = stage.shafts(steps=steps)
+    parts = [(0, 2, 1.0), (2, 4, 0.65), (4, 6, 0.65 * 0.5), (6, 8, 0.5), (8, WALL, 1.0)]
+    expected = sum(left * (light(end) - light(begin)) for begin, end, left in parts)
+    layer = stage.seen(shafts)[1]
+    np.testing.assert_allclose(layer.mean(), expected, rtol=2e-3)
+    np.testing.assert_allclose(layer, expected, rtol=0.02)  # of texels, and of steps
+    full = stage.seen(stage.shafts(steps=steps, transparency="none"))[1]
+    np.testing.assert_allclose(full, float(light(WALL)), rtol=1e-3)
+
+
+@pytest.mark.parametrize("sent", [SUN_BESIDE, LAMP], ids=["sun", "lamp"])
+@pytest.mark.parametrize("steps", ["exact", 512])
+def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, steps: Any) -> None:
+    """A wall with a gap beside the view, in which two panes hang: what they dim, and what they do not."""
+    camera = stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    solid = np.concatenate([square(40, 20, (0, 0, -9)), *(square(6, 9, (-6.5, 0, z), 90) for z in (-1.5, -8.5))])
+    glass = [square(3, 3, (-6.3, 1.5, -5), 90), square(0.6, 9, (-6.1, 0, -5), 90)]
+    alphas = (0.6, 0.35)
+    stage.scene = gfx.Scene()
+    stage.scene.add(mesh(solid, color="#000"))
+    for one, alpha in zip(glass, alphas, strict=True):
+        stage.scene.add(mesh(one, color="#000", opacity=alpha, alpha_mode="blend"))
+    moved = SceneLight(position=(-9.0, 1.0, -5.0), strength=30.0) if sent is LAMP else sent
+    shafts = shining(stage, moved, steps)
+    layer = stage.seen(shafts)[1]
+    resolved = shafts.resolved_medium
+    assert resolved is not None
+    view, projection = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
+    traced = [panes.Pane(one, 1 - a) for one, a in zip(glass, alphas, strict=True)]
+    truth = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved).radiance
+    bright = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved, dims=False).radiance
+    wrong = np.sqrt(np.mean((layer - truth) ** 2)) / truth.mean()
+    assert wrong < 0.015 < 0.1 < np.sqrt(np.mean((bright - truth) ** 2)) / truth.mean()
+
+
+def test_what_is_left_behind_is_its_twin() -> None:
+    surfaces = -np.sort(-RNG.uniform(0, 1, (200, 4)), axis=-1).astype(np.float32)
+    passed = -np.sort(-RNG.uniform(0, 1, (200, 4)), axis=-1).astype(np.float32)
+    depth = RNG.uniform(0, 1, 200).astype(np.float32)
+    found = call("scatter/march/walk.wgsl", "left_behind", [depth, surfaces, passed])
+    np.testing.assert_array_equal(found, panes.left_behind(depth, surfaces, passed))
 
 
 # ---------------------------------------------------------------- functions of shaders
@@ -387,7 +449,7 @@ def test_what_lies_between_knots_is_its_twin() -> None:
     a, more = RNG.uniform(0, 1, (2, 200, 4)).astype(np.float32)
     b, share, sigma = a + more, RNG.uniform(0, 1, 200).astype(np.float32), np.array([0.5, 2.0, 0.0], np.float32)
     found = call("scatter/march/profile.wgsl", "between_knots", [a, b, share, sigma])
-    np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=1e-3)  # exactly even is as good as that
+    np.testing.assert_allclose(found, profile.between_knots(a, b, share, sigma), rtol=2e-3)  # exactly even is as good as that
 
 
 def test_knots_are_packed_as_their_twin_does() -> None:

@@ -10,6 +10,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
 from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.pygfx.casters import Casters, height
+from airlight.pygfx.glass_maps import GlassMaps
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.private_panes import camera_data, use_camera
 from airlight.pygfx.punctual import punctual_lights
@@ -32,6 +33,7 @@ class MediumState:
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
         self._over: SceneLayer | None = None  # with what is seen through
+        self.glass = GlassMaps(device)
 
     @property
     def layer(self) -> SceneLayer:
@@ -59,7 +61,11 @@ class MediumState:
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
         camera = camera_data()
-        shadows = casters.draw(view, projection, lights, medium, timer, gathered)
+        glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
+        shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
+        if glass and hulls is not None:
+            self.glass.still = shafts.still
+            self.glass.draw(shadows, glass, hulls, timer)
         share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         panes = shafts.panes if shafts.panes.held else None
         share |= {"panes": True} if panes else {}

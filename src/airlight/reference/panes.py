@@ -28,6 +28,14 @@ class Pane:
     passed: float
 
 
+def left_behind(depth: Any, surfaces: Any, left: Any) -> Array:
+    """Finds what is left (...) of a light at depths (...), which fall with the distance from it, behind surfaces at depths (..., 4), each
+    nearer to it than the next; left (..., 4): behind each."""
+    count = (np.asarray(surfaces) > np.asarray(depth)[..., None]).sum(axis=-1)
+    every = np.concatenate([np.ones((*count.shape, 1)), np.broadcast_to(left, (*count.shape, 4))], axis=-1)
+    return np.asarray(np.take_along_axis(every, count[..., None], axis=-1)[..., 0])
+
+
 def layer(
     view: Any,
     projection: Any,

@@ -31,9 +31,12 @@ class Shadow:
     """Holds the shadow map of a light: a wgpu texture, depth32float, 2-D array of size x size, a layer each view.
 
     A sun has 1 to 4 views (cascades, near to far); beyond their map everything is lit. A spot has one: its cone lies in it. A point has
-    six, which tile all directions. Views' order is that of the layers.
+    six, which tile all directions. Views' order is that of the layers. glass: a buffer of what dims the light without hiding it, of
+    glass_side x glass_side texels a view, see `pygfx.glass_maps.GlassMaps`; None: nothing does.
     """
 
     texture: Any
     size: int
     views: list[ShadowView] = field(default_factory=list)
+    glass: Any = None
+    glass_side: int = 0

@@ -56,6 +56,7 @@ class March:
         self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
+        self._glass: list[Any] = []  # of each light, a buffer or None
         self._pipelines: list[Any] = []
         self._tiles: list[Any] = []  # a buffer each light
         self._path = WALK
@@ -101,6 +102,7 @@ class March:
             self._path = path
             self._binds.clear()
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lights] or [nothing]
+        self._glass = [None if shadow is None else shadow.glass for _, shadow in lights] or [None]
         if medium.exact:
             self._fit_tiles()
         self._names = [light.word for light, _ in lights] or ["ambient"]
@@ -110,7 +112,7 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
-            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns, "PANES": panes}
+            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns, "PANES": panes, "GLASS": self._glass[i] is not None}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
@@ -151,7 +153,8 @@ class March:
             before = _spare(self.device)
         more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
         light, profile = self._lights[i], self.profile
-        panes = _no_profile(self.device) if profile is None else (profile.spans, profile.values)
+        spare = _no_profile(self.device)
+        panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
         return self._bound(i, self._path, self.frame, light, depth, self._shadows[i], before, target, more, light, *panes)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:

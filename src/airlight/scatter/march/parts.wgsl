@@ -1,6 +1,7 @@
 // Marches a ray in parts, where surfaces are seen through: from knot to knot of its profile, each part as a ray of its own behind the medium
 // before it. Whoever includes this has in_scattered(ray, around): what the light adds to a part.
 //! include "scatter/march/lights.wgsl"
+//! include "scatter/march/glass.wgsl"
 //! include "scatter/march/profile.wgsl"
 override PANES: bool = false;   // surfaces are seen through
 

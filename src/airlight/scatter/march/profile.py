@@ -14,9 +14,9 @@ class Profile:
     """Holds the profiles of a march of a size (width, height).
 
     extremes, sums: textures of that size, to be drawn on before spans are found, (farthest, -nearest) of what is seen through on a ray, m,
-    and (sum of distances, of their squares, their number). spans: a buffer of PackedSpan, in profile.wgsl. knots: at most, of a ray, but for the
-    one at its end; values: a buffer of each knot's in-scattered radiance up to there, and optical length, as packed half floats, all rays'
-    first ones first.
+    and (sum of distances, of their squares, their number). spans: a buffer of PackedSpan, in profile.wgsl. knots: at most, of a ray, but
+    for the one at its end; values: a buffer of each knot's in-scattered radiance up to there, and optical length, as packed half floats,
+    all rays' first ones first.
     """
 
     def __init__(self, device: Device, size: tuple[int, int]) -> None:

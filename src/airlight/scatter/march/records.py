@@ -42,7 +42,7 @@ def light_record(light: PunctualLight, shadow: Shadow | None, view: Any, medium:
     out["climb"] = view[:3, 1] @ out["position"]
     out["blend"], out["steps"] = medium.march.cascade_blend, medium.steps
     if shadow is not None:
-        out["views"], out["side"] = len(shadow.views), shadow.size
+        out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):
             at = out["view"][i]
             at["matrix"] = (one.matrix @ into).T  # WGSL keeps columns

@@ -46,5 +46,6 @@ struct Light {
     steps: u32,                 // along a ray, 0: exact
     begin: vec2u,               // pixel at which a pass begins
     climb: f32,                 // sine of a directional light's height above the horizon
+    glass_side: f32,            // of the map of what dims it, texels
     view: array<ShadowView, 6>,
 }

@@ -125,6 +125,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         // Look up the sample's visibility
         let at = line.b.xyz + min((k + o) * each, last) * line.a.xyz;
         var share = visibility(i, at.xy, at.z, o);
+        if (GLASS) { share *= light_left(i, at.xy, at.z); }
         // Weigh it where cascades blend
         if (CASCADES) {
             let away = (k + o) * ahead - ray.origin.z;
@@ -160,7 +161,8 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         // Look up the sample's visibility
         let angle = start + (k + o) * each;
         let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-        let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+        var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+        if (GLASS && at.w > 0.0) { share *= light_left(i, at.xy / at.w, at.z / at.w); }
         // Add what the step scatters, but for the steps' angle
         total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);
         k += 1.0;
