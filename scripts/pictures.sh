@@ -67,6 +67,33 @@ vesper() { # docs/scenes.md
     put jpeg $to/vesper-scene.jpg 2 "$work"/vesper.?.png
 }
 
+three() { # NAME SCENE OPTION VALUE VALUE VALUE ...: one scene with three values of an option, side by side
+    local name=$1 scene=$2 option=$3 values=("$4" "$5" "$6") k
+    shift 6
+    for k in 0 1 2; do
+        render "$scene" --method march --width 320 --height 180 "$option" "${values[k]}" "$@" -o "$work/$name.$k.png"
+    done
+    put jpeg $to/$name.jpg 3 "$work/$name".?.png
+}
+
+hx() { # docs/hx.md
+    local bay=(flying --time 20.2)
+    render "${bay[@]}" --preset hx --width 640 -o "$work/hx.png"
+    put jpeg $to/hx.jpg 1 "$work/hx.png"
+    three hx-density flying --sigma-t 0.0015 0.006 0.024 --time 20.2
+    three hx-mie foliage-view --anisotropy 0 0.4 0.8
+    three hx-ambient flying --ambient 0 0.1 0.3,0.4,0.6 --time 20.2 --sigma-t 0.006
+    three hx-extinction flying --extinction-share 1 0.5 0 --time 20.2 --sigma-t 0.006
+    three hx-glow flying --sun-glow 0 0.03 0.1 --time 20.2 --sigma-t 0.006 --sun-glow-size 5
+    three hx-light cage --light "0,2,0;extinction=0.2" "0,2,0" "0,2,0;extinction=2"
+    three hx-fog flying --fog none linear exponential --time 20.2 --sigma-t 0.03 --fog-base 0 --fog-depth 5
+    three hx-steps slats --steps 4 16 exact --resolution 0.25
+    three hx-distance flying --sun-distance 20 60 140 --time 20.2 --sigma-t 0.006
+    three hx-soften slats --soften 0 2 4 --resolution 0.25 --steps 6
+    three hx-filter slats --shadow-filter nearest pcf variance --shadow-size 96 --resolution 1 --steps 96
+    three hx-depth foliage-view --depth-sharpness 0 4 24 --resolution 0.125 --anisotropy 0.6 --depth-threshold 10
+}
+
 depth() { # this and the rest: docs/caveats.md
     render flying --time 9 --width 640 -o "$work/depth.1.png"
     render flying --time 9 --width 640 --depth-aware 150 -o "$work/depth.2.png"
@@ -95,7 +122,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer fog scenes animation guide world validation vesper depth border turning streaks adaptation)
+all=(photographs comparison viewer fog scenes animation guide world validation vesper hx depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

@@ -18,7 +18,7 @@ LAYERS = (
     "jobs",
     "scenes",
     "pygfx",
-    "api debug layers pictures",
+    "api baked debug layers pictures",
     "scatter reference",
     "shadows medium lights occlusion composite look detect reference.look reference.colour",
     "options gpu files notebook_image",

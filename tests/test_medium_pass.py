@@ -110,6 +110,13 @@ def test_the_merge_is_its_twin(known: Stage, extinction: bool, mix: float | None
     np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
 
 
+def test_surfaces_are_dimmed_by_the_share_that_is_asked(known: Stage) -> None:
+    seen = known.frame(known.shafts(medium=Medium(extinction_share=0.3)))
+    transmittance = twin.share_of_dimming(seen.transmittance, 0.3)
+    expected = twin.through_medium(seen.color[..., :3].astype(float), seen.light, transmittance)
+    np.testing.assert_allclose(seen.out[..., :3], expected, rtol=4 * HALF, atol=1e-3)
+
+
 def test_what_a_medium_lets_through_and_its_light_can_be_seen(known: Stage) -> None:
     shafts = known.shafts(in_scene=SceneOptions())
     shafts.debug = "occlusion"

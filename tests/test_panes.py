@@ -415,12 +415,12 @@ def test_knots_are_their_twins() -> None:
     span = spans()
     k, t = RNG.integers(0, 9, 200).astype(np.float32), RNG.uniform(0, 20, 200).astype(np.float32)
     own = span["knots"], span["count"]
-    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot", [span, k]), profile.knot(*own, span["reach"], k), rtol=1e-5)
+    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot_place", [span, k]), profile.knot_place(*own, span["reach"], k), rtol=1e-5)
     before = profile.knot_before(*own, t)
     np.testing.assert_array_equal(call("scatter/march/profile.wgsl", "knot_before", [span, t]), before)
     assert set(before) >= {-1.0, 0.0, 3.0, 5.0}
     some = before >= 0
-    assert (profile.knot(*own, span["reach"], np.maximum(before, 0)) <= t)[some].all()
+    assert (profile.knot_place(*own, span["reach"], np.maximum(before, 0)) <= t)[some].all()
 
 
 def test_spans_are_unpacked_as_their_twin_does() -> None:

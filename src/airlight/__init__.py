@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from airlight.api import Renderer as Renderer
     from airlight.api import add_light_shafts as add_light_shafts
+    from airlight.api import density as density
     from airlight.api import light_shafts as light_shafts
     from airlight.api import occlusion_fraction as occlusion_fraction
+    from airlight.baked import basin as basin
+    from airlight.baked import particles as particles
     from airlight.detect import Candidate as Candidate
     from airlight.detect import find_light as find_light
     from airlight.detect import find_lights as find_lights
@@ -21,7 +24,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 _HOME = {
-    "api": ("Renderer", "add_light_shafts", "light_shafts", "occlusion_fraction"),
+    "api": ("Renderer", "add_light_shafts", "density", "light_shafts", "occlusion_fraction"),
+    "baked": ("basin", "particles"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "lights": ("Light",),

@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -22,11 +22,14 @@ from airlight.lights import ImageLight, as_lights
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
+from airlight.medium.field import Field
+from airlight.medium.resolve import resolve as medium_of_scene
 from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
-from airlight.options import OF_PICTURES, Composite, Look, Parameters, chosen_look, presets, refuse_medium
+from airlight.options import OF_PICTURES, Composite, Look, March, Medium, Parameters, chosen_look, presets, refuse_medium
 from airlight.options.words import in_python
+from airlight.reference.field import density as density_at
 from airlight.scatter.methods import METHODS
 from airlight.scatter.render import PictureRenderer
 
@@ -294,3 +297,35 @@ def occlusion_fraction(
         fraction=True,
     )
     return shown(np.clip(1 - lit[..., 0], 0, 1))
+
+
+def density(
+    points: Any,
+    time: float = 0.0,
+    medium: Medium | None = None,
+    fields: Sequence[Field] = (),
+    radius: float | None = None,
+    height: float | None = None,
+) -> npt.NDArray[np.float64]:
+    """Evaluate the density of a medium, (...) float64: the factor of its coefficients, which shaders agree with to 1e-5.
+
+    points: (..., 3) world, m, y up. time: s, of wind. medium: None for one of the defaults. fields: densities on grids, in order.
+    radius, height: of the scene, m, from which what is unset follows, as of `LightShafts`; an unset fog_depth is a tenth of the height,
+    which without it is twice the radius, and an unset noise_size an eighth of the radius. Raises AirlightError.
+    """
+    m = Medium() if medium is None else medium
+    places = np.asarray(points, float)
+    if places.shape[-1:] != (3,):
+        raise AirlightError(f"points of shape {places.shape}: give (..., 3), x, y and z in metres")
+    if not (np.isfinite(places).all() and np.isfinite(time)):
+        raise AirlightError("points and time have to be finite: leave out what is not")
+    for name, size in (("radius", radius), ("height", height)):
+        if size is not None and not 0 < size < np.inf:
+            raise AirlightError(f"{name} = {size:g}: give the scene's in metres, more than 0")
+    if m.fog != "none" and m.fog_depth is None and radius is None and height is None:
+        raise AirlightError("fog_depth is unset: give it, or the scene's height, of which it is a tenth")
+    if m.noise_amount > 0 and m.noise_size is None and radius is None:
+        raise AirlightError("noise_size is unset: give it, or the scene's radius, of which it is an eighth")
+    resolved = medium_of_scene(m, March(), "final", radius or 1.0, height, fields, time)
+    air = m.air if m.air is not None else resolved.air
+    return density_at(places, dataclasses.replace(resolved, air=air))

@@ -104,7 +104,8 @@ class _Fps(click.ParamType):
     metavar="x,y,z|NAME",
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
-    "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated.",
+    "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated. "
+    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic).",
 )
 @option(
     "--sun",

@@ -108,7 +108,8 @@ class ComparedView:
 
     def composited(self, layer: Layer, v: Variant) -> Array:
         """Composite (H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
-        transmittance = layer.transmittance if v.medium.extinction else 1.0
+        share = v.medium.extinction_share if v.medium.extinction else 0.0
+        transmittance = reference.share_of_dimming(layer.transmittance, share)
         color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         exposure = Exposure() if self._exposure is None else self._exposure
         color = (color * (2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre)).astype(np.float32)
@@ -136,8 +137,6 @@ class ComparedView:
         work: of which it is a part."""
         if against == "walk":
             return self._walked(medium, "as --against walk asks")
-        if against == "mitsuba" and medium.settings.fog != "none":
-            raise AirlightError("--against mitsuba: it is asked for even media alone; use --against tracer for fog, or leave --fog out")
         try:
             with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)

@@ -5,3 +5,8 @@
 fn through_medium(surface: vec3f, transmittance: vec3f, in_scattered: vec3f, mix: f32) -> vec3f {
     return surface * transmittance + mix * in_scattered;
 }
+
+/// Weaken the dimming of surfaces to a share of it, which is artistic: 1 - share (1 - T). Twin: reference/scene.py:share_of_dimming.
+fn share_of_dimming(transmittance: vec3f, share: f32) -> vec3f {
+    return (1.0 - share) + share * transmittance;
+}

@@ -14,10 +14,10 @@ override EXTINCTION: bool = false; // the medium attenuates what is behind it, b
 @group(0) @binding(6) var aside: texture_2d<f32>; // in-scattered radiance of a medium's layer
 @group(0) @binding(8) var transmittance: texture_2d<f32>; // of a medium's layer
 
-/// Reads what of a surface's radiance the medium before it lets through.
+/// Reads what of a surface's radiance is seen through the medium before it.
 fn transmitted(p: vec2i) -> vec3f {
     if (!EXTINCTION) { return vec3f(1.0); }
-    return textureLoad(transmittance, p, 0).rgb;
+    return share_of_dimming(textureLoad(transmittance, p, 0).rgb, view.extinction_share);
 }
 
 /// Make (the fog's colour, its cover): aerial perspective in the light's colour, the denser the more the light is faced.

@@ -29,6 +29,7 @@ struct SceneUniforms {
     adapt: f32,                 // share of light adaptation
     follow: f32,                // share of the way to what adaptation measures now
     exposure: f32,              // factor of the picture for a display, before adaptation
+    extinction_share: f32,      // of the dimming of surfaces by the medium
     cones: u32,                 // how many of `cone` are in use
     aims: u32,                  // how many of `aim` are in use; the rest is dark
     cone: array<Cone, 8>,

@@ -92,6 +92,7 @@ class Device:
         self._lock = threading.Lock()
         self._pipelines: dict[Any, Any] = {}
         self._modules: dict[str, Any] = {}
+        self._numbers: dict[str, list[int]] = {}  # of the bindings of each module
         self._samplers: dict[str, Any] = {}
 
     @classmethod
@@ -132,8 +133,10 @@ class Device:
         if path not in self._modules:
             code = load(path)
             module = self.device.create_shader_module(code=code, label=path)
-            group = self.device.create_bind_group_layout(entries=bindings(code))
+            entries = bindings(code)
+            group = self.device.create_bind_group_layout(entries=entries)
             self._modules[path] = module, group, self.device.create_pipeline_layout(bind_group_layouts=[group])
+            self._numbers[path] = sorted(entry["binding"] for entry in entries)
         return self._modules[path]
 
     def pipeline(self, path: str, entry: str, **constants: float) -> Any:
@@ -197,7 +200,8 @@ class Device:
 
     def bind(self, path: str, *resources: Any) -> Any:
         """Create the bind group of a .wgsl file: textures, samplers, buffers in the order of their binding numbers."""
-        entries = [{"binding": i, "resource": self.binding(r)} for i, r in enumerate(resources)]
+        numbers = self._numbers[path]
+        entries = [{"binding": i, "resource": self.binding(r)} for i, r in zip(numbers, resources, strict=True)]
         return self.device.create_bind_group(layout=self._modules[path][1], entries=entries)
 
     def binding(self, r: Any) -> Any:

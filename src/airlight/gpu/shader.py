@@ -45,6 +45,8 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["sampler"] = {"type": "filtering"}
         elif kind == "texture_storage_2d":
             entry["storage_texture"] = {"access": "write-only", "format": argument}
+        elif kind == "texture_storage_2d_array":
+            entry["storage_texture"] = {"access": "write-only", "format": argument, "view_dimension": "2d-array"}
         elif kind == "texture_depth_2d":
             entry["texture"] = {"sample_type": "depth"}
         elif kind == "texture_3d":
@@ -52,6 +54,7 @@ def bindings(code: str) -> list[dict[str, Any]]:
         elif kind == "texture_depth_2d_array":
             entry["texture"] = {"sample_type": "depth", "view_dimension": "2d-array"}
         else:
-            entry["texture"] = {"sample_type": "float" if name in filtered else "unfilterable-float"}
+            dimension = "2d-array" if kind == "texture_2d_array" else "2d"
+            entry["texture"] = {"sample_type": "float" if name in filtered else "unfilterable-float", "view_dimension": dimension}
         entries.append(entry)
     return entries

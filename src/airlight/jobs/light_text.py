@@ -2,7 +2,8 @@
 
 Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
 places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
-colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too.
+colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too; and with density and
+extinction, factors of the medium's as this light alone has them.
 """
 
 import math
@@ -84,8 +85,8 @@ _QUANTITY = re.compile(r"([-+]?[\d.]+(?:e[-+]?\d+)?+) *([a-z][a-z/²2]*)", re.IG
 
 
 def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
-    """Divide a light into its position as it is written, and {color, strength} where they are given, intensity for a strength with a unit.
-    form: of the position, to tell."""
+    """Divide a light into its position as it is written, and {color, strength} where they are given, intensity for a strength with a unit,
+    and a scene's density and extinction. form: of the position, to tell."""
     position, *rest = (part.strip() for part in text.split(";"))
     known: dict[str, Any] = {}
     for part in rest:
@@ -95,12 +96,12 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = tuple(float(v) for v in value.split(","))
             elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
                 known["intensity"] = float(found[1]) * _unit(found[2], text, form)
-            elif name == "strength":
+            elif name == "strength" or (name in OF_MEDIUM and form in SCENE_FORMS):
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
             else:
-                keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()))
+                keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
                 wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
                 raise AirlightError(wrong + nearest(name, keys))
         except ValueError:
@@ -110,7 +111,7 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
 
 def _unit(unit: str, text: str, form: str) -> float:
     """Give what one of a unit is in candela of a lamp, or in lux of a sun. Raises AirlightError for another unit."""
-    if form not in (PLACE.upper(), SUN.upper()):
+    if form not in SCENE_FORMS:
         raise AirlightError(f"cannot read the unit {unit} in the light {text!r}: a picture's lights have none; write strength=2")
     units, others, what = (SUN_UNITS, LAMP_UNITS, "a sun") if form == SUN.upper() else (LAMP_UNITS, SUN_UNITS, "a lamp")
     if unit.lower() in units:
@@ -161,6 +162,8 @@ def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageL
 
 
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
+SCENE_FORMS = (PLACE.upper(), SUN.upper())
+OF_MEDIUM = ("density", "extinction")  # factors, of a scene's light
 SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the scene stands for
 
 
@@ -186,7 +189,10 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     place, known = split_light(text, form.upper())
     if not 0 <= known.get("intensity", 0) <= 1e9:
         raise AirlightError(f"the strength of the light {text!r} is beyond 0 to 1e9 candela or lux: give another")
-    ImageLight((0, 0), **{name: value for name, value in known.items() if name != "intensity"})  # raises for these
+    for name in OF_MEDIUM:
+        if not 0 <= known.get(name, 1) <= 1e6:
+            raise AirlightError(f"{name}={known[name]:g} of the light {text!r} is beyond 0 to 1e6 times the medium's: give another")
+    ImageLight((0, 0), **{name: value for name, value in known.items() if name not in ("intensity", *OF_MEDIUM)})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known
     at = numbers(place, form)
@@ -202,7 +208,7 @@ def _is_name(place: str) -> bool:
 
 def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     """Read `x,y,z`, the name of an object, or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with
-    `;color=R,G,B;strength=S`."""
+    `;color=R,G,B;strength=S;density=D;extinction=E`."""
     from airlight.pygfx import SceneLight
     from airlight.scenes.lamps import NamedLight
 

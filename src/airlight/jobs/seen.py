@@ -68,7 +68,8 @@ def is_dense(medium: "ResolvedMedium", depths: "np.ndarray") -> bool:
     from airlight.luminance import REC709_F32
     from airlight.medium.resolve import VISIBLE_CONTRAST
 
-    return bool(len(depths) and medium.settings.extinction and (np.exp(-depths) @ REC709_F32 < VISIBLE_CONTRAST).mean() > 0.5)
+    hiding = medium.least_seen < VISIBLE_CONTRAST
+    return bool(len(depths) and hiding and (np.exp(-depths) @ REC709_F32 < VISIBLE_CONTRAST).mean() > 0.5)
 
 
 def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str | None:

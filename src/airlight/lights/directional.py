@@ -62,13 +62,13 @@ class DirectionalLight(PunctualLight):
         half = rung(float((high - low)[:2].max()) / 2)
         centre, radius = ball(hulls)
         away = float(np.linalg.norm(centre - into[:3, 3]))
-        far = min(medium.max_distance, rung(away + radius))
+        far = min(medium.sun_reach, rung(away + radius))
         near = max(rung(away - radius, up=False), far * NEAR_SHARE)
         ends = splits(near if near < far else far * NEAR_SHARE, far, march.cascades, march.cascade_split)
         out: list[ShadowView] = []
         start = before = 0.0
         for end in [*ends, np.inf]:
-            at, reach = slice_ball(projection, before, min(end, medium.max_distance))
+            at, reach = slice_ball(projection, before, min(end, medium.sun_reach))
             if half <= reach:
                 return [*out, orthographic_view(axes, (low + high) / 2, half, size, local, (start, np.inf))]
             out.append(orthographic_view(axes, axes @ (into @ np.append(at, 1.0))[:3], reach, size, local, (start, float(end))))

@@ -30,7 +30,7 @@ class PunctualLight(ABC):
     """Describes a light that shines on a medium.
 
     intensity: (3,) linear RGB: lux on a plane that faces a directional light, else candela. strength: factor of what the medium makes of
-    it; anisotropy: instead of the medium's, -1..1.
+    it; anisotropy: instead of the medium's, -1..1. density, extinction: factors of the medium's, for this light alone; artistic.
 
     kind: as KHR_lights_punctual names it; word: as messages and timings do. directional: its rays are parallel. flags: override constants
     of scatter/march/scene.wgsl that say what of a light's kind the shaders have to know.
@@ -39,11 +39,17 @@ class PunctualLight(ABC):
     intensity: Triple
     strength: float = field(default=1.0, kw_only=True)
     anisotropy: float | None = field(default=None, kw_only=True)
+    density: float = field(default=1.0, kw_only=True)
+    extinction: float = field(default=1.0, kw_only=True)
 
     kind: ClassVar[str]
     word: ClassVar[str]
     directional: ClassVar[bool] = False
     flags: ClassVar[Mapping[str, bool]] = {}
+
+    def own_medium(self, medium: ResolvedMedium) -> ResolvedMedium:
+        """Gives the medium as this light has it."""
+        return medium.of_light(self.density, self.extinction)
 
     def fade(self, eye: Any, medium: ResolvedMedium) -> float:
         """Computes the light's factor for an eye at (3,), world, from Medium.lamp_distance and lamp_fade; 1 for directional lights."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.messages import nearest
@@ -31,3 +31,10 @@ class Field:
             raise AirlightError(f"blend {self.blend!r}{nearest(self.blend, BLENDS)}; use {', '.join(BLENDS)}")
         if not 0 <= self.factor < float("inf"):
             raise AirlightError(f"factor = {self.factor:g}; give 0 or more")
+
+
+def as_field(density: Any) -> Field | None:
+    """Make a field of a field, of a volume, or of what gives one by `field()`, as particles that move do; None where that gives none."""
+    if isinstance(density, Field):
+        return density
+    return density.field() if hasattr(density, "field") else Field(density)

@@ -38,3 +38,9 @@ fn henyey_greenstein(apart: vec2f, g: f32) -> f32 {
     let under = off * off + 2.0 * abs(g) * select(apart.x, apart.y, g < 0.0); // 1 + g^2 - 2 g cosine
     return off * (1.0 + abs(g)) / (4.0 * PI * under * sqrt(under));
 }
+
+/// Evaluate the lobe of a glow around a light, 1/sr, between unit vectors: falling by e^(-kappa (1 - cosine)), its integral over the sphere 1
+/// (Fisher 1953). Twin: reference/medium.py:glow_between.
+fn glow_between(a: vec3f, b: vec3f, kappa: f32) -> f32 {
+    return kappa * exp(-0.5 * kappa * dot(a - b, a - b)) / (2.0 * PI * (1.0 - exp(-2.0 * kappa)));
+}

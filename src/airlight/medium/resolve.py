@@ -94,6 +94,34 @@ class ResolvedMedium:
         own = m.anisotropy if anisotropy is None else anisotropy
         return PHASES.index(m.phase), own, m.back_anisotropy, m.back_share if m.phase == "two-lobe" else 0.0
 
+    @property
+    def sun_reach(self) -> float:
+        """Gives the distance from the eye, m, as far as suns light the medium."""
+        own = self.settings.sun_distance
+        return self.max_distance if own is None else min(self.max_distance, own)
+
+    @property
+    def sun_steps(self) -> int:
+        """Gives the steps for suns; 0: exact."""
+        own = self.march.sun_steps
+        return self.steps if own is None or self.exact else own
+
+    @property
+    def glow_concentration(self) -> float:
+        """Computes kappa of the glow around suns, which falls by e^(-kappa (1 - cosine))."""
+        return math.log(2) / (1 - math.cos(math.radians(self.settings.sun_glow_size)))
+
+    @property
+    def least_seen(self) -> float:
+        """Gives the part of a surface's light that is seen through the medium, however much of it there is."""
+        return 1 - self.settings.extinction_share if self.settings.extinction else 1.0
+
+    def of_light(self, density: float, extinction: float) -> "ResolvedMedium":
+        """Gives the medium that a light has to itself: density times as dense, and extinction times as extinguishing."""
+        if density == extinction == 1:
+            return self
+        return replace(self, sigma_t=self.sigma_t * (density * extinction), sigma_s=self.sigma_s * density)
+
 
 def resolve(
     medium: Medium,
@@ -141,7 +169,7 @@ def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
     near, far = (min(max(distance, size), medium.max_distance) for size in (radius, 2 * radius))
     if near <= 0 or not medium.sigma_t.any() or medium.settings.fog != "none":
         return None
-    if medium.settings.extinction and (medium.sigma_t * near).min() > HIDING_DEPTH:
+    if medium.least_seen < VISIBLE_CONTRAST and (medium.sigma_t * near).min() > HIDING_DEPTH:
         return hides(medium, near)
     return is_too_thin(medium, far, "but by a very strong light") if (medium.sigma_t * far).max() < EMPTY_DEPTH else None
 

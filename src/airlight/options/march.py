@@ -15,6 +15,11 @@ class March(Options, group="march"):
         "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
         "Airlight", ge=1, le=4096, slider=(4, 256), log=True, words=("exact",),
     )
+    sun_steps: int | None = whole(
+        None,
+        "of suns, instead of steps; unset: as these; not where they are exact",
+        "Hx Volumetric Lighting", ge=1, le=4096, slider=(4, 256), log=True,
+    )
     snap: bool = switch(
         False,
         "look up shadows at the centres of texels, as nearest does: a filter then lies around one",
@@ -37,13 +42,42 @@ class March(Options, group="march"):
         "Airlight", ge=0, le=0.5,
     )
     shadow_filter: str = choice(
-        "nearest", ("nearest", "pcf", "soft"),
-        "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them (lamps: pcf). steps exact"
-        " takes nearest",
-        "Reeves et al. 1987; Fernando 2005",
+        "nearest", ("nearest", "pcf", "soft", "variance"),
+        "edges of shadows: as the texels are; filtered over 2 x 2; as wide as the sun's size makes them (lamps: pcf); by mean and "
+        "variance of the depths around. steps exact takes nearest",
+        "Reeves et al. 1987; Fernando 2005; Donnelly and Lauritzen 2006",
+    )
+    variance_radius: int = whole(
+        3, "with shadow-filter variance: texels to each side, over which depths are averaged",
+        "Donnelly and Lauritzen 2006", "texels", ge=0, le=8,
+    )
+    variance_cut: float = real(
+        0.2,
+        "with shadow-filter variance: visibility up to which a place counts as dark, against light that leaks where shadows overlap",
+        "Lauritzen, GPU Gems 3, ch. 8", ge=0, le=0.95,
     )
     sun_size: float = real(0.27, "half the angle under which a sun is seen", "Airlight", "degrees", ge=0, le=20)
     shadow_bias: float = real(0.0, "how far behind what hides the light shadows begin", "Airlight", "m", ge=0, le=1e6, slider=(0, 0.1))
+    soften: int = whole(
+        0,
+        "artistic: passes of blur over the light at the size that is computed, each along rows and columns, not over edges of depth",
+        "Hx Volumetric Lighting", ge=0, le=4,
+    )
+    soften_kernel: str = choice(
+        "gaussian", ("gaussian", "box"), "with soften: weights of the three neighbours on each side", "Hx Volumetric Lighting"
+    )
+    depth_sharpness: float = real(
+        24.0,
+        "of soften, and of what a smaller resolution is enlarged by: how fast a neighbour's weight falls with the relative difference of "
+        "its distance",
+        "Airlight", ge=0, le=1000, slider=(0, 100),
+    )
+    depth_threshold: float = real(
+        0.2,
+        "with a smaller resolution: relative difference of distance from which on a neighbour shows something else, and one that is alike "
+        "is looked for farther away",
+        "Airlight", ge=0, le=10, slider=(0, 1),
+    )
     article_share: str = choice(
         "code", ("code", "prose"),
         "with method article-prose: what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",

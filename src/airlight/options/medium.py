@@ -47,6 +47,21 @@ class Medium(Options, group="medium"):
         "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(1, 1000), log=True,
     )
     lamp_fade: float = real(0.2, "the last part of that distance, over which lamps fade", "Hx Volumetric Lighting", ge=0, le=1)
+    sun_distance: float | None = real(
+        None,
+        "how far from the eye suns light the medium; unset: to its end, max-distance",
+        "Hx Volumetric Lighting", "m", gt=0, le=1e9, slider=(1, 1000), log=True,
+    )
+    sun_glow: float = real(
+        0.0,
+        "artistic: share of suns' light that is scattered into a glow around them, instead of by the phase function",
+        "Hx Volumetric Lighting", ge=0, le=1,
+    )
+    sun_glow_size: float = real(
+        5.0,
+        "with sun-glow: angle from a sun at which the glow has half its brightness",
+        "Hx Volumetric Lighting", "degrees", gt=0, le=90, slider=(0.5, 45), log=True,
+    )
     fog: str = choice(
         "none", ("none", "exponential", "linear"),
         "how the density falls with height above fog-base, below which it is 1: never; by e for every fog-depth; "
@@ -101,3 +116,8 @@ class Medium(Options, group="medium"):
         "Hx Volumetric Lighting",
     )
     extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")
+    extinction_share: float = real(
+        1.0,
+        "artistic: with extinction, the share of that dimming; what the medium scatters stays as it is",
+        "Hx Volumetric Lighting", ge=0, le=1,
+    )

@@ -6,6 +6,16 @@ with needing("airlight.pygfx", "scenes"):
     from airlight.pygfx.effect import LightShafts, add_light_shafts, enable_timing
     from airlight.pygfx.lights import SceneLight
     from airlight.pygfx.origin import near_origin
+    from airlight.pygfx.particles import ParticleField, undrawn
     from airlight.pygfx.private import use_hdr
 
-__all__ = ["LightShafts", "SceneLight", "add_light_shafts", "enable_timing", "near_origin", "use_hdr"]
+__all__ = [
+    "LightShafts",
+    "ParticleField",
+    "SceneLight",
+    "add_light_shafts",
+    "enable_timing",
+    "near_origin",
+    "undrawn",
+    "use_hdr",
+]

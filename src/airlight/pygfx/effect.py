@@ -56,16 +56,18 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     medium, march: with methods that light a medium, through shadow maps; without parameters they ask for march. Of
     `in_scene` these take the resolution and the tones, of `exclude` what casts no shadow.
 
-    lights, parameters, composite, in_scene, exclude, include, medium, march; `radius`: metres of a sphere around the scene, from which
-    unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`: seconds since the last frame,
-    which light adaptation follows (0: it settles at once); `still`: anything that can be compared. While it stays the same a shadow map is
-    kept as long as the same meshes cast, and their bounds and the map lie where they did: it has to change where bones, morph targets,
-    instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`: factor that the scene's own
-    radiances hold already, of which the exposure is what is left; `automatic_ev`: stops, where `in_scene` says none; `debug`: None, or
-    occlusion (of a medium: what is seen through it), source (the light of the medium) or lines to see instead; `timing`: whether `profile`
-    is wanted; `doubts`: whether a medium that hides all or cannot be seen is told, by one AirlightWarning. `source`, `layer`:
-    textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is rgba32float: in-
-    scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it is 1 everywhere.
+    lights, parameters, composite, in_scene, exclude, include, medium, march; `fields`: densities on grids that join the medium's, each a
+    medium.field.Field, a Volume, or what gives one by `field()`; `time`: seconds, of what the wind moves; `radius`: metres of a sphere
+    around the scene, from which unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`:
+    seconds since the last frame, which light adaptation follows (0: it settles at once); `still`: anything that can be compared. While it
+    stays the same a shadow map is kept as long as the same meshes cast, and their bounds and the map lie where they did: it has to change
+    where bones, morph targets, instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`:
+    factor that the scene's own radiances hold already, of which the exposure is what is left; `automatic_ev`: stops, where `in_scene` says
+    none; `debug`: None, or occlusion (of a medium: what is seen through it), source (the light of the medium) or lines to see instead;
+    `timing`: whether `profile` is wanted; `doubts`: whether a medium that hides all or cannot be seen is told, by one AirlightWarning.
+    `source`, `layer`: textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is
+    rgba32float: in- scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it
+    is 1 everywhere.
     Raises AirlightError.
     """
 
@@ -94,6 +96,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
+        self.fields: list[Any] = []
+        self.time = 0.0
         self.radius: float | None = None
         self.debug: str | None = None
         self.still: Any = None
@@ -199,7 +203,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if screen is not None:
             screen.fit(self, size, bool(seen), timer)
         # before any pass that reads them is recorded, since work in slices submits passes one by one
-        self._uniforms.write(self.region, self.composite, self.in_scene, self._follow(), self.exposure)
+        self._uniforms.write(
+            self.region, self.composite, self.in_scene, self._follow(), self.exposure, self.medium.extinction_share
+        )
         if medium is not None:
             medium.record(self, command_encoder, depth, timer)
         if screen is not None:

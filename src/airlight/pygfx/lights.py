@@ -27,7 +27,8 @@ class SceneLight:
     unlike intensity; disc_half_angle: degrees, 0 to 90, of a disc of radiance 1 that is drawn into the source where nothing hides it, for
     a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
     position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead, times
-    strength. anisotropy: -0.99 to 0.99, instead of the medium's.
+    strength. anisotropy: -0.99 to 0.99, instead of the medium's. density, extinction: factors, 0 to 1e6, of the medium's density and
+    extinction as this light alone has them: artistic, since the air is not twice where two lights shine.
     """
 
     target: Any = None
@@ -40,6 +41,8 @@ class SceneLight:
     screen_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
     anisotropy: float | None = None
     intensity: float | None = None
+    density: float = 1.0
+    extinction: float = 1.0
     _body: Any = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -64,6 +67,9 @@ class SceneLight:
             ImageLight((0.5, 0.5), color, self.strength)  # raises for these
         if self.intensity is not None and not (math.isfinite(self.intensity) and self.intensity >= 0):
             raise AirlightError(f"a SceneLight's intensity must be 0 or more, candela or lux, not {self.intensity!r}")
+        for name in ("density", "extinction"):
+            if not 0 <= getattr(self, name) <= 1e6:
+                raise AirlightError(f"a SceneLight's {name} must be 0 to 1e6 times the medium's, not {getattr(self, name)!r}")
         if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 

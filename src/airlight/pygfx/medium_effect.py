@@ -8,6 +8,7 @@ from airlight.composite.scene import SceneLayer
 from airlight.errors import warn
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
+from airlight.medium.field import as_field
 from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.pygfx.casters import Casters, height
 from airlight.pygfx.glass_maps import GlassMaps
@@ -54,7 +55,9 @@ class MediumState:
         gathered = casters.gather()
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
         radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]
-        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height(gathered)).exposed(shafts.pre_exposure)
+        fields = [field for field in map(as_field, shafts.fields) if field is not None]
+        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height(gathered), fields, shafts.time)
+        settled = settled.exposed(shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
         if ball is not None and shafts.doubts and METHODS[p.method].has_units:
             self._tell(shafts, medium, *ball)
@@ -66,9 +69,12 @@ class MediumState:
         if glass and hulls is not None:
             self.glass.still = shafts.still
             self.glass.draw(shadows, glass, hulls, timer)
-        share = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
+        share: dict[str, Any] = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
+        if medium.varies:
+            share["region"] = _region(gathered[1], np.linalg.inv(view)[:3, 3], radius or 1.0)
         panes = shafts.panes if shafts.panes.held else None
-        share |= {"panes": True} if panes else {}
+        if panes:
+            share["panes"] = True
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         if panes:
             panes.draw_spans(shafts, self.march, projection, depth, timer)
@@ -81,3 +87,11 @@ class MediumState:
         if radius > 0 and (line := doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius)) is not None:
             shafts.doubts = False
             warn(line)
+
+
+def _region(hulls: np.ndarray, eye: np.ndarray, radius: float) -> np.ndarray:
+    """Bound (2, 3), m, where noise dims lights: what casts shadows, and what lies around the eye as far as a scene is large."""
+    ends = [eye - radius, eye + radius]
+    if len(hulls):
+        ends += [hulls.min(axis=(0, 1)), hulls.max(axis=(0, 1))]
+    return np.array([np.min(ends, axis=0), np.max(ends, axis=0)])

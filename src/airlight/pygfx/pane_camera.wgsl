@@ -10,7 +10,7 @@ struct PaneFog {
     ratio: vec2f,               // of the picture's pixels to those of the march
     shift: vec2f,               // pixels of the picture by which the march is sampled beside its pixels' middles
     mix: f32,                   // share of in-scattered radiance that is added
-    extinction: f32,            // 1 where the medium attenuates surfaces, else 0
+    extinction: f32,            // share of the dimming of surfaces by the medium
 }
 
 @group(9) @binding(90) var<uniform> pane_fog: PaneFog;

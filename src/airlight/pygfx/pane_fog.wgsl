@@ -28,7 +28,7 @@ fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, 
     let color = (*outp).color;
     if (PANE_SPLIT && color.a >= 0.95) { discard; }
     let air = air_before(position.xyz);
-    let passed = transmittance(air.a * pane_fog.extinction, pane_fog.sigma_t);
+    let passed = 1.0 - pane_fog.extinction * (1.0 - transmittance(air.a, pane_fog.sigma_t));
     var share = vec3f(0.0); // of L, to be blended
     switch (PANE_MODE) {
         case OVER: { share = vec3f(1.0); }

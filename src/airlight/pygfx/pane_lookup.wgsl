@@ -29,8 +29,8 @@ fn air_before(position: vec3f) -> vec4f {
     //! each k of 4: span.knots += w[k] * unpack_span(s[k]).knots; span.reach += w[k] * s[k].reach;
     // Average their knots before and behind the fragment
     let before = knot_before(span, t);
-    let begin = select(knot(span, before), 0.0, before < 0.0);
-    let end = knot(span, before + 1.0);
+    let begin = select(knot_place(span, before), 0.0, before < 0.0);
+    let end = knot_place(span, before + 1.0);
     var a = vec4f(0.0);
     var b = vec4f(0.0);
     let first = q + i32(max(before, 0.0)) * rays;

@@ -229,7 +229,7 @@ class Panes:
         sampled = np.minimum((2 * middle + 1) * march.pixels // (2 * np.array(march.size)), np.array(march.pixels) - 1)
         record["ratio"], record["shift"] = ratio, sampled + 0.5 - (middle + 0.5) * ratio
         record["mix"] = 1.0 if shafts.composite.mix is None else shafts.composite.mix
-        record["extinction"] = float(shafts.medium.extinction)
+        record["extinction"] = shafts.medium.extinction_share if shafts.medium.extinction else 0.0
         self.device.queue.write_buffer(self._fog, 0, record.tobytes())
         base = private.unlit(self._blender)
         if self._span_state is None or self._span_state.base is not base:

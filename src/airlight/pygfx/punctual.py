@@ -55,11 +55,16 @@ def _upwards(thing: Any) -> Iterator[Any]:
         thing = thing.parent
 
 
+def _own(light: SceneLight) -> Any:
+    """Gathers what a light has to itself of a medium, as keywords of a PunctualLight."""
+    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction")}
+
+
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
     """Makes a light that pygfx does not know."""
     intensity = pre_exposure * (1.0 if light.intensity is None else light.intensity)
     position, color = light.homogeneous(), triple(np.multiply(light.color, intensity))
-    own: Any = {"strength": light.strength, "anisotropy": light.anisotropy}
+    own = _own(light)
     if position[3] == 0:
         return DirectionalLight(color, _unit(position[:3]), **own)
     return PointLight(color, triple(position[:3]), near=near, **own)
@@ -94,4 +99,4 @@ def _of(gfx_light: Any, light: SceneLight, near: float, pre_exposure: float) -> 
     power = np.array(gfx_light.color.to_physical()[:3]) * own
     intensity = triple(np.maximum(power, 0) * light.color)
     make = next(make for kind, make in GFX_KINDS.items() if isinstance(gfx_light, kind))
-    return make(gfx_light, intensity, near, {"strength": light.strength, "anisotropy": light.anisotropy})
+    return make(gfx_light, intensity, near, _own(light))

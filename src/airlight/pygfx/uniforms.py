@@ -60,15 +60,18 @@ class Uniforms:
         self.record["texels"], self.record["apron"] = texels, apron
         self.record["ratio"], self.record["pixel"] = np.array(size) / texels, 1 / np.array(size)
 
-    def write(self, region: Region, composite: Composite, scene: SceneOptions, follow: float, exposure: float) -> None:
+    def write(
+        self, region: Region, composite: Composite, scene: SceneOptions, follow: float, exposure: float, extinction_share: float
+    ) -> None:
         """Sets the rest, and sends all of it. region: where the view lies in the source; follow: share that light adaptation
-        takes of what it measures now; exposure: factor of the picture for a display."""
+        takes of what it measures now; exposure: factor of the picture for a display; extinction_share: as Medium's."""
         record = self.record
         record["region"], record["follow"], record["exposure"] = region, follow, exposure
         if scene.clear is not None:
             record["clear"] = srgb_decode(np.array([int(scene.clear[i : i + 2], 16) for i in (1, 3, 5)]) / 255)
         record["mix"] = 1.0 if composite.mix is None else composite.mix
         record["reach"], record["adapt"] = scene.depth_aware, composite.adapt
+        record["extinction_share"] = extinction_share
         self.device.queue.write_buffer(self.buffer, 0, record.tobytes())
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from airlight.reference.height import BANDS, height_band, height_column, height_density, mean_height_density
 from airlight.reference.lights import cone_ramp, range_window
-from airlight.reference.medium import mean_transmittance, phase, phase_between, transmittance, transmittance_integral
+from airlight.reference.medium import glow_between, mean_transmittance, phase, phase_between, transmittance, transmittance_integral
 
 Array = npt.NDArray[np.floating[Any]]
 QUADRATURE_WIDTHS = (0.25, 0.5, 0.25)  # of v, of a piece: before, in and behind a cone's fully lit part
@@ -34,7 +34,8 @@ def sampled_pixel(p: Any, size: Any, pixels: Any) -> npt.NDArray[np.int64]:
 
 def in_scatter_directional(direction: Any, frame: Any, light: Any, kind: int) -> Array:
     """Evaluates (..., 3) what a directional light scatters into rays along a metre of them, without extinction."""
-    there = phase_between(direction, light["position"], light["lobes"], kind)
+    glow = frame["sun_glow"] * glow_between(direction, light["position"], frame["glow_concentration"].astype(float))
+    there = (1 - frame["sun_glow"]) * phase_between(direction, light["position"], light["lobes"], kind) + glow
     return np.asarray(frame["sigma_s"].astype(float) * light["intensity"] * there[..., None])
 
 
@@ -53,7 +54,7 @@ def layer_of_fog(frame: Any) -> Array:
 
 
 def optical_length(ray: Any, t: Any, frame: Any, fog: str) -> Array:
-    """Integrates density along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
+    """Integrates density by height along rays up to t: the length, m, of a path of density 1 through as much. fog: one of resolve.FOGS."""
     if fog == "none":
         return np.asarray(t, float)
     return np.asarray(t * mean_height_density(height(ray["origin"], frame), height(_at(ray, t), frame), layer_of_fog(frame), fog))
@@ -81,12 +82,17 @@ def clip_to_band(ray: Any, range: Any, k: Any, frame: Any, fog: str) -> Array:
     return clip_range(clip_range(range, start - band[..., 0], climb), band[..., 1] - start, -climb)
 
 
+def scattered_share(d: Any, cosine: Any, axis_cosine: Any, light: Any, kind: int) -> Array:
+    """Evaluates the share of a light's intensity that reaches points d metres from it and is scattered to the eye, 1/sr, times d^2."""
+    ramp = cone_ramp(axis_cosine, light["cone_scale"], light["cone_offset"])
+    return np.asarray(phase(cosine, light["lobes"], kind) * ramp**2 * range_window(d, light["range"]))
+
+
 def in_scatter_punctual(
     ray: Any, t: Any, d: Any, cosine: Any, axis_cosine: Any, frame: Any, light: Any, kind: int, fog: str = "none"
 ) -> Array:
     """Evaluates (..., 3) what a light scatters into rays from points at t, along a metre of them, times d^2; d: metres from the light."""
-    ramp = cone_ramp(axis_cosine, light["cone_scale"], light["cone_offset"])
-    strength = phase(cosine, light["lobes"], kind) * ramp**2 * range_window(d, light["range"])
+    strength = scattered_share(d, cosine, axis_cosine, light, kind)
     power, path = frame["sigma_s"].astype(float) * light["intensity"], optical_length(ray, np.asarray(t, float), frame, fog) + d
     if fog != "none":
         y = height(_at(ray, t), frame)
@@ -295,7 +301,7 @@ def relative_difference(a: Any, b: Any) -> Array:
     return np.asarray(np.abs(a - b) / np.maximum(np.minimum(a, b), 1e-6))
 
 
-def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
+def upsampled(marched: Array, lengths: Array, sigma_t: Any, sharpness: float = 24.0, threshold: float = 0.2) -> Array:
     """Upsamples to (H, W, 3) radiance, of rays of lengths (H, W), m, a march (h, w, 4) at a smaller size: radiance and lengths.
 
     Neighbours are weighted by their nearness and by the likeness of their lengths (Kopf et al. 2007, Joint Bilateral Upsampling). Where
@@ -320,12 +326,12 @@ def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
         i, j = np.floor(y).astype(int) - 1 + row, np.floor(x).astype(int) - 1 + column
         texel, off = held(i, j, lengths)
         near = np.maximum(2 - np.abs(i - y), 0) * np.maximum(2 - np.abs(j - x), 0)
-        weight = (near * np.exp(-24 * off) + 1e-20)[..., None]
+        weight = (near * np.exp(-sharpness * off) + 1e-20)[..., None]
         sums, weights = sums + weight * texel[..., :3], weights + weight
         better = (off < least) & (near > 1e-3)
         likest, least = np.where(better[..., None], texel, likest), np.where(better, off, least)
     out = sums / weights
-    for p in zip(*np.nonzero(least > 0.2), strict=True):
+    for p in zip(*np.nonzero(least > threshold), strict=True):
         best, off = likest[p], least[p]
         for k in range(64):
             angle, radius = 2.3999632 * k, np.sqrt(k + 4)
@@ -333,7 +339,7 @@ def upsampled(marched: Array, lengths: Array, sigma_t: Any) -> Array:
             texel, found = held(math.floor(row), math.floor(column), lengths[p])
             if found < off:
                 best, off = texel, found
-            if off <= 0.2:
+            if off <= threshold:
                 break
         own, its = (transmittance_integral(length, sigma_t) for length in (lengths[p], best[3]))
         out[p] = best[:3] * np.minimum(own / np.maximum(its, 1e-20), 1)

@@ -56,12 +56,21 @@ def phase_between(a: Any, b: Any, lobes: Any, kind: int) -> Array:
     return phase_apart(np.stack([((a - b) ** 2).sum(axis=-1), ((a + b) ** 2).sum(axis=-1)], axis=-1) / 2, lobes, kind)
 
 
+def glow_between(a: Any, b: Any, kappa: Any) -> Array:
+    """Evaluates the lobe of a glow around a light, 1/sr, between unit vectors (..., 3): e^(-kappa (1 - cosine)), normalised over the
+    sphere. Fisher 1953."""
+    squared = ((np.asarray(a, float) - np.asarray(b, float)) ** 2).sum(axis=-1)
+    return np.asarray(kappa * np.exp(-kappa * squared / 2) / (2 * np.pi * -np.expm1(-2 * np.asarray(kappa, float))))
+
+
 def in_scattered(light: PunctualLight, medium: ResolvedMedium, direction: Array, points: Array, t: Array) -> Array:
     """Evaluates (..., 3) radiance that a metre of rays scatters to the eye from points (..., 3), t (...) metres away along unit
     directions."""
     kind, *lobes = medium.lobes(light.anisotropy)
+    medium, glow = light.own_medium(medium), medium.settings.sun_glow if light.directional else 0.0
     to_light, path_length, irradiance = light.incident(points)
-    there = phase((to_light * direction).sum(axis=-1), lobes, kind) * irradiance
+    there = (1 - glow) * phase((to_light * direction).sum(axis=-1), lobes, kind)
+    there = (there + glow * glow_between(to_light, direction, medium.glow_concentration)) * irradiance
     power = medium.sigma_s * light.strength * np.array(light.intensity)
     return np.asarray(power * there[..., None] * transmittance(t + path_length, medium.sigma_t))
 

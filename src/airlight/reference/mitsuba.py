@@ -10,6 +10,9 @@ Where Mitsuba means something else than Airlight, it is given a scene in which i
 - spots fall off by Airlight's ramp, a texture on a spot that is as bright everywhere in its cone;
 - surfaces are black.
 
+A medium that varies is a grid in a box (mitsuba_fields.py). There suns are dimmed on all of their way, as sun_extinction all has it; of
+fog, the ball of max_distance around the eye scatters, and the rest only absorbs.
+
 Each light, and each sigma_t of a colour, is rendered on its own in grey, with white light in a medium of albedo 1, so that no sample of a
 pixel is spent on another choice than where the light is scattered.
 """
@@ -27,6 +30,7 @@ from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
+from airlight.reference import mitsuba_fields, paths
 from airlight.reference.lights import cone_ramp
 from airlight.reference.medium import Layer, transmittance
 
@@ -75,8 +79,11 @@ def layer(
         for sigma in np.unique(medium.sigma_t[albedo * factor > 0]):
             grey = _grey(mi, eye, rays, mesh, light, medium, float(sigma), (spp + 1) // 2, seed)
             halves += np.where(medium.sigma_t == sigma, albedo * factor, 0) * grey[..., None]
-    reach = _way(mi, eye, rays, mesh, medium.max_distance)
-    return Layer(halves.mean(axis=0), transmittance(reach, medium.sigma_t), reach), (halves[0] - halves[1]) / 2
+    reach = length = _way(mi, eye, rays, mesh, medium.max_distance)
+    if not paths.is_even(medium):
+        ends = eye + reach[..., None] * rays
+        length = paths.optical_length(np.broadcast_to(eye, ends.shape).reshape(-1, 3), ends.reshape(-1, 3), medium).reshape(reach.shape)
+    return Layer(halves.mean(axis=0), transmittance(length, medium.sigma_t), reach), (halves[0] - halves[1]) / 2
 
 
 def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLight], medium: ResolvedMedium, flat: bool) -> None:
@@ -86,11 +93,17 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
         raise AirlightError("Mitsuba has no ambient light in a medium: set ambient to 0")
     if medium.settings.phase not in PHASES:
         raise AirlightError(f"Mitsuba has no phase function {medium.settings.phase}: take {', '.join(PHASES)}")
+    if medium.settings.sun_glow or medium.sun_reach < medium.max_distance:
+        raise AirlightError("Mitsuba's suns have no glow and no distance of their own: leave out sun_glow and sun_distance")
     if flat:
         raise AirlightError("the rays of a row have to meet in the eye: take a camera with perspective")
+    if not paths.is_even(medium):
+        mitsuba_fields.refuse(medium, list(lights))
     for light in lights:
         if type(light) not in EMITTERS:
             raise AirlightError(f"Mitsuba has no {light.word} light here: take {', '.join(kind.word for kind in EMITTERS)}")
+        if (light.density, light.extinction) != (1, 1):
+            raise AirlightError("Mitsuba has one medium for all lights: leave out their density and extinction")
         if light.attenuation_range():
             raise AirlightError("Mitsuba's lamps have no range: set it to 0")
         if isinstance(light, SpotLight) and light.outer > MAX_HALF_ANGLE:
@@ -113,24 +126,48 @@ def _grey(
 ) -> Array:
     """Renders (2, H, W) radiance, twice, of a light of 1 in a medium of albedo 1."""
     height, width = rays.shape[:2]
-    inside = mi.load_dict(_medium(light, medium, sigma, 1.0))
-    ball = {"type": "sphere", "center": eye.tolist(), "radius": medium.max_distance, "bsdf": {"type": "null"}, "interior": inside}
-    if not light.directional:
-        ball["exterior"] = mi.load_dict(_medium(light, medium, sigma, 0.0))
+    even = paths.is_even(medium)
+    media, inside = _even(mi, eye, light, medium, sigma) if even else _varying(mi, eye, light, medium, sigma)
     emitter = mi.load_dict(EMITTERS[type(light)](mi, light))
-    parts = {"type": "scene", "ball": mi.load_dict(ball), "lamp": emitter} | ({"mesh": mesh} if mesh else {})
+    parts = {"type": "scene", "lamp": emitter} | media | ({"mesh": mesh} if mesh else {})
     integrator = mi.load_dict({"type": "volpath", "max_depth": 2})
     scene = mi.load_dict(parts)
     found = np.zeros((2, height, width))
     for row in range(height):
-        if light.directional:
+        if light.directional and even:
             scene = mi.load_dict(parts | _sheet(mi, eye, rays[row], SHEET_SHARE * medium.max_distance, medium.max_distance, inside))
-        sensor = _sensor(mi, eye, rays[row], inside, SAMPLER[light.directional])
+        sensor = _sensor(mi, eye, rays[row], inside, SAMPLER[light.directional] if even else "independent")
         for half in range(2):
             number = (2 * seed + half) * height + row
             picture = mi.render(scene, sensor=sensor, integrator=integrator, spp=spp, seed=number)
             found[half, row] = np.array(picture)[0, :, 0]
     return found
+
+
+def _even(mi: Any, eye: Array, light: PunctualLight, medium: ResolvedMedium, sigma: float) -> tuple[dict[str, Any], Any]:
+    """Makes a medium of density 1, and what the eye is in."""
+    inside = mi.load_dict(_medium(light, medium, sigma, 1.0))
+    ball = {"type": "sphere", "center": eye.tolist(), "radius": medium.max_distance, "bsdf": {"type": "null"}, "interior": inside}
+    if not light.directional:
+        ball["exterior"] = mi.load_dict(_medium(light, medium, sigma, 0.0))
+    return {"ball": mi.load_dict(ball)}, inside
+
+
+def _varying(mi: Any, eye: Array, light: PunctualLight, medium: ResolvedMedium, sigma: float) -> tuple[dict[str, Any], Any]:
+    """Makes a medium of grids, and what the eye is in, None where that is nothing."""
+    density, into = mitsuba_fields.grid(medium, eye, light)
+    phase = _phase(light, medium)
+    inside = mitsuba_fields.medium_of(mi, phase, density, into, sigma, 1.0)
+    if medium.fields:
+        corners = np.stack(np.meshgrid(*[[0, 1]] * 3), axis=-1).reshape(-1, 3) @ into[:3, :3].T + into[:3, 3]
+        if np.linalg.norm(corners - eye, axis=1).max() > medium.max_distance:
+            raise AirlightError("the volume reaches farther than max_distance, where Mitsuba's goes on: set it higher")
+        box = mi.load_dict(mitsuba_fields.box(mi, into, inside))
+        return {"box": box}, inside if mitsuba_fields.holds(into, eye) else None
+    outside = mitsuba_fields.medium_of(mi, phase, density, into, sigma, 0.0)
+    ball = {"type": "sphere", "center": eye.tolist(), "radius": medium.max_distance, "bsdf": {"type": "null"}, "interior": inside}
+    ball["exterior"] = outside
+    return {"ball": mi.load_dict(ball), "box": mi.load_dict(mitsuba_fields.box(mi, into, outside))}, inside
 
 
 def _medium(light: PunctualLight, medium: ResolvedMedium, sigma: float, albedo: float) -> dict[str, Any]:
@@ -213,7 +250,8 @@ def _sensor(mi: Any, eye: Array, rays: Array, inside: Any, sampler: str) -> Any:
     one = {"type": "radiancemeter", "origin": eye.tolist(), "film": {**film, "width": 1}}
     meters = {f"meter{i:06}": {**one, "direction": ray.tolist()} for i, ray in enumerate(rays)}
     film["width"] = len(rays)
-    return mi.load_dict({"type": "batch", "medium": inside, "film": film, "sampler": {"type": sampler}, **meters})
+    around = {} if inside is None else {"medium": inside}
+    return mi.load_dict({"type": "batch", **around, "film": film, "sampler": {"type": sampler}, **meters})
 
 
 def _way(mi: Any, eye: Array, rays: Array, mesh: Any, reach: float) -> Array:

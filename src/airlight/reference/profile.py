@@ -23,7 +23,7 @@ def ray_distance(uv: Any, depth: Any, rays: Any, terms: Any, flat: Any) -> Array
     return np.maximum(ahead, 0) * np.where(np.asarray(flat) > 0, 1.0, np.sqrt(1 + (at**2).sum(axis=-1)))
 
 
-def knot(knots: Any, count: Any, reach: Any, k: Any) -> Array:
+def knot_place(knots: Any, count: Any, reach: Any, k: Any) -> Array:
     """Places the k-th knots (...) of spans, m: knots (..., 4), count, reach."""
     knots, count, k = np.asarray(knots, float), np.asarray(count, float), np.asarray(k, float)
     even = knots[..., 0] + (knots[..., 1] - knots[..., 0]) * k / np.maximum(count - 1, 1)

@@ -75,6 +75,11 @@ def through_medium(surface: Array, in_scattered: Array, transmittance: Any, mix:
     return np.asarray(surface * transmittance + mix * in_scattered)
 
 
+def share_of_dimming(transmittance: Any, share: Any) -> Array:
+    """Weaken the dimming of surfaces, of a transmittance (..., 3), to a share of it, which is artistic: 1 - share (1 - T)."""
+    return np.asarray(1 - share * (1 - np.asarray(transmittance, float)))
+
+
 def ramp_gain(luminance: Any, scale: Any, white: Any, share: Any) -> Array:
     """Evaluate a share of Reinhard's curve as a factor of a colour, from its luminance; whole, it is composite.adapt.Ramp.gain."""
     y = scale * np.maximum(luminance, 0)

@@ -16,14 +16,15 @@ import numpy.typing as npt
 from airlight.lights.punctual import PositionalLight, PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
-from airlight.reference import fog
-from airlight.reference.medium import Layer, transmittance, transmittance_integral
+from airlight.reference import paths
+from airlight.reference.medium import Layer, glow_between, transmittance, transmittance_integral
 from airlight.reference.medium import phase as phase_of
 
 Array = npt.NDArray[Any]
 TILE_PX = 16  # pixels, of a tile for which triangles are chosen
 PANEL_WIDTH = 1.0  # of v, and nodes of Gauss's rule on it
 NODES = np.polynomial.legendre.leggauss(12)
+VARIED_PANEL_WIDTH, VARIED_NODES = 0.3, np.polynomial.legendre.leggauss(3)  # where panels are short anyway
 BARYCENTRIC_SLACK = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
 MIN_APPROACH_METRES = 1e-9  # m: a ray is no nearer to a light
 
@@ -51,7 +52,6 @@ def layer(
     into = np.linalg.inv(np.asarray(view, float))
     near, far = _depths(projection)
     found, reach, lengths = np.zeros((height, width, 3)), np.zeros((height, width)), np.zeros((height, width))
-    even = medium.settings.fog == "none"
     for top in range(0, height, TILE_PX):
         told(top / height)
         for left in range(0, width, TILE_PX):
@@ -64,12 +64,15 @@ def layer(
             beam = start, side * length[:, None]
             t = _hits(origin, ray, triangles[_in_beam(triangles, beam)], near * slope, far * slope)
             t = np.minimum(t, medium.max_distance)
-            length = t if even else fog.optical_length(origin, origin + t[:, None] * ray, medium)
+            along = None if paths.is_even(medium) else paths.Lengths(origin, ray, t, medium)
+            length = t if along is None else along.total
             radiance = medium.sigma_s * medium.ambient * transmittance_integral(length, medium.sigma_t)
             for light, (planes, corners, edges) in zip(lights, volumes):
                 chosen = np.flatnonzero(_in_beam(corners, beam, edges))
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
-                scattered = in_scattered(origin, ray, *lit(origin, ray, t, planes[chosen]), light, medium)
+                end = np.minimum(t, medium.sun_reach) if light.directional else t
+                own = light.own_medium(medium)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along)
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)
@@ -188,17 +191,28 @@ def phase(cosine: Array, medium: ResolvedMedium, light: PunctualLight) -> Array:
     return phase_of(cosine, lobes, kind)
 
 
-def in_scattered(origin: Array, ray: Array, which: Array, start: Array, end: Array, light: PunctualLight, medium: ResolvedMedium) -> Array:
-    """Integrates (R, 3) radiance over lit segments, see `lit`."""
+def in_scattered(
+    origin: Array,
+    ray: Array,
+    which: Array,
+    start: Array,
+    end: Array,
+    light: PunctualLight,
+    medium: ResolvedMedium,
+    along: paths.Lengths | None = None,
+) -> Array:
+    """Integrates (R, 3) radiance over lit segments, see `lit`. along: optical lengths of the rays; None: where density is 1 everywhere."""
     power = medium.sigma_s * light.intensity * light.strength
     if isinstance(light, PositionalLight):
-        return power * _summed(*_over_panels(origin, ray, which, start, end, light, medium), len(ray))
-    if medium.settings.fog == "none":
+        return power * _summed(*_over_panels(origin, ray, which, start, end, light, medium, along), len(ray))
+    if along is None:
         parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
     else:
-        parts, which = fog.directional(origin, ray, which, start, end, light, medium)
+        parts, which = paths.directional(which, start, end, light, along)
     to_light, _, irradiance = light.incident(origin)
-    there = phase((ray * to_light).sum(axis=1), medium, light) * irradiance
+    glow = medium.settings.sun_glow
+    there = (1 - glow) * phase((ray * to_light).sum(axis=1), medium, light) + glow * glow_between(ray, to_light, medium.glow_concentration)
+    there = there * irradiance
     return power * there[:, None] * _summed(parts, which, len(ray))
 
 
@@ -208,35 +222,42 @@ def _summed(parts: Array, which: Array, count: int) -> Array:
 
 
 def _over_panels(
-    origin: Array, ray: Array, which: Array, start: Array, end: Array, light: PositionalLight, medium: ResolvedMedium
+    origin: Array,
+    ray: Array,
+    which: Array,
+    start: Array,
+    end: Array,
+    light: PositionalLight,
+    medium: ResolvedMedium,
+    along: paths.Lengths | None,
 ) -> tuple[Array, Array]:
     """Integrates p E e^(-sigma (t + d)), E the irradiance, over panels of v: (n, 3) integrals, and (n,) their rays."""
     to_light = -light.travel(origin)
     nearest = np.einsum("rj,rj->r", to_light, ray)
     h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), MIN_APPROACH_METRES)
     breaks = break_distances(light, ray, to_light, nearest, h)[which]
-    if medium.settings.fog != "none":
-        part, start, end = fog.panels(origin[which], ray[which], start, end, medium)
+    if along is not None:
+        part, start, end = paths.panels(which, start, end, along)
         which, breaks = which[part], breaks[part]
     marks = np.sort(np.column_stack([start, np.clip(breaks, start[:, None], end[:, None]), end]), axis=1)
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
     which, low, high = which[row], low[row, column], high[row, column]
-    panels = np.ceil((high - low) / PANEL_WIDTH).astype(int)
+    width, rule = (VARIED_PANEL_WIDTH, VARIED_NODES) if medium.varies else (PANEL_WIDTH, NODES)
+    panels = np.ceil((high - low) / width).astype(int)
     part = np.arange(panels.sum()) - np.repeat(np.cumsum(panels) - panels, panels)
     which, low, half = (np.repeat(x, panels) for x in (which, low, (high - low) / panels / 2))
     result = np.zeros((len(which), 3))
     t0, h, start, ray = nearest[which], h[which], origin[which], ray[which]
-    for node, weight in zip(*NODES):
+    for node, weight in zip(*rule):
         v = low + half * (2 * part + 1 + node)
         d = h * np.cosh(v)
         _, away, irradiance = light.incident(start + (t0 + h * np.sinh(v))[:, None] * ray)
         seen = phase(-np.tanh(v), medium, light) * irradiance * away**2 * weight * half / d
-        if medium.settings.fog == "none":
+        if along is None:
             result += seen[:, None] * np.exp(-np.maximum(t0 + h * np.exp(v), 0)[:, None] * medium.sigma_t)
         else:
-            place = start + (t0 + h * np.sinh(v))[:, None] * ray
-            result += seen[:, None] * fog.lamp_factor(place, start, light, medium)
+            result += seen[:, None] * paths.lamp_factor(which, t0 + h * np.sinh(v), light, along)
     return result, which
 
 

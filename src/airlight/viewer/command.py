@@ -6,7 +6,7 @@ import shlex
 from typing import Any
 
 from airlight.files import OUTPUTS
-from airlight.jobs.light_text import LightText
+from airlight.jobs.light_text import OF_MEDIUM, LightText
 from airlight.options.declare import as_text as value_as_text
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -22,7 +22,7 @@ def light_words(state: ViewerState) -> list[str]:
         name, numbers = "--light", control.position
         if control.written is not None:
             before, rest = state.lights_before[i], control.written.partition(";")[1:]
-            if control == before or (control.color, control.strength) == (before.color, before.strength):
+            if control == before or _made(control) == _made(before):
                 place = control.written if control == before else ",".join(_number(v) for v in numbers) + "".join(rest)
                 words.append(f"{name}={place}")
                 continue
@@ -34,8 +34,14 @@ def light_words(state: ViewerState) -> list[str]:
             numbers = (x + numbers[0] * width, y + numbers[1] * height)
         kind = control.kind if state.is_smart else None
         text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
-        words.append(f"{name}={text}")
+        factors = "".join(f";{key}={getattr(control, key)!r}" for key in OF_MEDIUM if getattr(control, key) != 1)
+        words.append(f"{name}={text}{factors}")
     return words
+
+
+def _made(control: st.LightControl) -> tuple[Any, ...]:
+    """Collect what a light is, wherever it stands."""
+    return control.color, control.strength, control.density, control.extinction
 
 
 def _number(v: float) -> str:

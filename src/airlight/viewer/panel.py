@@ -7,8 +7,10 @@ from typing import Any
 from imgui_bundle import imgui
 from wgpu.utils.imgui import ImguiRenderer
 
+from airlight.jobs.light_text import OF_MEDIUM
 from airlight.lights import IMAGE_LIGHT_KINDS
 from airlight.options import presets
+from airlight.scatter.methods import METHODS
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
 from airlight.viewer.rows import Rows
@@ -275,6 +277,12 @@ class Panel(Rows):
             self._seen(f"strength {i}")
             if changed:
                 control.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
+            for name in OF_MEDIUM if METHODS[s.parameters.method].has_units and not s.is_image else ():
+                self._label(name.capitalize(), "times the medium's, for this light alone: artistic")
+                changed, factor = imgui.slider_float(f"##{name}", getattr(control, name), 0, 4, "%.2f")
+                self._seen(f"{name} {i}")
+                if changed:
+                    setattr(control, name, float(f"{min(max(factor, 0), 1e6):.4g}"))
             imgui.pop_id()
 
     def _view(self, opened: bool) -> None:

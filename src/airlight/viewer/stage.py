@@ -96,11 +96,14 @@ class SceneView:
     def _light_control(light: SceneLight, movable: bool) -> LightControl:
         place = light.homogeneous()
         position = tuple(round(float(v), 5) for v in place[:3])
-        return LightControl(position, light.color, light.strength, movable, direction=bool(place[3] == 0))
+        made = LightControl(position, light.color, light.strength, movable, direction=bool(place[3] == 0))
+        made.density, made.extinction = light.density, light.extinction
+        return made
 
     def _apply_lights(self, state: ViewerState) -> None:
         for light, control, before in zip(self.stage.lights, state.lights, state.lights_before, strict=True):
             light.color, light.strength = control.color, control.strength
+            light.density, light.extinction = control.density, control.extinction
             if not control.movable or (control.position == before.position and not self.moved):
                 continue
             self.moved = True  # then it has to be put back, too

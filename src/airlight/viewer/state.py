@@ -48,6 +48,8 @@ class LightControl:
     direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.ImageLight`
     written: str | None = None  # the option of a scene's light, where a user added it
+    density: float = 1.0  # factors of a scene's medium for this light alone
+    extinction: float = 1.0
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
@@ -259,7 +261,9 @@ def resolve_medium(state: ViewerState, distance: float, radius: float) -> None:
         "sigma_t": tuple(float(f"{v:.3g}") for v in medium.sigma_t),
         "max_distance": medium.max_distance,
         "lamp_distance": medium.max_distance,
+        "sun_distance": medium.max_distance,
         "steps": medium.steps or "exact",
+        "sun_steps": medium.steps or 64,
         "shadow_size": medium.shadow_size,
         "sun_extinction": medium.sun_extinction,
         "noise_size": medium.noise_size,

@@ -24,7 +24,7 @@ MAX_HEADER = 10_000  # bytes, as NumPy has it
 MAX_MEMBERS = 1000
 _SLAB = 2**22  # voxels that are read at once
 _TYPE = re.compile(r"[<>|=]?(?:f[248]|[iu][1248]|b1)")
-_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError, LookupError, struct.error)
+ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError, LookupError, struct.error)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def read_npz(file: BinaryIO, path: str, grid: str | None, bounds: np.ndarray | N
                 return read_dense(member, path, header, _checked_matrix(matrix, path), scale, up, limit, name)
     except AirlightError:
         raise
-    except _ZIP_ERRORS as error:
+    except ZIP_ERRORS as error:
         reader.damaged(f"its archive cannot be read ({' '.join(str(error).split())[:100] or type(error).__name__})")
 
 

@@ -52,7 +52,8 @@ class Article:
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
         """Replaces what the code fixes: three cascades, as far as its samples reach, and a surface still ends them."""
-        return dataclasses.replace(medium, max_distance=STEPS * STEP + STOP, march=msgspec.structs.replace(medium.march, cascades=CASCADES))
+        march = msgspec.structs.replace(medium.march, cascades=CASCADES)
+        return dataclasses.replace(ArticleProse.resolve(medium), max_distance=STEPS * STEP + STOP, march=march)
 
     def settings(self, medium: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""
@@ -106,8 +107,10 @@ class ArticleProse(Article):
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
-        """Keeps everything."""
-        return medium
+        """Keeps everything but the distance of suns, which it does not know."""
+        if medium.settings.sun_distance is None:
+            return medium
+        return dataclasses.replace(medium, settings=msgspec.structs.replace(medium.settings, sun_distance=None))
 
     def settings(self, medium: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""

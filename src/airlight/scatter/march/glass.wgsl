@@ -2,7 +2,7 @@
 // four of them are, and what is left of the light behind each. They are drawn by pygfx/glass_maps.py.
 override GLASS: bool = false;   // there are such surfaces
 
-@group(0) @binding(10) var<storage, read> glass: array<vec4u>; // see GlassMaps
+@group(0) @binding(13) var<storage, read> glass: array<vec4u>; // see GlassMaps
 
 /// Find what is left of a light at a depth, behind surfaces at four depths, each nearer to the light than the next, and behind as many of them,
 /// so much. Twin: reference/panes.py:left_behind.

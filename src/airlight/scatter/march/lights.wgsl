@@ -5,7 +5,7 @@
 // A directional light's integral is closed. For one with a position, t = t0 + h sinh v with the ray's nearest approach (t0, h) to it turns
 // dt / d^2 into dv / (h cosh v), so that the integrand over v is smooth however near the ray passes: three-point Gauss quadrature on pieces
 // of v. The substitution is our own.
-//! include "scatter/march/ray.wgsl"
+//! include "scatter/march/shade.wgsl"
 // The light once more: software Vulkan compiles a shader anew for each value of a uniform that ends a loop, but reads them faster.
 @group(0) @binding(7) var<storage, read> light_storage: Light;
 
@@ -156,6 +156,7 @@ fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position, band by band of the fog's heights.
 /// Twin: reference/march.py:integrate_in_fog.
 fn integrate_in_fog(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
+    if (VARIES) { return integrate_in_field(ray, nearest, full, segment); }
     if (FOG == EVEN) { return integrate_punctual(ray, nearest, full, segment); }
     var sum = vec3f(0.0);
     var k = 0u;
@@ -171,6 +172,7 @@ fn integrate_in_fog(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> ve
 /// Integrate density times transmittance over a lit segment of the ray of a directional light, m: band by band of the fog's heights where
 /// there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_directional.
 fn integrate_directional(ray: Ray, segment: vec2f) -> vec3f {
+    if (VARIES) { return integrate_in_field(ray, vec2f(0.0), vec2f(0.0), segment); }
     if (FOG == EVEN) { return transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t); }
     if (FOG == EXPONENTIAL || !FADES) { return directional_integral(ray, segment); }
     var sum = vec3f(0.0);

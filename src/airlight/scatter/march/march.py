@@ -12,12 +12,15 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.march.shade import Shade
+from airlight.scatter.march.variance import Moments
+from airlight.scatter.march.varying import Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit")
-WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT = (f"scatter/march/{name}.wgsl" for name in SHADERS)
-FILTERS = ("nearest", "pcf", "soft")  # numbered as in steps.wgsl
+SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade", "soften")
+WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SHADE, SOFTEN = (f"scatter/march/{name}.wgsl" for name in SHADERS)
+FILTERS = ("nearest", "pcf", "soft", "variance")  # numbered as in steps.wgsl
 BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
 GROUP = 8  # invocations along a workgroup
 TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
@@ -65,6 +68,14 @@ class March:
         self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._fog: dict[str, int] = {}  # constants of pipelines
+        self._varying = Varying(device)
+        self._varies = False
+        self._tables: list[Any] = []  # a buffer each light, of what dims it
+        self._fills: list[tuple[int, Any, tuple[int, int, int]]] = []  # lights whose tables are to be filled: the pipeline, and workgroups
+        self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
+        self._moments = Moments(device)
+        self._radius: int | None = None  # of the moments, where they are needed
+        self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -80,46 +91,83 @@ class March:
         *,
         jitter: str = "blue",
         share: float = 1.0,
+        region: Any = None,
         panes: bool = False,
     ) -> None:
         """Sets what the next `record` sees: matrices (4, 4), world to view space and view to clip space; lights with their shadow maps.
 
-        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at. panes: surfaces are
-        seen through, for which it has to keep a `profile`.
+        jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at. region: (2, 3) m,
+        a box outside of which the air's noise dims no light. panes: surfaces are seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
-        self._resize((max(1, round(width * share)), max(1, round(height * share))), len(lights))
+        if medium.varies != self._varies:
+            self._varies, self.size = medium.varies, (0, 0)
+        passes = _passes(lights, medium)
+        self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
+        self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
-        while len(self._lights) < max(len(lights), 1):
+        while len(self._lights) < len(passes):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         if not panes:
             self.profile = None
         elif self.profile is None or self.profile.size != self.size:
             self.profile = Profile(self.device, self.size)
-        nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog)}
+        nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
+        if self._varies:
+            self._fog |= {"NOISE": medium.settings.noise_amount > 0 and medium.air > 0, "GRIDS": len(medium.fields)}
+        self._fills = []
+        if self._varies:
+            self._varying.update(view, projection, self.size[0], medium)
         path = WALK if medium.exact else STEPS
-        if path != self._path or len(lights) < len(self._shadows):  # none holds on to the maps of lights that are gone
+        if path != self._path or len(passes) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
             self._binds.clear()
-        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in lights] or [nothing]
-        self._glass = [None if shadow is None else shadow.glass for _, shadow in lights] or [None]
+        self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in passes]
+        self._glass = [None if shadow is None else shadow.glass for _, shadow in passes]
         if medium.exact:
             self._fit_tiles()
-        self._names = [light.word for light, _ in lights] or ["ambient"]
-        self._pipelines = []
-        for i, (light, shadow) in enumerate(lights):
+        averaged = medium.march.shadow_filter == "variance" and not medium.exact
+        self._radius = medium.march.variance_radius if averaged else None
+        self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
+        self._names = ["ambient" if light is None else light.word for light, _ in passes]
+        self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
+        self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
+        for i, (light, shadow) in enumerate(passes):
+            if light is None:
+                exact = {"EXACT": medium.exact} if self._varies else {}
+                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog, **exact))
+                continue
             self._begins.pop(i, None)
-            self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium).tobytes())
+            own = light.own_medium(medium)
+            if own is medium:
+                self._own_frames.pop(i, None)
+            else:
+                record = frame_record(view, projection, own, self.size, self.pixels)
+                if i not in self._own_frames:
+                    self._own_frames[i] = self.device.buffer(size=FRAME.itemsize, uniform=True)
+                self.device.queue.write_buffer(self._own_frames[i], 0, record.tobytes())
+            shade = self._shade(i, light, medium, region) if self._varies else None
+            self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
-            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns, "PANES": panes, "GLASS": self._glass[i] is not None}
+            chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
+            chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None}
+            if self._varies:
+                chosen |= {"TABLE": shade is not None, "EXACT": medium.exact}
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
             self._pipelines.append(self.device.pipeline(path, "march", **chosen))
-        if not lights:
-            self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog))
+
+    def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
+        """Fits the table of what dims the i-th light, and notes if it is to be filled."""
+        shade, self._tables[i], stale = self._varying.table(i, light, medium, region)
+        if shade is not None and stale:
+            pipeline = self.device.pipeline(SHADE, "fill", ALONE=shade.alone, DIRECTIONAL=light.directional, **self._fog)
+            across, down, _ = shade.count
+            self._fills.append((i, pipeline, (-(-across // GROUP), -(-down // GROUP), shade.faces)))
+        return shade
 
     def _fit_tiles(self) -> None:
         """Allocates a buffer for the depth hierarchy of each light's shadow map."""
@@ -133,7 +181,7 @@ class March:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
         if size != self.size or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
             self.size = size
-            first = self.layer if size == self.pixels else self.device.texture(*size, "rgba32float")
+            first = self.layer if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
             self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
@@ -151,21 +199,33 @@ class March:
         target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        more = self._tiles[i] if self._path == WALK else noise_texture(self.device)
-        light, profile = self._lights[i], self.profile
-        spare = _no_profile(self.device)
+        light, frame = self._lights[i], self._own_frames.get(i, self.frame)
+        varying = self._varying.record, self._varying.voxels, self._tables[i]
+        exact = self._path == WALK
+        spare, profile = _no_profile(self.device), self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
-        return self._bound(i, self._path, self.frame, light, depth, self._shadows[i], before, target, more, light, *panes)
+        first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
+        more = first, light, *varying, *panes, *last_one
+        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
+        for i, pipeline, groups in self._fills:
+            spare, buffers = _spare(self.device), (self._varying.record, self._varying.voxels, self._lights[i], self._tables[i])
+            bind = self._bound(
+                ("shade", i), SHADE, self.frame, self._lights[i], depth, self._shadows[i], spare, self.transmittance, *buffers
+            )
+            compute(encoder, pipeline, bind, groups, "light table", timer)
+        self._fills = []
+        if self._radius is not None:
+            self._moments.record(encoder, self._radius, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         if self.profile is not None:
             own = {"ALONE": self.size == self.pixels, "SUMS": self.profile.sums.format == "rgba32float"}
-            pipeline = self.device.pipeline(SPANS, "gather", MOST=self.profile.knots, **own, **self._fog)
-            known = self.frame, self._lights[0], depth, self._shadows[0], _spare(self.device), self.layer
+            pipeline = self.device.pipeline(SPANS, "gather", MOST=self.profile.knots, **own, FOG=self._fog["FOG"])
+            known = self.frame, self._lights[0], depth, self._shadows[0], _spare(self.device), self.transmittance
             bind = self._bound("spans", SPANS, *known, self.profile.extremes, self.profile.sums, self.profile.spans)
             compute(encoder, pipeline, bind, counts, "march spans", timer)
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
@@ -179,13 +239,20 @@ class March:
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self.frame, self._lights[0], depth, self._shadows[0])
-        if self.size == self.pixels:
+        for k in range(2 * self._softening[0]):  # along rows, then columns
+            pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1)
+            source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
+            compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "march soften", timer)
+        if self.size == self.pixels and not self._varies:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
             bind = self._bound("transmit", TRANSMIT, *bound, _spare(self.device), self.transmittance)
             compute(encoder, pipeline, bind, counts, "march transmittance", timer)
         else:
-            counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
-            pipeline = self.device.pipeline(UPSAMPLE, "upsample", **self._fog)
+            entry = "settle" if self.size == self.pixels else "upsample"
+            if entry == "upsample":
+                counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
+            own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
+            pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
 
@@ -208,6 +275,15 @@ class March:
                 for row, down in parts(count, kind=(entry, size)):
                     self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
                     compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
+
+
+def _passes(
+    lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium
+) -> list[tuple[PunctualLight | None, Shadow | None]]:
+    """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to."""
+    ordered = sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
+    has_own = not ordered or (ordered[0][0].own_medium(medium) is not medium and bool(medium.ambient.any()))
+    return [*([(None, None)] if has_own else []), *ordered]
 
 
 def _spare(device: Device) -> Any:

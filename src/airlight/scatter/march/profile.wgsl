@@ -29,8 +29,8 @@ fn ray_distance(uv: vec2f, depth: f32, rays: vec4f, terms: vec4f, flat: f32) -> 
     return max(ahead, 0.0) * select(sqrt(1.0 + dot(at, at)), 1.0, flat > 0.0);
 }
 
-/// Place the k-th knot of a span, m. Twin: reference/profile.py:knot.
-fn knot(span: Span, k: f32) -> f32 {
+/// Place the k-th knot of a span, m. Twin: reference/profile.py:knot_place.
+fn knot_place(span: Span, k: f32) -> f32 {
     let even = mix(span.knots.x, span.knots.y, k / max(span.count - 1.0, 1.0));
     let own = select(even, span.knots[u32(clamp(k, 0.0, LISTED - 1.0))], span.count <= LISTED);
     return select(own, span.reach, k >= span.count);

@@ -38,10 +38,18 @@ fn camera_ray_at(pixel: vec2u) -> Ray {
     return Ray(vec3f(frame.flat * at, 0.0), reach, along);
 }
 
+/// Find the length of the ray of a pixel of what is computed, from what was marched there: in alpha, but where density varies.
+fn marched_length(p: vec2i, found: vec4f) -> f32 {
+    if (!VARIES) { return found.a; }
+    return camera_ray(vec2u(p)).reach;
+}
+
 /// Evaluate what a directional light scatters into the ray along a metre of it, without extinction.
 /// Twin: reference/march.py:in_scatter_directional.
 fn in_scatter_directional(ray: Ray) -> vec3f {
-    return frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
+    let glow = frame.sun_glow * glow_between(ray.direction, light.position, frame.glow_concentration);
+    let spread = (1.0 - frame.sun_glow) * phase_between(ray.direction, light.position, light.lobes);
+    return frame.sigma_s * light.intensity * (spread + glow);
 }
 
 /// Measure a place's height above the fog's base, m. Twin: reference/march.py:height.
@@ -54,10 +62,11 @@ fn layer_of_fog() -> vec2f {
     return vec2f(frame.fog_depth, frame.fog_above);
 }
 
-/// Integrate density along a ray up to t: the length, m, of a path of density 1 through as much. Twin: reference/march.py:optical_length.
+/// Integrate density along a ray up to t, by height alone: the length, m, of a path of density 1 through as much. Twin: reference/march.py:optical_length.
 fn optical_length(ray: Ray, t: f32) -> f32 {
-    if (FOG == EVEN) { return t; }
-    return t * mean_height_density(height(ray.origin), height(ray.origin + t * ray.direction), layer_of_fog());
+    let whole = select(t, frame.air * t, VARIES);
+    if (FOG == EVEN) { return whole; }
+    return whole * mean_height_density(height(ray.origin), height(ray.origin + t * ray.direction), layer_of_fog());
 }
 
 /// Integrate density times transmittance over a lit range of t, from a directional light to the eye: m. Exact where the density is that of
@@ -72,6 +81,23 @@ fn directional_integral(ray: Ray, range: vec2f) -> vec3f {
     if (FADES) { ends += vec2f(height_column(first, fog), height_column(last, fog)) / max(light.climb, 1e-6); }
     let near = min(ends.x, ends.y);
     return along * transmittance(near, frame.sigma_t) * mean_transmittance(frame.sigma_t * (max(ends.x, ends.y) - near));
+}
+
+/// Average e^-x over x between two values that are `apart`, from it at both. Twin: reference/march_field.py:mean_between.
+fn mean_between(first: vec3f, second: vec3f, apart: vec3f) -> vec3f {
+    let few = max(first, second) * (1.0 - apart * (0.5 - apart * (0.16666667 - apart * 0.041666667)));
+    return select(abs(first - second) / max(apart, vec3f(1e-20)), few, apart < vec3f(0.1));
+}
+
+/// Average density by height between two heights at which it is known. Twin: reference/march_field.py:mean_between_heights.
+fn mean_between_heights(a: f32, b: f32, densest: f32) -> f32 {
+    let fog = layer_of_fog();
+    if (FOG == LINEAR) { return mean_height_density(a, b, fog); }
+    let low = min(a, b);
+    let high = max(a, b);
+    let below = clamp(-low / max(high - low, 1e-30), 0.0, 1.0);
+    let thinned = densest * mean_transmittance(vec3f((max(high, 0.0) - max(low, 0.0)) / fog.x)).x;
+    return below + (1.0 - below) * thinned;
 }
 
 /// Clip a range of t to the k-th band of heights; empty where its end is not behind its start. Twin: reference/march.py:clip_to_band.
@@ -89,11 +115,17 @@ fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
     return select(within, select(range, vec2f(range.x, range.x - 1.0), b < 0.0), a == 0.0);
 }
 
+/// Evaluate the share of a light's intensity that reaches a point d metres from it and is scattered to the eye there, 1/sr, times d^2, without
+/// extinction: `cosine` as of the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:scattered_share.
+fn scattered_share(d: f32, cosine: f32, axis_cosine: f32) -> f32 {
+    let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
+    return phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
+}
+
 /// Evaluate what a light scatters into the ray from a point at t, along a metre of it, times d^2: d metres from the light, `cosine` as of
 /// the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:in_scatter_punctual.
 fn in_scatter_punctual(ray: Ray, t: f32, d: f32, cosine: f32, axis_cosine: f32) -> vec3f {
-    let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
-    let strength = phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
+    let strength = scattered_share(d, cosine, axis_cosine);
     if (FOG == EVEN) { return frame.sigma_s * light.intensity * strength * exp(-frame.sigma_t * (t + d)); }
     let y = height(ray.origin + t * ray.direction);
     let lamp = d * mean_height_density(y, height(light.position), layer_of_fog());
@@ -103,6 +135,7 @@ fn in_scatter_punctual(ray: Ray, t: f32, d: f32, cosine: f32, axis_cosine: f32) 
 
 /// Begin a pixel's radiance: with ambient light, or with what the lights before gave.
 fn ambient_or_previous(p: vec2u, ray: Ray) -> vec3f {
+    if (FIRST && VARIES) { return vec3f(0.0); } // see in_field
     if (FIRST) { return frame.sigma_s * frame.ambient * transmittance_integral(optical_length(ray, ray.reach), frame.sigma_t); }
     return textureLoad(before, p, 0).rgb;
 }

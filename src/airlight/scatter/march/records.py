@@ -8,6 +8,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
+from airlight.scatter.march.shade import Shade
 from airlight.shadows import Shadow
 
 FRAME, LIGHT = (struct_dtype("scatter/march/scene.wgsl", name) for name in ("Frame", "Light"))
@@ -21,16 +22,21 @@ def frame_record(view: Any, projection: Any, medium: ResolvedMedium, size: tuple
     out["rays"], out["flat"] = eye_rays(projection)
     out["depth"] = depth_terms(projection)
     out["size"], out["pixels"] = size, pixels
-    for name in FRAME.names or ():  # what is named as in the medium is the medium's: resolved, or as it is set
-        for holder in (medium, medium.settings):
+    for name in FRAME.names or ():  # what is named as in the medium is the medium's: resolved, or as it or its march is set
+        for holder in (medium, medium.settings, medium.march):
             if hasattr(holder, name):
                 out[name] = getattr(holder, name)
                 break
     return out
 
 
-def light_record(light: PunctualLight, shadow: Shadow | None, view: Any, medium: ResolvedMedium) -> np.ndarray:
-    """Fills a LIGHT. view: (4, 4) world to view space. Without a shadow map there are no views, and everything is lit."""
+def light_record(
+    light: PunctualLight, shadow: Shadow | None, view: Any, medium: ResolvedMedium, shade: Shade | None = None
+) -> np.ndarray:
+    """Fills a LIGHT. view: (4, 4) world to view space. Without a shadow map there are no views, and everything is lit.
+
+    shade: of what dims it more than closed forms do.
+    """
     out, view = np.zeros((), LIGHT), np.asarray(view, np.float64)
     into = np.linalg.inv(view)
     out["intensity"] = np.array(light.intensity) * (light.strength * light.fade(into[:3, 3], medium))
@@ -40,7 +46,13 @@ def light_record(light: PunctualLight, shadow: Shadow | None, view: Any, medium:
     out["lobes"] = medium.lobes(light.anisotropy)[1:]
     out["bias"], out["disc_tangent"] = medium.march.shadow_bias, light.disc_tangent(medium.march.sun_size)
     out["climb"] = view[:3, 1] @ out["position"]
-    out["blend"], out["steps"] = medium.march.cascade_blend, medium.steps
+    out["blend"], out["steps"] = medium.march.cascade_blend, medium.sun_steps if light.directional else medium.steps
+    if shade is not None:
+        out["shade_rows"] = shade.rows @ into
+        out["shade_into"] = (view @ np.vstack([shade.into, [0, 0, 0, 1]]))[:3]
+        out["shade_count"], out["shade_faces"] = shade.count, shade.faces
+        out["shade_near"], out["shade_step"], out["shade_tangent"] = shade.near, shade.step, shade.tangent
+        out["shade_cell"], out["shade_pieces"] = shade.cell, shade.pieces
     if shadow is not None:
         out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):

@@ -3,6 +3,7 @@ override DIRECTIONAL: bool = false; // the light is a sun: its rays are parallel
 override CONE: bool = false;    // the light is a spot
 override CUBE: bool = false;    // the light's shadow views are the faces of a cube around it
 override LIT: bool = true;      // there is a light
+override VARIES: bool = false;  // the density has more than closed forms
 override FADES: bool = false;   // a sun's light is dimmed by the fog above
 
 struct Frame {
@@ -17,6 +18,13 @@ struct Frame {
     up: vec3f,                  // unit
     fog_depth: f32,             // m
     fog_above: f32,             // density
+    air: f32,                   // density of the air itself, that fog is a factor of, where the density varies; else 1
+    sun_reach: f32,             // m from the eye that suns light
+    sun_glow: f32,              // share of the glow around suns
+    glow_concentration: f32,    // its kappa
+    depth_sharpness: f32,       // of a neighbour's weight, by the relative difference of lengths
+    depth_threshold: f32,       // relative, from which on a neighbour shows something else
+    variance_cut: f32,          // visibility that counts as dark
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }
@@ -46,6 +54,15 @@ struct Light {
     steps: u32,                 // along a ray, 0: exact
     begin: vec2u,               // pixel at which a pass begins
     climb: f32,                 // sine of a directional light's height above the horizon
-    glass_side: f32,            // of the map of what dims it, texels
+    shade_faces: u32,           // 1, or those of a cube; of a table of what dims it, see shade.wgsl
+    shade_count: vec3u,         // of its columns across, and of values along each
+    shade_near: f32,            // m from a light with a position to the first values
+    shade_step: f32,            // m from value to value along a column of a light with a position
+    shade_tangent: f32,         // of the half angle that a face holds
+    shade_cell: f32,            // m of a cell of a directional light's; else radians
+    shade_pieces: u32,          // in which density is summed from value to value
+    shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
+    shade_into: array<vec4f, 3>, // back
+    glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
     view: array<ShadowView, 6>,
 }

@@ -4,8 +4,10 @@
 //
 // A directional light's steps are equally long, and the integral of each is closed. A light with a position has steps of equal angles at
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
-// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); or percentage-closer soft shadows (Fernando 2005).
+// Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
+// variance shadow maps (Donnelly and Lauritzen 2006).
 //! include "scatter/march/parts.wgsl"
+//! include "scatter/march/variance.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
 override FILTER: u32 = 0u;      // one of these, as FILTERS of march.py
@@ -14,10 +16,13 @@ override CASCADES: bool = false; // of a directional light, several
 
 const NEAREST = 0u;
 const PCF = 1u;
+const VARIANCE = 3u;
 const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occluders
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
+
 const LEAST_STEPS = 2.0;        // of a part of a ray
+const MANY_STEPS = 64.0;        // from which on groups of them are of 8, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
@@ -67,6 +72,7 @@ fn pcss(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
 fn visibility(i: u32, position: vec2f, depth: f32, turn: f32) -> f32 {
     if (FILTER == NEAREST) { return shadow_test(i, floor(position), depth); }
     let at = select(position, floor(position) + 0.5, SNAP);
+    if (FILTER == VARIANCE) { return variance_visibility(i, at, depth); }
     if (FILTER == PCF || !DIRECTIONAL) { return pcf(i, at, depth); }
     return pcss(i, at, depth, turn);
 }
@@ -104,6 +110,108 @@ fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(beyond / max(each, 1e-20) - o), 0.0, n);
 }
 
+struct Group {                  // of steps
+    sum: vec3f,                 // m, of density times transmittance
+    slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
+}
+
+struct Knot {                   // a place of a ray, in fog that depends on height
+    t: f32,
+    y: f32,                     // m above the fog's base
+    density: f32,
+    before: f32,                // optical length from the eye, m
+    whole: f32,                 // and from the light to the eye by way of it
+    seen: vec3f,                // transmittance of the latter
+}
+
+struct LampGroup {              // of steps
+    range: vec2f,               // of t
+    lengths: vec2f,             // optical lengths from the light to the eye by way of its ends
+    excess: f32,                // of its density over the air's closed form
+}
+
+var<private> knot: Knot;        // at the end of the group before
+var<private> far_end: f32;      // m of the ray, up to where steps go
+var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
+
+/// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
+fn divide_steps(far: f32, n: f32) {
+    far_end = far;
+    stretch = vec4f(0.0, far, 0.0, n);
+    if (NOISE || GRIDS == 0u) { return; }
+    var range = vec2f(3e38, 0.0);
+    var i = 0u;
+    loop {
+        let one = grid_ranges[i];
+        range = select(range, vec2f(min(range.x, one.x), max(range.y, min(one.y, far))), one.y > one.x);
+        i += 1u;
+        continuing { break if i >= GRIDS; }
+    }
+    let within = range.y - range.x;
+    let outside = max(far - within, 0.0);
+    let given = n * max(0.5, within / far);
+    let before = select((n - given) * range.x / outside, 0.0, outside <= 0.0);
+    stretch = select(stretch, vec4f(range, before, before + given), within > 0.0);
+}
+
+/// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march_field.py:step_place.
+fn step_place(k: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
+    if (k < stretch.z) { return k * stretch.x / stretch.z; }
+    if (k < stretch.w) { return stretch.x + (k - stretch.z) * (stretch.y - stretch.x) / (stretch.w - stretch.z); }
+    return stretch.y + (k - stretch.w) * (reach - stretch.y) / max(n - stretch.w, 1e-6);
+}
+
+/// Find the step, and the part of it, at t of a ray: the inverse of step_place. Twin: reference/march_field.py:step_at.
+fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
+    if (t < stretch.x) { return t * stretch.z / stretch.x; }
+    if (t < stretch.y) { return stretch.z + (t - stretch.x) * (stretch.w - stretch.z) / (stretch.y - stretch.x); }
+    return stretch.w + (t - stretch.y) * (n - stretch.w) / max(reach - stretch.y, 1e-20);
+}
+
+/// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
+fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
+    if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
+    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, far_end, stretch) - o), 0.0, n);
+}
+
+/// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
+/// one factor from step to step; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
+fn group_size(k: f32, n: f32) -> f32 {
+    let many = select(4.0, 8.0, n >= MANY_STEPS);
+    return select(1.0, many, k + many <= n);
+}
+
+/// Move the knot to t of a ray, where so much of optical length lies before it.
+fn begin_fog(ray: Ray, t: f32, before: f32) {
+    let y = height(ray.origin + t * ray.direction);
+    var whole = before;
+    if (FADES) { whole += height_column(y, layer_of_fog()) / max(light.climb, 1e-6); }
+    knot = Knot(t, y, height_density(y, layer_of_fog()), before, whole, transmittance(whole, frame.sigma_t));
+}
+
+/// Integrate density times transmittance from the knot to t, lit by a directional light, see directional_integral, and move the knot there.
+fn fog_group(ray: Ray, t: f32) -> Group {
+    let start = knot;
+    let y = height(ray.origin + t * ray.direction);
+    let along = (t - start.t) * mean_between_heights(start.y, y, max(start.density, height_density(y, layer_of_fog())));
+    begin_fog(ray, t, start.before + along);
+    let apart = knot.whole - start.whole;
+    let mean = mean_between(start.seen, knot.seen, frame.sigma_t * abs(apart));
+    let thinned = log(max(knot.density, 1e-20) / max(start.density, 1e-20));
+    return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)));
+}
+
+/// Integrate density times transmittance over a group of steps, of which the first begins, the sample lies and the last ends at steps.xyz.
+/// some: there are steps in it.
+fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
+    if (!VARIES) { return fog_group(ray, steps.z * each); }
+    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
+    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch)).x;
+    let found = lit_part(ray, range.y, cursor.y, along);
+    move_cursor(ray, range.y, along);
+    return Group(found, -frame.sigma_t * passed);
+}
+
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
 fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let line = project_ray(i, ray, vec2f(0.0, ray.reach), 0.0);
@@ -114,34 +222,79 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var end = n;
     if (CASCADES) {
         let view = light.view[i];
-        if (i > 0u) { k = first_step(view.near - light.blend * (view.near - light.view[before].near) + ray.origin.z, ahead, o, n); }
-        end = first_step(view.far + ray.origin.z, ahead, o, n);
+        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near) + ray.origin.z, ray, each, o, n); }
+        end = first_step_ahead(view.far + ray.origin.z, ray, each, o, n);
     }
-    let fade = exp(-frame.sigma_t * each);
+    var fade = exp(-frame.sigma_t * each);
     let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
+    if (VARIES) { enter_light(ray, step_place(k, n, far_end, stretch), each); }
+    if (FOG != EVEN && !VARIES) { begin_fog(ray, k * each, optical_length(ray, k * each)); }
     loop {
-        // Look up the sample's visibility
-        let at = line.b.xyz + min((k + o) * each, last) * line.a.xyz;
-        var share = visibility(i, at.xy, at.z, o);
-        if (GLASS) { share *= light_left(i, at.xy, at.z); }
-        // Weigh it where cascades blend
-        if (CASCADES) {
-            let away = (k + o) * ahead - ray.origin.z;
-            let view = light.view[i];
-            let last = light.view[before];
-            let next = cascade_weight(away, view.near, view.far, light.blend);
-            share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
+        // Begin a group of steps, or what is left of one step by step
+        var stop = end;
+        if (VARIES || FOG != EVEN) {
+            let size = group_size(k, n);
+            let group = begin_group(ray, vec3f(k, k + o * size, k + size), each, n, k < end);
+            fade = exp(group.slope / size);
+            let twice = fade * fade;
+            let four = (1.0 + fade) * (1.0 + twice);
+            weight = group.sum / select(vec3f(1.0), select(four, four * (1.0 + twice * twice), size > 4.0), size > 1.0);
+            stop = min(k + size, end);
         }
-        // Add the step's integral of transmittance
-        if (FOG != EVEN) { weight = directional_integral(ray, vec2f(k, k + 1.0) * each); }
-        total += select(vec3f(0.0), weight * share, k < end);
-        weight *= fade;
-        k += 1.0;
+        loop {
+            // Look up the sample's visibility
+            var sample = (k + o) * each;
+            if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
+            let at = line.b.xyz + min(sample, last) * line.a.xyz;
+            var share = visibility(i, at.xy, at.z, o);
+            if (GLASS) { share *= light_left(i, at.xy, at.z); }
+            // Weigh it where cascades blend
+            if (CASCADES) {
+                let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES) - ray.origin.z;
+                let view = light.view[i];
+                let last = light.view[before];
+                let next = cascade_weight(away, view.near, view.far, light.blend);
+                share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
+            }
+            // Add the step's integral of transmittance
+            total += select(vec3f(0.0), weight * share, k < end);
+            weight *= fade;
+            k += 1.0;
+            continuing { break if k >= stop; }
+        }
         continuing { break if k >= end; }
     }
     return total;
+}
+
+/// Find what lies along a group of steps of equal angles at a light with a position, which begins at one, has its sample at the second, and
+/// ends at the third; the cursor, which is where it begins, moves over it. some: there are steps in it.
+fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, some: bool) -> LampGroup {
+    let end = clamp(nearest.x + nearest.y * tangent(angles.z), cursor.x, ray.reach);
+    let range = vec2f(cursor.x, select(cursor.x, end, some));
+    let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
+    let first = cursor.y + kept;
+    let along = step_length(ray, range.y, sample);
+    move_cursor(ray, range.y, along.x);
+    kept = light_length(place_at(ray, range.y));
+    return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
+}
+
+/// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
+/// Twin: reference/march_field.py:in_lamp_group.
+fn in_lamp_group(ray: Ray, nearest: vec2f, group: LampGroup, angle: f32) -> vec3f {
+    let slope = tangent(angle);
+    let longer = sqrt(1.0 + slope * slope);
+    let d = nearest.y * longer;
+    let t = nearest.x + nearest.y * slope;
+    let place = place_at(ray, t);
+    let strength = scattered_share(d, -slope / longer, dot(place - light.position, light.axis) / d);
+    let at = clamp((t - group.range.x) / max(group.range.y - group.range.x, 1e-20), 0.0, 1.0);
+    let here = max(even_density(place) + group.excess, 0.0);
+    let way = mix(group.lengths.x, group.lengths.y, at);
+    return frame.sigma_s * light.intensity * (strength * here / nearest.y) * exp(-frame.sigma_t * way);
 }
 
 /// Integrate in-scattered radiance over the steps of a range of t that are lit in view i of a light with a position: n steps of equal angles
@@ -156,47 +309,76 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         end = select(0.0, first_step(equiangular_angle(nearest, line.range.y) - start, each, o, n), line.range.y > line.range.x);
     }
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
+    var group = LampGroup(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
+    if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
     loop {
-        // Look up the sample's visibility
-        let angle = start + (k + o) * each;
-        let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-        var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-        if (GLASS && at.w > 0.0) { share *= light_left(i, at.xy / at.w, at.z / at.w); }
-        // Add what the step scatters, but for the steps' angle
-        total += select(vec3f(0.0), equiangular_integrand(ray, nearest, angle) * share, k < end);
-        k += 1.0;
+        var stop = end;
+        if (VARIES) {
+            let size = group_size(k, n);
+            group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, k < end);
+            stop = min(k + size, end);
+        }
+        loop {
+            // Look up the sample's visibility
+            let angle = start + (k + o) * each;
+            let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
+            var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+            if (GLASS) { share *= select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
+            // Add what the step scatters, but for the steps' angle
+            var scattered = vec3f(0.0);
+            if (VARIES) {
+                scattered = in_lamp_group(ray, nearest, group, angle);
+            } else {
+                scattered = equiangular_integrand(ray, nearest, angle);
+            }
+            total += select(vec3f(0.0), scattered * share, k < end);
+            k += 1.0;
+            continuing { break if k >= stop; }
+        }
         continuing { break if k >= end; }
     }
     return total * each;
 }
 
+/// Choose the steps of a part of a ray that has a share of it.
+fn steps_of(share: f32) -> f32 {
+    let n = f32(light_storage.steps);
+    if (!PANES) { return n; }
+    return clamp(ceil(n * share), LEAST_STEPS, max(n, LEAST_STEPS));
+}
+
 /// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
 fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
-    var n = f32(light_storage.steps);
     let o = offset(pixel);
+    if (VARIES) { enter_shade(ray); }
     if (DIRECTIONAL) {
-        if (PANES) { n = clamp(ceil(n * ray.reach / max(around.y - around.x, 1e-20)), LEAST_STEPS, max(n, LEAST_STEPS)); }
+        var far = min(ray.reach, frame.sun_reach);
+        if (PANES) { far = clamp(frame.sun_reach + around.x, 0.0, ray.reach); }
+        let n = steps_of(far / max(min(around.y - around.x, frame.sun_reach), 1e-20));
+        if (VARIES) { divide_steps(far, n); }
         var total = vec3f(0.0);
-        if (light_storage.views == 0u) { total = integrate_directional(ray, vec2f(0.0, ray.reach)); }
-        for (var i = 0u; i < light_storage.views; i++) { total += march_directional(i, ray, ray.reach / n, o, n); }
+        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
         return in_scatter_directional(ray) * total;
     }
     let nearest = nearest_approach(ray);
     var range = vec2f(0.0, ray.reach);
-    var whole = around;
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     range.y = max(range.x, range.y);
     let start = equiangular_angle(nearest, range.x);
     let all = equiangular_angle(nearest, range.y) - start;
+    var share = 1.0;
     if (PANES) {
+        var whole = around;
         if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
-        let most = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
-        n = clamp(ceil(n * all / max(most, 1e-20)), LEAST_STEPS, max(n, LEAST_STEPS));
+        share = all / max(equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x), 1e-20);
     }
+    let n = steps_of(share);
+    if (VARIES) { divide_steps(ray.reach, n); }
     var sum = vec3f(0.0);
-    if (light_storage.views == 0u) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
-    for (var i = 0u; i < light_storage.views; i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
+    if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
+    for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
     return sum;
 }
 
@@ -206,7 +388,12 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    if (PANES) {
+        textureStore(layer, pixel, layer_of_parts(pixel, ray));
+        return;
+    }
     var sum = ambient_or_previous(pixel, ray);
-    if (PANES) { sum += march_parts(pixel, ray); } else if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
-    textureStore(layer, pixel, vec4f(sum, ray.reach));
+    if (VARIES) { enter_field(ray); }
+    if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
+    textureStore(layer, pixel, finished(pixel, ray, sum));
 }

@@ -198,11 +198,13 @@ fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -
     return found;
 }
 
-/// Integrate what the light adds to a ray, or to a part of one.
+/// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges.
 fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     var nearest = vec2f(0.0);
     var range = vec2f(0.0, ray.reach);
+    if (VARIES) { enter_shade(ray); }
     if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
+    if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach + around.x); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     range.y = max(range.x, range.y);
     let full = full_cone_range(ray, range);
@@ -230,7 +232,12 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    if (PANES) {
+        textureStore(layer, pixel, layer_of_parts(pixel, ray));
+        return;
+    }
     var sum = ambient_or_previous(pixel, ray);
-    if (PANES) { sum += march_parts(pixel, ray); } else if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
-    textureStore(layer, pixel, vec4f(sum, ray.reach));
+    if (VARIES) { enter_field(ray); }
+    if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
+    textureStore(layer, pixel, finished(pixel, ray, sum));
 }

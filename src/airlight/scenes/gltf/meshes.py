@@ -8,7 +8,7 @@ import pygfx as gfx
 from airlight.colour import srgb_encode
 from airlight.scenes.gltf.materials import Materials, channels
 from airlight.scenes.gltf.schema import Primitive
-from airlight.scenes.gltf.validate import Gltf
+from airlight.scenes.gltf.validate import OF_POINTS, Gltf
 from airlight.scenes.origin import recentred, shifted
 
 POINTS, LINES, LINE_LOOP, LINE_STRIP, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = range(7)
@@ -129,9 +129,13 @@ class Meshes:
             indices = indices[: len(indices) // 2 * 2] if primitive.mode == LINES else indices
             if len(indices) < min(2, primitive.mode + 1):
                 return None, shift
-            if "COLOR_0" not in primitive.attributes:
-                return gfx.Geometry(positions=positions[indices]), shift
-            return gfx.Geometry(positions=positions[indices], colors=self._plain_colors(primitive)[indices]), shift
+            more = {}
+            if "COLOR_0" in primitive.attributes:
+                more["colors"] = self._plain_colors(primitive)[indices]
+            for name, array in OF_POINTS.items():  # for `pygfx.particles`
+                if primitive.mode == POINTS and name in primitive.attributes:
+                    more[array] = gltf.floats(primitive.attributes[name])[indices, 0]
+            return gfx.Geometry(positions=positions[indices], **more), shift
         faces = triangles(indices, primitive.mode)
         if not len(faces):
             return None, shift

@@ -49,6 +49,7 @@ EXTENSIONS = frozenset(
 FLOAT = 5126
 UNSIGNED = (5121, 5123, 5125)
 ATTRIBUTES = {"POSITION": "VEC3", "NORMAL": "VEC3", "TANGENT": "VEC4", "JOINTS_0": "VEC4", "WEIGHTS_0": "VEC4"}
+OF_POINTS = {"_RADIUS": "radii", "_DENSITY": "densities"}  # what exporters of points call the particles' own
 PATHS = {"translation": 3, "rotation": 4, "scale": 3, "weights": 1}
 INSTANCED = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
@@ -247,7 +248,8 @@ class Gltf(Accessors):
         self._unpack(primitive, what)
         count = self.within(primitive.attributes["POSITION"], self.document.accessors, f"the positions of {what}").count
         for name, index in primitive.attributes.items():
-            self._check_attribute(name, index, count, f"{name[:20]} of {what}")
+            of_points = name in OF_POINTS and primitive.mode == 0
+            self._check_attribute(OF_POINTS[name] if of_points else name, index, count, f"{name[:20]} of {what}")
         if primitive.indices is not None:
             self._typed(primitive.indices, f"the indices of {what}", "SCALAR", UNSIGNED)
             if self.highest(primitive.indices) >= count:
@@ -268,6 +270,8 @@ class Gltf(Accessors):
             wanted: tuple[str, ...] = ("VEC2",)
         elif name.startswith("COLOR_"):
             wanted = ("VEC3", "VEC4")
+        elif name in OF_POINTS.values():
+            wanted = ("SCALAR",)
         elif name in ATTRIBUTES:
             wanted = (ATTRIBUTES[name],)
         else:

@@ -1,0 +1,58 @@
+"""Makes the moments of shadow maps' depths, for variance shadow maps."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from airlight.gpu.device import Device
+from airlight.gpu.slices import parts
+from airlight.gpu.timing import Timer, compute
+
+MOMENTS = "scatter/march/moments.wgsl"
+PASSES = ("along_rows", "along_columns")
+GROUP = 8  # invocations along a workgroup
+
+
+class Moments:
+    """Holds mean and variance of the depths of shadow maps, rg32float, 2-D arrays as they are.
+
+    views: of the texture of each map, in their order. A map of one texel stands for none, and is left alone.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.views: list[Any] = []
+        self._made: list[tuple[Any, Any, list[Any]]] = []  # a shadow map, a view of its moments, the bind groups of PASSES
+        self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)
+
+    def fit(self, shadows: Sequence[Any]) -> None:
+        """Allocates moments for the textures of shadow maps."""
+        held = {id(made[0]): made for made in self._made}
+        self._made = [held[id(shadow)] if id(shadow) in held else self._make(shadow) for shadow in shadows]
+        self.views = [view for _, view, _ in self._made]
+
+    def _make(self, shadow: Any) -> tuple[Any, Any, list[Any]]:
+        device = self.device
+        usage = device.wgpu.TextureUsage
+        flags = usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_SRC
+        made = [device.device.create_texture(size=shadow.size, format="rg32float", usage=flags) for _ in PASSES]
+        rows, view = (texture.create_view(dimension="2d-array") for texture in made)
+        if shadow.size[0] == 1:
+            return shadow, view, []
+        for name in PASSES:
+            device.pipeline(MOMENTS, name)  # before its layout is known
+        map_view = shadow.create_view(dimension="2d-array")
+        binds = [device.bind(MOMENTS, map_view, source, target, self._row) for source, target in ((view, rows), (rows, view))]
+        return shadow, view, binds
+
+    def record(self, encoder: Any, radius: int, timer: Timer | None = None) -> None:
+        """Records the passes that average the depths over `radius` texels to each side."""
+        for shadow, _, binds in self._made:
+            size, _, layers = shadow.size
+            count = -(-size // GROUP)
+            for name, bind in zip(PASSES, binds, strict=bool(binds)):
+                pipeline = self.device.pipeline(MOMENTS, name, RADIUS=radius)
+                for row, down in parts(count, kind=("moments", size)):
+                    self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
+                    compute(encoder, pipeline, bind, (count, down, layers), "march moments", timer)
