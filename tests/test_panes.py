@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from calling import call
 
+from airlight.files.volumes import Volume
 from airlight.gpu.structs import struct_dtype
+from airlight.medium.field import Field
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference import panes, profile, tracer
@@ -120,7 +122,7 @@ def check(stage: Stage, shafts: LightShafts, picture: float, layer: float, withi
     """within: of the picture, of which halves hold 1e-3, and which is cut off twice."""
     found = stage.seen(shafts)
     np.testing.assert_allclose(found[0], picture, atol=within)
-    np.testing.assert_allclose(found[1], layer, atol=1e-4)
+    np.testing.assert_allclose(found[1], layer, atol=1e-4 if within < 5e-3 else within / 5)
 
 
 # ---------------------------------------------------------------- known answers
@@ -154,6 +156,22 @@ def test_sixteen_panes_have_fewer_knots_and_are_right(stage: Stage) -> None:
     for t, alpha, sent in each:
         stage.pane(t, alpha, sent / alpha)
     check(stage, stage.shafts(0.5, 64), *composite(*((t, 1 - alpha, sent) for t, alpha, sent in each)))
+
+
+@pytest.mark.parametrize("resolution", [1.0, 0.5])
+@pytest.mark.parametrize("steps", ["exact", 512])
+def test_a_plate_in_a_slab_of_smoke(stage: Stage, steps: Any, resolution: float) -> None:
+    """The air is empty but between 2 and 6 m; the plate is in the middle of that."""
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    shafts = stage.shafts(resolution, steps, sun_extinction="none", ambient=(0.2,) * 3)
+    matrix = np.diag([100.0, 100.0, 4.0, 1.0])
+    matrix[2, 3] = -4.0
+    shafts.fields = [Field(Volume(np.ones((1, 1, 1), np.float32), matrix, 0.5, "slab"))]
+    of_ambient = 1 + 0.2 / (PHASE * LUX)
+    air, transmittance = light(2) * of_ambient, left(2)
+    picture = 0.65 * (light(4) * of_ambient + left(4) * BEHIND) + 0.35 * air + transmittance * 0.5
+    within = 2e-3 if steps == "exact" else 0.01  # a step knows the smoke by a sample
+    check(stage, shafts, float(picture), float(0.65 * light(4) * of_ambient + 0.35 * air), within)
 
 
 BLENDINGS = {  # of a material, and what passes and is sent of a colour of 0.3
@@ -415,7 +433,8 @@ def test_knots_are_their_twins() -> None:
     span = spans()
     k, t = RNG.integers(0, 9, 200).astype(np.float32), RNG.uniform(0, 20, 200).astype(np.float32)
     own = span["knots"], span["count"]
-    np.testing.assert_allclose(call("scatter/march/profile.wgsl", "knot_place", [span, k]), profile.knot_place(*own, span["reach"], k), rtol=1e-5)
+    found = call("scatter/march/profile.wgsl", "knot_place", [span, k])
+    np.testing.assert_allclose(found, profile.knot_place(*own, span["reach"], k), rtol=1e-5)
     before = profile.knot_before(*own, t)
     np.testing.assert_array_equal(call("scatter/march/profile.wgsl", "knot_before", [span, t]), before)
     assert set(before) >= {-1.0, 0.0, 3.0, 5.0}
