@@ -122,7 +122,7 @@ def check(stage: Stage, shafts: LightShafts, picture: float, layer: float, withi
     """within: of the picture, of which halves hold 1e-3, and which is cut off twice."""
     found = stage.seen(shafts)
     np.testing.assert_allclose(found[0], picture, atol=within)
-    np.testing.assert_allclose(found[1], layer, atol=1e-4 if within < 5e-3 else within / 5)
+    np.testing.assert_allclose(found[1], layer, atol=1e-4 if within < 5e-3 else within / 3)
 
 
 # ---------------------------------------------------------------- known answers

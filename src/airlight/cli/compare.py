@@ -19,7 +19,7 @@ from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
 from airlight.jobs.light_text import PLACE, place, read_light
 from airlight.jobs.verdict import tell_compared
-from airlight.options import NOT_IN_SCENES, OF_LOOK, build, declared, refuse_look
+from airlight.options import NOT_IN_SCENES, OF_LOOK, Medium, build, declared, refuse_look
 from airlight.progress import showing
 from airlight.scenes.names import A_FILE, is_scene
 
@@ -33,7 +33,7 @@ _PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "
 _PICTURES |= {"on_damage"}
 _PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
-_SCENES |= {"animation", "scene_of_file"}
+_SCENES |= {"animation", "scene_of_file", "volume", "particles"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
 
@@ -219,8 +219,11 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     shared_device(o["device"])
     more = {"lamps": request.adds_lamps, "up": o["up"]}
     stage = open_scene(source, o["environment"], o["seed"], o["animation"], o["scene_of_file"], **more)
-    say_offer(stage, o["written"])
     base = stage.settings | values
+    from airlight.jobs.densities import put_densities
+
+    put_densities(stage, request.volume, request.particles, float(request.fps), build(base)[Medium].particle_cells)
+    say_offer(stage, o["written"])
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)
     view = scenes.ComparedView(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])

@@ -13,6 +13,7 @@ from airlight.cli.shared import (
     FILES,
     LIGHT,
     SCENE,
+    density_options,
     file_option,
     file_scene_options,
     flag_option,
@@ -28,6 +29,7 @@ from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
 from airlight.options import declared
+from airlight.scatter.methods import FOR_MEDIUM
 
 if TYPE_CHECKING:
     from airlight.jobs.frames import FramesRequest
@@ -126,6 +128,7 @@ class _Fps(click.ParamType):
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
+@density_options
 @scene_options
 @file_option(
     "--layer",
@@ -159,11 +162,14 @@ def frames_request(ctx: click.Context, scene: str) -> "FramesRequest":
     from airlight.jobs.frames import FramesRequest
 
     ctx.params["output"] = to_stdout(ctx.params["output"], ctx.params.get("format"))
+    values = gather(ctx, ctx.params["preset"], ctx.params["medium"])
+    if ctx.params.get("volume") or ctx.params.get("particles"):
+        values = {"method": FOR_MEDIUM} | values
     names = {one.name for one in dataclasses.fields(FramesRequest)} & ctx.params.keys() - {"scene"}
     explicit = names | {one.name for one in declared(scenes=True)} & ctx.params.keys()
     return FramesRequest(
         scene,
-        values=gather(ctx, ctx.params["preset"], ctx.params["medium"]),
+        values=values,
         explicit=frozenset(name for name in explicit if given(ctx, name)),
         recalled_preset=recalled_preset(ctx),
         **{name: ctx.params[name] for name in names},

@@ -146,6 +146,46 @@ def medium_options(command: F) -> F:
     return medium(_listing("--list-media", presets.MEDIA, "Show the media.")(command))
 
 
+class DensityType(click.ParamType):
+    """A volume, or particles, kept as they were written."""
+
+    def __init__(self, is_volume: bool) -> None:
+        self.name, self._is_volume = "density", is_volume
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from airlight.jobs.particle_text import read_particle_text
+        from airlight.jobs.volume_text import read_volume_text
+
+        try:
+            (read_volume_text if self._is_volume else read_particle_text)(value)
+        except AirlightError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+def density_options(command: F) -> F:
+    """Decorator: the options that put volumes and particles into the air of a scene."""
+    volume = option(
+        "--volume",
+        panel="Medium",
+        type=DensityType(True),
+        metavar="FILE",
+        multiple=True,
+        help='Density on a grid, a .vdb, .npz, .npy or .vol: "smoke.vdb;factor=2;blend=add;grid=density;scale=0.01;up=z"; of '
+        "smoke.####.vdb the file of each frame. May be repeated. docs/volumes.md",
+    )
+    particles = option(
+        "--particles",
+        panel="Medium",
+        type=DensityType(False),
+        metavar="FILE|NAME",
+        multiple=True,
+        help='Particles that thicken the air, a .csv, .npz or .ply, or points of the scene by name: "dust.csv;radius=0.2;density=1", '
+        '"sparks;draw=0". May be repeated. docs/volumes.md',
+    )
+    return volume(particles(command))
+
+
 def _listing(name: str, kind: str, help: str) -> Any:
     show = functools.partial(_list, kind)
     return option(name, panel="Presets", is_flag=True, is_eager=True, expose_value=False, callback=show, help=help)

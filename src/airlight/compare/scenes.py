@@ -18,10 +18,12 @@ from airlight.errors import AirlightError, warn
 from airlight.gpu.timing import run_ms
 from airlight.jobs.seen import doubt_of_medium
 from airlight.luminance import REC709_F32
-from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.medium.resolve import ResolvedMedium
 from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.progress import SILENT, Work
-from airlight.pygfx.casters import Casters, height
+from airlight.pygfx.basin import Basin
+from airlight.pygfx.casters import Casters
+from airlight.pygfx.medium_effect import settle
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
 from airlight.reference import mitsuba, tracer
@@ -58,7 +60,6 @@ class ComparedView:
         self.set_up = first.studio.set_up
         with self.set_up():
             self.punctual = punctual_lights(self.lights, self._exposure.pre)
-            self.height = height(Casters(self.device, stage.scene, self.lights, self.hidden).gather())
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
@@ -78,7 +79,10 @@ class ComparedView:
 
     def resolved(self, v: Variant) -> ResolvedMedium:
         """Settle its medium, in the scale of what is drawn."""
-        medium = resolve(v.medium, v.march, v.parameters.quality, self.stage.radius, self.height)
+        with self.set_up():
+            casters = Casters(self.device, self.stage.scene, self.lights, self.hidden)
+            quality, radius, fields, time = v.parameters.quality, self.stage.radius, self.stage.fields, self.moment[0]
+            medium = settle(v.medium, v.march, quality, radius, fields, time, casters.gather(), Basin(casters), self.camera)
         return medium if self._exposure is None else medium.exposed(self._exposure.pre)
 
     def replay(self, v: Variant) -> Replay:

@@ -79,6 +79,8 @@ class FramesRequest:
     fps: Fraction = Fraction(24)
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
+    volume: Sequence[str] = ()
+    particles: Sequence[str] = ()
     environment: str | None = None
     animation: str | None = None
     scene_of_file: str | None = None
@@ -129,7 +131,7 @@ class FramesRequest:
         """Collect what is kept in the outputs. standing: the defaults that the scene has of its own."""
         defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING} | {"scene": None, "fps": "24"}
         others = {name: getattr(self, name) for name in SHAPING}
-        lists = {"light": self.light, "sun": self.sun, "exclude": self.exclude}
+        lists = {"light": self.light, "sun": self.sun, "volume": self.volume, "particles": self.particles, "exclude": self.exclude}
         return Settings(values, others, defaults, self.preset or self.recalled_preset, standing, lists)
 
     def check(self) -> None:
@@ -268,6 +270,11 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
+    from airlight.jobs.densities import put_densities, refuse_without_medium
+
+    if not method.lights_medium:
+        refuse_without_medium(r.volume, r.particles, parameters.method)
+    put_densities(stage, r.volume, r.particles, float(r.fps), built[Medium].particle_cells)
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
     told.step("setting up")

@@ -33,8 +33,11 @@ class Field:
             raise AirlightError(f"factor = {self.factor:g}; give 0 or more")
 
 
-def as_field(density: Any) -> Field | None:
-    """Make a field of a field, of a volume, or of what gives one by `field()`, as particles that move do; None where that gives none."""
+def as_field(density: Any, cells: int = 128) -> Field | None:
+    """Make a field of a field, of a volume, or of what gives one by `field(cells)`, as particles do; None where that gives none.
+
+    cells: along the longest side of a grid that particles are put into.
+    """
     if isinstance(density, Field):
         return density
-    return density.field() if hasattr(density, "field") else Field(density)
+    return density.field(cells) if hasattr(density, "field") else Field(density)

@@ -131,14 +131,16 @@ def resolve(
     height: float | None = None,
     fields: Sequence[Field] = (),
     time: float = 0.0,
+    basin: Field | None = None,
 ) -> ResolvedMedium:
     """Gives all that is unset a value, which follows from radius, the scene's in metres, and from the quality: draft, normal or final.
 
-    height: of the scene, m; None: as much as it is wide. fields, time: see ResolvedMedium.
+    height: of the scene, m; None: as much as it is wide. fields, time: see ResolvedMedium. basin: air of
+    lowlands, which joins after all fields, and leaves the air's own density as it would be without.
     """
     sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (OPTICAL_DEPTH / (2 * radius),) * 3, float)
     air = medium.air if medium.air is not None else 0.0 if fields else 1.0
-    if not fields:  # where there is nothing but air its density is one of the coefficients
+    if not fields and basin is None:  # where there is nothing but air its density is one of the coefficients
         sigma_t, air = sigma_t * air, 1.0
     steps, size = BY_QUALITY[quality]
     requested = steps if march.steps is None else march.steps
@@ -156,7 +158,7 @@ def resolve(
         air=air,
         noise_size=medium.noise_size if medium.noise_size is not None else NOISE_SHARE * radius,
         time=time,
-        fields=tuple(fields),
+        fields=tuple(fields) + (() if basin is None else (basin,)),
     )
 
 

@@ -1,5 +1,6 @@
 """Keeps the state of a pass whose method lights a medium: what casts shadows, and the march."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
 from airlight.medium.field import as_field
 from airlight.medium.resolve import ResolvedMedium, doubt, resolve
-from airlight.pygfx.casters import Casters, height
+from airlight.options import March, Medium
+from airlight.pygfx.basin import Basin
+from airlight.pygfx.casters import Casters, Gathered, height
 from airlight.pygfx.glass_maps import GlassMaps
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.private_panes import camera_data, use_camera
@@ -31,6 +34,7 @@ class MediumState:
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int], casters: Casters | None = None) -> None:
         self.key = method, size
         self.casters = casters or Casters(device, scene)  # another size has the same pipelines
+        self._basin = Basin(self.casters)
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
         self._over: SceneLayer | None = None  # with what is seen through
@@ -50,20 +54,19 @@ class MediumState:
 
     def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
         """Draws and submits the shadow maps for this frame, and records the march through the picture's depth."""
-        casters, p = self.casters, shafts.parameters
+        casters, p, camera = self.casters, shafts.parameters, camera_data()
         casters.scene, casters.lights, casters.exclude, casters.still = shafts.scene, shafts.lights, shafts.exclude, shafts.still
         gathered = casters.gather()
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
         radius = shafts.radius if ball is None or shafts.radius is not None else ball[1]
-        fields = [field for field in map(as_field, shafts.fields) if field is not None]
-        settled = resolve(shafts.medium, shafts.march, p.quality, radius or 1.0, height(gathered), fields, shafts.time)
+        densities = shafts.fields, shafts.time, gathered, self._basin, shafts.camera
+        settled = settle(shafts.medium, shafts.march, p.quality, radius or 1.0, *densities)
         settled = settled.exposed(shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
         if ball is not None and shafts.doubts and METHODS[p.method].has_units:
             self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
-        camera = camera_data()
         glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
@@ -87,6 +90,28 @@ class MediumState:
         if radius > 0 and (line := doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius)) is not None:
             shafts.doubts = False
             warn(line)
+
+
+def settle(
+    medium: Medium,
+    march: March,
+    quality: str,
+    radius: float,
+    densities: Sequence[Any],
+    time: float,
+    gathered: Gathered,
+    basin: Basin,
+    camera: Any,
+) -> ResolvedMedium:
+    """Give all that is unset of a medium a value, with the densities that lie in it, those of lowlands among them.
+
+    radius: of the scene, m. densities: see LightShafts.fields. time: s. gathered: what casts shadows. Raises AirlightError.
+    """
+    fields = [found for found in (as_field(one, medium.particle_cells) for one in densities) if found is not None]
+    settled = resolve(medium, march, quality, radius, height(gathered), fields, time)
+    seen = np.asarray(camera.world.position, float), settled.max_distance
+    low = basin.field(gathered, medium.basin_level, medium.basin_density, medium.particle_cells, seen)
+    return settled if low is None else resolve(medium, march, quality, radius, height(gathered), fields, time, low)
 
 
 def _region(hulls: np.ndarray, eye: np.ndarray, radius: float) -> np.ndarray:

@@ -194,3 +194,10 @@ def _alike(one: Any, other: Any) -> bool:
     if one.shape == (4, 4) == other.shape:
         return bool(np.allclose(one, other, rtol=NEGLIGIBLE, atol=NEGLIGIBLE * float(np.abs(one).max())))
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def follow(fields: Iterable[Any], time: float, fps: float) -> None:
+    """Bring densities that follow a frame's number, `frame`, to a time, s: frame 1 is at 0."""
+    for field in fields:
+        if hasattr(field, "frame"):
+            field.frame = 1 + round(time * fps)

@@ -23,6 +23,7 @@ from airlight.projection import depth_terms, pixel_rays
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.divided import DividedRenderer
 from airlight.pygfx.origin import near_origin
+from airlight.pygfx.particles import follow, undrawn
 from airlight.scatter.methods import METHODS
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
 from airlight.scenes.lamps import NamedLight, lighting, named
@@ -199,7 +200,7 @@ class Studio:
         self.ev = self.exposure.ev if asked is None else asked
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
-        self.shafts.radius, self.shafts.doubts = stage.radius, False
+        self.shafts.radius, self.shafts.doubts, self.shafts.fields = stage.radius, False, stage.fields
         self.shafts.pre_exposure = self.exposure.pre
         self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
@@ -212,7 +213,7 @@ class Studio:
         if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another; the shot's own lamps keep theirs
             expose(self.stage, self.exposure.pre)
         with self._lighting.shining():
-            self._draw(self.renderer, time, turn)
+            self._draw(self.renderer, self.shafts, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
@@ -251,12 +252,14 @@ class Studio:
         stage = self.stage
         return near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), self._lighting.lights)
 
-    def _draw(self, renderer: Any, time: float, turn: float) -> None:
+    def _draw(self, renderer: Any, effect: LightShafts, time: float, turn: float) -> None:
         """Poses the stage and its camera, and renders a frame."""
         self.stage.pose(time, self._followed)
+        effect.time = time
+        follow(self.stage.fields, time, self.stage.fps)
         self._lighting.move()
         self._carry(turn)
-        with _raised(), self._near():
+        with _raised(), self._near(), undrawn(self.stage.fields):
             renderer.render(self.stage.scene, self.camera)
 
     def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
@@ -274,14 +277,14 @@ class Studio:
                 composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
                 scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
                 shafts = LightShafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
-                shafts.radius, shafts.doubts = self.stage.radius, False
+                shafts.radius, shafts.doubts, shafts.fields = self.stage.radius, False, self.stage.fields
                 small.effect_passes = [shafts]
                 made.append((small, shafts))
             small, shafts = made[0]
             shafts.pre_exposure, shafts.automatic_ev = pre, math.log2(pre)
             found = []
             for turn in turns:
-                self._draw(small, time, turn)
+                self._draw(small, shafts, time, turn)
                 found.append(small.snapshot()[..., :3].astype(np.float32) @ REC709_F32)
             return np.concatenate(found)
 
@@ -295,7 +298,7 @@ class Studio:
         """Draw the last frame again without its medium: (H, W, 3) float32, linear, in the scale of the layer."""
         effects, self.renderer.effect_passes = self.renderer.effect_passes, ()
         try:
-            with self._lighting.shining(), _raised(), self._near():
+            with self._lighting.shining(), _raised(), self._near(), undrawn(self.stage.fields):
                 self.renderer.render(self.stage.scene, self.camera)
             return self.renderer.snapshot()[..., :3].astype(np.float32)
         finally:

@@ -23,6 +23,8 @@ class Stage:
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
     path: a line where something flies along, hidden until its `visible` is set, or None.
     glowing: names of the meshes that emit light, of a scene without lights of its own.
+    fields: densities that lie in its air, as LightShafts takes them; of those that follow a frame's number, frame 1 is at time 0, and there
+    are fps a second.
     pre_exposure: factor that its radiances are scaled by, see `scenes.exposure`. sky_sun: lux of a sun that its sky is in proportion to, or
     None where it has none.
     measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
@@ -42,6 +44,8 @@ class Stage:
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
     settings: dict[str, Any] = field(default_factory=dict)
+    fields: list[Any] = field(default_factory=list)
+    fps: float = 24.0
     pre_exposure: float = 1.0
     sky_sun: float | None = None
     measured: bool = False

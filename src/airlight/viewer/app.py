@@ -12,8 +12,9 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError, NotAPicture
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
+from airlight.jobs.densities import add_density, put_densities
 from airlight.options import chosen_look, refuse_look
-from airlight.scatter.methods import METHODS, check_picture
+from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 from airlight.scenes import is_scene
 from airlight.scenes.names import A_FILE
 from airlight.viewer import controls
@@ -39,8 +40,8 @@ class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
     source: a picture's path, a Picture, a scene's name or path; animation, scene, up: those of `open_scene`; lamps: of a scene, as
-    `--light` has them. Raises AirlightError where it cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if
-    the canvas does.
+    `--light` has them; densities: as `--volume` and `--particles` have them. Raises AirlightError where it cannot be shown; later failures
+    are lines in the panel. Shows itself in notebooks, if the canvas does.
     """
 
     def __init__(
@@ -56,13 +57,14 @@ class Viewer:
         scene: str | None = None,
         up: str | None = None,
         lamps: Sequence[str] = (),
+        densities: tuple[Sequence[str], Sequence[str]] = ((), ()),
         pace: Pace = IN_SLICES,
     ) -> None:
         from airlight.viewer.panel import Panel
 
         self.canvas, self.folder = canvas, folder
         self._of_file = {"animation": animation, "scene": scene, "up": up}  # of the source with which it begins
-        self._lamps = lamps  # of that too
+        self._lamps, self._densities = lamps, densities  # of that too
         self.device = shared_device(device)
         self.scene: Any = None
         self.errands: Any = None
@@ -99,6 +101,14 @@ class Viewer:
 
     # what is shown
 
+    def add(self, path: str) -> None:
+        """Put the volume or the particles of a file into the air of the scene that is shown. Raises AirlightError."""
+        state = self.state
+        state.opening += add_density(self.scene.stage, path, state.medium.particle_cells)
+        if not METHODS[state.parameters.method].lights_medium:
+            st.set_values(state, st.values(state) | {"method": FOR_MEDIUM})
+        self.scene.opened += 1
+
     def open(self, source: str | Picture, lights: Sequence[LightControl] = ()) -> None:
         """Show another picture or scene. Raises AirlightError, and goes on showing the one before."""
         state = self.state
@@ -132,6 +142,8 @@ class Viewer:
             state.automatic = {}
             self.scene.open(stage, state, lamps)
             state.opening = tuple(f"--{name}={value}" for name, value in chosen.items() if value is not None)
+            if path == state.source and any(self._densities):
+                state.opening += put_densities(stage, *self._densities, cells=state.medium.particle_cells)
             self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))

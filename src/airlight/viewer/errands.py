@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from airlight.errors import AirlightError
+from airlight.jobs.densities import of_density
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
 from airlight.viewer.desktop import desktop_of
@@ -62,6 +63,10 @@ class Errands:
     def _serve(self, request: str, argument: str) -> None:
         state = self.state
         if request in ("open", "open first"):
+            if not state.is_image and of_density(argument):
+                self.viewer.add(argument)
+                st.tell(state, f"{os.path.basename(argument)} lies in the air now")
+                return
             self.viewer.open(argument)
             if request == "open first":
                 st.tell(state, f"{os.path.basename(argument)} is shown, the first of the files")

@@ -16,15 +16,24 @@ from airlight.options.scene import RESOLUTION
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.divided import DividedRenderer
 from airlight.pygfx.origin import near_origin
+from airlight.pygfx.particles import follow, undrawn
 from airlight.pygfx.private import extent
+from airlight.scatter.methods import METHODS
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, may_need
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
+
+def numbered(density: Any) -> bool:
+    """Tell whether a density follows the number of the frame."""
+    return hasattr(density, "written") and "#" in getattr(density.written, "path", getattr(density.written, "source", ""))
+
+
 Area = tuple[float, float, float, float]
 DRAFT_STEPS, DRAFT_MAP = 32, 1024  # of a march: no more steps, and no larger shadow maps; half as large where pixels are few
+AIR_SECONDS = 600.0  # of a still scene in whose air something moves
 FEW = 0.4  # of width and height
 
 
@@ -79,6 +88,7 @@ class SceneView:
             self.renderer.effect_passes = [self.shafts]
             self.renderer.ppaa = "fxaa"  # after the shafts, on tones
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
+        self.shafts.fields = stage.fields
         self._expose(state)
         self.dt, self.moved = 0.0, False
 
@@ -161,6 +171,14 @@ class SceneView:
             self.stage.pose(state.time, None if state.eye.moved else self.camera)
             self.posed = pose
 
+    def _blow(self, state: ViewerState) -> None:
+        """Let time pass in a still scene too, as long as something moves in its air."""
+        moves = (any(state.medium.wind) and state.medium.noise_amount > 0) or any(numbered(one) for one in self.shafts.fields)
+        duration = self.stage.duration or (AIR_SECONDS if moves and METHODS[state.parameters.method].lights_medium else 0.0)
+        if duration != state.duration:
+            state.duration, state.playing = duration, duration > 0
+            state.time = min(state.time, duration)
+
     def handle(self, event: dict[str, Any]) -> None:
         """Steer by an event of the canvas, at the next `update`: until then the camera may be elsewhere, near the origin."""
         self._events.append(event)
@@ -168,6 +186,7 @@ class SceneView:
     def update(self, state: ViewerState, dt: float) -> bool:
         """Pose everything as the state says. dt: seconds since the last frame. True if another frame has to follow."""
         self.dt = dt
+        self._blow(state)
         self._steer(state)
         for event in self._events:
             self.controller.handle_event(SimpleNamespace(type=event["event_type"], **event), self.viewport)
@@ -212,10 +231,12 @@ class SceneView:
         shafts.enabled, shafts.debug, shafts.timing = state.shafts or bool(state.debug), state.debug, state.timing
         bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
         shafts.still = self.opened, state.time, *bodies
-        shafts.dt = 0.0 if settles else self.dt
+        shafts.dt, shafts.time, shafts.fields = 0.0 if settles else self.dt, state.time, stage.fields
+        follow(stage.fields, state.time, stage.fps)
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
-        with near_origin(stage.scene, self.camera, origin(stage.center, stage.radius, self.camera), shafts.lights):
+        origin_of_view = origin(stage.center, stage.radius, self.camera)
+        with near_origin(stage.scene, self.camera, origin_of_view, shafts.lights), undrawn(stage.fields):
             self.renderer.show(stage.scene, self.camera, self._surfaces(state))
         if state.timing:
             state.passes = shafts.profile()

@@ -25,13 +25,14 @@ def read_volume(
     scale: float = 1.0,
     up: str | None = None,
     limit: int = MAX_VOXELS,
+    tell: bool = True,
 ) -> Volume:
     """Read a volume.
 
     grid: the name of a grid of a .vdb, of an array of an .npz, or the number of a channel of a .vol; unset: `density`, or the only one.
     bounds: the outer faces (2, 3) of a dense grid in its own axes and units, for .npy, or instead of those of an .npz or .vol.
     scale: metres a unit, > 0. up: the file's axis that points up, y unless it is z. limit: voxels; larger grids are coarsened to it.
-    Warns of what was mended. Raises AirlightError.
+    Warns of what was mended, with `tell`. Raises AirlightError.
     """
     box = None if bounds is None else arrays.checked_bounds(np.asarray(bounds, np.float64), path)
     if not (np.isfinite(scale) and scale > 0):
@@ -53,7 +54,7 @@ def read_volume(
             volume = mitsuba.read(file, path, grid, box, scale, up, limit)
         else:
             raise AirlightError(f"{path}: {'is no volume that Airlight reads' if head else 'is empty'}; give {', '.join(FORMATS)}")
-    for line in volume.told:
+    for line in volume.told if tell else ():
         warn(line)
     return volume
 
