@@ -202,6 +202,30 @@ def test_other_ways_to_blend(stage: Stage, name: str) -> None:
     check(stage, stage.shafts(), *composite((4, passed, sent)))
 
 
+PLACES = np.column_stack([np.linspace(-12, 12, 24), RNG.uniform(-7, 7, 24), RNG.uniform(-10, -2, 24)]).astype(np.float32)
+THINGS = {  # of pygfx, that are no plain mesh
+    "points": lambda: gfx.Points(gfx.Geometry(positions=PLACES), gfx.PointsMaterial(size=9, opacity=0.5, alpha_mode="blend")),
+    "smoke": lambda: gfx.Points(gfx.Geometry(positions=PLACES), gfx.PointsGaussianBlobMaterial(size=7, alpha_mode="blend")),
+    "line": lambda: gfx.Line(gfx.Geometry(positions=PLACES), gfx.LineMaterial(thickness=4, opacity=0.5, alpha_mode="blend")),
+    "text": lambda: gfx.Text(text="mist", font_size=9, material=gfx.TextMaterial(opacity=0.5, alpha_mode="blend")),
+    "many": lambda: gfx.InstancedMesh(gfx.box_geometry(5, 5, 5), gfx.MeshPhongMaterial(opacity=0.5, alpha_mode="blend"), 2),
+}
+
+
+@pytest.mark.parametrize("name", THINGS)
+def test_whatever_is_seen_through_is_fogged(stage: Stage, name: str) -> None:
+    """What is behind them is seen through them, so that the layer is darker there."""
+    thing = THINGS[name]()
+    thing.local.position = (0, 0, -4) if name in ("text", "many") else (0, 0, 0)
+    stage.scene.add(thing, gfx.AmbientLight())
+    shafts = stage.shafts(0.5, 64)
+    layer, held = stage.seen(shafts)[1], len(shafts.panes.held)
+    without = stage.seen(stage.shafts(0.5, 64, transparency="none"))[1]
+    seen = np.ptp(layer - without, axis=-1) + np.abs(layer - without)[..., 0] > 1e-5
+    assert held == 1 and 0.01 < seen.mean() < 0.9
+    assert (layer[seen] <= without[seen] + 1e-5).all() and layer.min() > 0
+
+
 def test_a_pane_behind_the_wall_is_not_seen(stage: Stage) -> None:
     stage.pane(14, 0.4, 3.0)
     check(stage, stage.shafts(), float(light(WALL) + left(WALL) * BEHIND), float(light(WALL)))

@@ -53,8 +53,9 @@ def mode_of(alpha: dict[str, Any]) -> int | None:
 def is_seen_through(wobject: Any) -> bool:
     """Tells whether one sees through an object, or a part of it. What pygfx blends by "auto" though all of it is there is solid."""
     material = wobject.material
-    if isinstance(wobject, gfx.Background) or mode_of(material.alpha_config) is None:
-        return False
+    mode = mode_of(material.alpha_config)
+    if isinstance(wobject, gfx.Background) or mode is None or (mode in VEILS and not isinstance(wobject, gfx.Mesh)):
+        return False  # points that overlap cannot be veiled one by one
     if material.alpha_mode != "auto":
         return True
     if isinstance(wobject, gfx.Mesh):
@@ -111,8 +112,8 @@ class _Spans(private.Blender):
         ways = ({"operation": operation, "src_factor": "one", "dst_factor": "one"} for operation in ("max", "add"))
         return [{"format": self.format, "blend": {"color": way, "alpha": way}, "write_mask": 15} for way in ways]
 
-    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> None:
-        return None
+    def get_depth_descriptor(self, test: bool, compare: str, write: bool) -> dict[str, Any]:
+        return {"format": "depth32float", "depth_write_enabled": False, "depth_compare": "always"}  # some shaders write one
 
 
 class _Opaque:
@@ -249,7 +250,9 @@ class Panes:
         encoder = self.device.encoder()
         found = ((march.profile.extremes, NOWHERE), (march.profile.sums, (0, 0, 0, 0)))
         targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store", "clear_value": clear} for one, clear in found]
-        run = encoder.begin_render_pass(color_attachments=targets, **timing(timer, "pane spans", encoder))
+        unused = {"depth_clear_value": 1.0, "depth_load_op": "clear", "depth_store_op": "discard"}
+        known = {"color_attachments": targets, "depth_stencil_attachment": {"view": march.profile.depth.create_view(), **unused}}
+        run = encoder.begin_render_pass(**known, **timing(timer, "pane spans", encoder))
         for pipelines in drawn:
             pipelines.draw(run, state)
         run.end()

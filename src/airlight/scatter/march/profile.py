@@ -25,6 +25,8 @@ class Profile:
         most = min(MOST_BYTES, device.device.limits["max-storage-buffer-binding-size"]) // (BYTES * rays)
         self.knots = min(max(most - 1, 1), KNOTS)
         self.extremes, self.sums = (device.texture(*size, blendable(device)) for _ in range(2))
+        usage = device.wgpu.TextureUsage.RENDER_ATTACHMENT
+        self.depth = device.device.create_texture(size=(*size, 1), format="depth32float", usage=usage)  # for whoever draws on these
         self.spans = device.buffer(size=SPAN.itemsize * rays)
         self.values = device.buffer(size=BYTES * rays * (self.knots + 1))
 

@@ -341,21 +341,18 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     return total * each;
 }
 
-/// Choose the steps of a part of a ray that has a share of it.
-fn steps_of(share: f32) -> f32 {
-    let n = f32(light_storage.steps);
-    if (!PANES) { return n; }
-    return clamp(ceil(n * share), LEAST_STEPS, max(n, LEAST_STEPS));
-}
-
 /// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
 fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     let o = offset(pixel);
+    var n = f32(light_storage.steps);
+    let most = max(n, LEAST_STEPS); // of a part
     if (VARIES) { enter_shade(ray); }
     if (DIRECTIONAL) {
         var far = min(ray.reach, frame.sun_reach);
-        if (PANES) { far = clamp(frame.sun_reach + around.x, 0.0, ray.reach); }
-        let n = steps_of(far / max(min(around.y - around.x, frame.sun_reach), 1e-20));
+        if (PANES) {
+            far = clamp(frame.sun_reach + around.x, 0.0, ray.reach);
+            n = clamp(ceil(n * far / max(min(around.y - around.x, frame.sun_reach), 1e-20)), LEAST_STEPS, most);
+        }
         if (VARIES) { divide_steps(far, n); }
         var total = vec3f(0.0);
         if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
@@ -368,13 +365,12 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     range.y = max(range.x, range.y);
     let start = equiangular_angle(nearest, range.x);
     let all = equiangular_angle(nearest, range.y) - start;
-    var share = 1.0;
     if (PANES) {
         var whole = around;
         if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
-        share = all / max(equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x), 1e-20);
+        let angles = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
+        n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
     }
-    let n = steps_of(share);
     if (VARIES) { divide_steps(ray.reach, n); }
     var sum = vec3f(0.0);
     if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
