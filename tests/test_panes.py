@@ -159,7 +159,7 @@ def test_sixteen_panes_have_fewer_knots_and_are_right(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("resolution", [1.0, 0.5])
-@pytest.mark.parametrize("steps", ["exact", 512])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(512, marks=pytest.mark.slow)])
 def test_a_plate_in_a_slab_of_smoke(stage: Stage, steps: Any, resolution: float) -> None:
     """The air is empty but between 2 and 6 m; the plate is in the middle of that."""
     stage.pane(4, 0.35, 0.5 / 0.35)
@@ -350,7 +350,7 @@ SUN_BESIDE = SceneLight(direction=(-0.8, 0.5, 0.1), strength=3.0)
 LAMP = SceneLight(position=(-6.0, 1.0, -5.0), strength=30.0)
 
 
-@pytest.mark.parametrize("sent", [SUN_BESIDE, LAMP], ids=["sun", "lamp"])
+@pytest.mark.parametrize("sent", [pytest.param(SUN_BESIDE, id="sun"), pytest.param(LAMP, id="lamp", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("steps", "resolution", "least"), [("exact", 1.0, 0.01), (64, 0.5, 0.1)])
 def test_panes_before_a_shaft_of_light(stage: Stage, sent: SceneLight, steps: Any, resolution: float, least: float) -> None:
     """A wall with a gap beside, through which light falls between two panes that are turned, in view from an edge to the other."""
@@ -393,7 +393,7 @@ def lying(height: float, near: float, far: float) -> np.ndarray:
     return np.array([[a, b, c], [a, c, d]], float)
 
 
-@pytest.mark.parametrize("steps", ["exact", 512])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(512, marks=pytest.mark.slow)])
 def test_panes_dim_the_sun_beside_them(stage: Stage, steps: Any) -> None:
     """Above the view, one lets 0.65 pass down to all between 2 and 6 m, the other 0.5 between 4 and 8 m."""
     for z, alpha in (((2, 6), 0.35), ((4, 8), 0.5)):
@@ -408,8 +408,8 @@ def test_panes_dim_the_sun_beside_them(stage: Stage, steps: Any) -> None:
     np.testing.assert_allclose(full, float(light(WALL)), rtol=1e-3)
 
 
-@pytest.mark.parametrize("sent", [SUN_BESIDE, LAMP], ids=["sun", "lamp"])
-@pytest.mark.parametrize("steps", ["exact", 512])
+@pytest.mark.parametrize("sent", [pytest.param(SUN_BESIDE, id="sun"), pytest.param(LAMP, id="lamp", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(512, marks=pytest.mark.slow)])
 def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, steps: Any) -> None:
     """A wall with a gap beside the view, in which two panes hang: what they dim, and what they do not."""
     camera = stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
