@@ -87,6 +87,7 @@ hx() { # docs/hx.md
     three hx-glow flying --sun-glow 0 0.03 0.1 --time 20.2 --sigma-t 0.006 --sun-glow-size 5
     three hx-light cage --light "0,2,0;extinction=0.2" "0,2,0" "0,2,0;extinction=2"
     three hx-fog flying --fog none linear exponential --time 20.2 --sigma-t 0.03 --fog-base 0 --fog-depth 5
+    three hx-noise slats --noise-amount 0 3 6 --noise-size 1.5 --steps exact
     three hx-steps slats --steps 4 16 exact --resolution 0.25
     three hx-distance flying --sun-distance 20 60 140 --time 20.2 --sigma-t 0.006
     three hx-soften slats --soften 0 2 4 --resolution 0.25 --steps 6

@@ -9,12 +9,16 @@ and --runs are for trials. What stands outside of the comments measured, ways an
 
 import argparse
 import math
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pictures
 from marked import put
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+import validating
 
 from airlight.colour import decode_codes
 from airlight.compare import scenes, words
@@ -31,6 +35,7 @@ from airlight.scenes.offline import Shot
 DOCS = Path(__file__).parent.parent / "docs"
 PICTURES = DOCS / "pictures"
 AMPLIFY, WIDTH, MOST = 10, 480, 150_000  # of the difference; pixels of a picture; bytes of a file
+VARYING_SHARE = 0.6  # of that width, where the truth is of a medium that varies, which takes long
 VARIANTS = {
     "exact walk": "method=march,quality=final,steps=exact",
     "2,000 steps": "method=march,quality=final,steps=2000,jitter=midpoint",
@@ -39,6 +44,14 @@ VARIANTS = {
     "`epipolar`": "method=epipolar,occluders=stencil",
     "`article`": "method=article",
     "`article-prose`": "method=article-prose",
+}
+IN_FIELDS = {
+    "exact walk": VARIANTS["exact walk"],
+    "500 steps": VARIANTS["500 steps"],
+    "64 steps": "method=march,quality=final,steps=64",
+    "16 steps": "method=march,quality=final,steps=16",
+    "64 steps, half the size": VARIANTS["64 steps, half the size"],
+    "16 steps, half the size": "method=march,quality=final,steps=16,resolution=0.5",
 }
 WAYS = {
     "`epipolar`": VARIANTS["`epipolar`"],
@@ -72,7 +85,28 @@ def light(lamp: PunctualLight) -> str:
 
 def medium(air: ResolvedMedium) -> str:
     m = air.settings
-    return f"sigma_t {numbers(air.sigma_t)} 1/m, albedo {numbers(m.albedo)}, g = {m.anisotropy:g}, up to {air.max_distance:g} m"
+    basic = f"sigma_t {numbers(air.sigma_t)} 1/m, albedo {numbers(m.albedo)}, g = {m.anisotropy:g}, up to {air.max_distance:g} m"
+    return basic + (f"; density {density(air)}" if varies(air) else "")
+
+
+def varies(air: ResolvedMedium) -> bool:
+    return air.varies or air.settings.fog != "none"
+
+
+def density(air: ResolvedMedium) -> str:
+    """What the medium's density is made of."""
+    m, found = air.settings, [] if air.air == 0 else [f"{air.air:g}"]
+    if m.fog == "exponential":
+        found.append(f"1 up to {m.fog_base:g} m, above it falling by e every {air.fog_depth:g} m")
+    elif m.fog == "linear":
+        found.append(f"1 up to {m.fog_base:g} m, falling to {m.fog_above:g} at {m.fog_base + air.fog_depth:g} m")
+    if m.noise_amount > 0:
+        found.append(f"noise of amount {m.noise_amount:g}, {m.noise_octaves} octaves, the largest {air.noise_size:g} m")
+    for field in air.fields:
+        sides = " x ".join(str(n) for n in field.volume.density.shape[::-1])
+        voxel = max(np.linalg.norm(field.volume.matrix[:3, :3], axis=0))
+        found.append(f"a volume of {sides} voxels of up to {voxel:.2g} m, {field.volume.density.max() * field.factor:.2g} at most")
+    return ", and ".join(found[1:] if found[:1] == ["1"] and len(found) > 1 else found)
 
 
 def cells(row: SceneRow, copy_ms: float) -> list[str]:
@@ -108,8 +142,10 @@ def by_mitsuba(name: str) -> str:
 
 def page(name: str, width: int, runs: int) -> None:
     stage = open_scene(name)
+    in_field = name in validating.VARYING
+    width = round(width * VARYING_SHARE) if in_field else width
     view = scenes.ComparedView(stage, Shot(width, width * 9 // 16, samples=1))
-    chosen = {label: variant(text, stage.settings, True) for label, text in VARIANTS.items()}
+    chosen = {label: variant(text, stage.settings, True) for label, text in (IN_FIELDS if in_field else VARIANTS).items()}
     chosen = {label: v for label, v in chosen.items() if view.lacks(v) is None}
     result = scenes.compare(view, list(chosen.values()), against="tracer", runs=runs, say=said)
     exact, truth = result.rows[0], result.truths[0]
@@ -144,7 +180,7 @@ def overview() -> None:
     """The exact walk of each scene whose picture is there, small."""
     shown = [pictures.read(str(path)) for name in VALIDATION if (path := PICTURES / f"validation-{name}.jpg").exists()]
     small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 284) for one in shown]
-    pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(5, small), MOST)
+    pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(6, small), MOST)
 
 
 def command(target: Sequence[float], v: Variant) -> str:

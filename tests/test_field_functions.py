@@ -141,6 +141,7 @@ def test_steps_are_placed() -> None:
     size = call(STEPS, "group_size", [k, n])
     close(size, march_field.group_size(k, n))
     assert (k + size <= np.maximum(n, k + 1)).all() and set(size) == {1, 4, 8}
+    close(call(STEPS, "group_size", [k, n], constants={"FOG": 1}), march_field.group_size(k, n, True))
     reach = RNG.uniform(2, 9, COUNT).astype(np.float32)
     marks = np.sort(RNG.uniform(0, 1, (COUNT, 2)), axis=1) * reach[:, None]
     steps = np.sort(RNG.uniform(0, 1, (COUNT, 2)), axis=1) * n[:, None]

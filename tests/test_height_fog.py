@@ -16,6 +16,8 @@ from airlight.gpu.structs import struct_dtype
 from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import FOGS, resolve
 from airlight.options import March, Medium
+from airlight.pygfx.casters import Casters
+from airlight.pygfx.casters import height as height_of
 from airlight.reference import height, march, medium, paths, tracer
 from airlight.scenes import offline, open_scene
 from airlight.scenes.offline import Shot
@@ -289,7 +291,10 @@ def test_a_comparison_has_the_fog_that_is_drawn() -> None:
     one = variant("method=march,fog=exponential,shadow_size=256", {}, in_scene=True)
     view = ComparedView(open_scene("mirrored"), Shot(32, 18, samples=1))
     view.light(one)
-    assert view.resolved(one).fog_depth == view.replay(one).shafts.resolved_medium.fog_depth == 0.1 * view.height
+    drawn = view.replay(one).shafts.resolved_medium.fog_depth
+    assert view.resolved(one).fog_depth == drawn
+    with view.set_up():
+        assert drawn == 0.1 * height_of(Casters(view.device, view.stage.scene, view.lights, view.hidden).gather())
     noisy = variant("method=march,noise_amount=1,shadow_size=256", {}, in_scene=True)
     with pytest.raises(AirlightError, match="use --against tracer"):
         view.truth(view.resolved(noisy), "mitsuba")

@@ -20,9 +20,9 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import resolve
 from airlight.options import March as MarchOptions
 from airlight.options import Medium, build, declared, presets
-from airlight.reference import fog, soften, tracer, variance
 from airlight.reference import march as march_twin
 from airlight.reference import medium as medium_twin
+from airlight.reference import paths, soften, tracer, variance
 from airlight.reference import scene as scene_twin
 from airlight.scatter.march.march import March
 from airlight.scatter.march.variance import Moments
@@ -235,7 +235,7 @@ def test_moments_are_those_of_the_texels_around(size: int, radius: int) -> None:
     held[1] = 0.7 + 1e-4 * held[1]  # whose variance has few digits as a difference of squares
     moments = Moments(device)
     moments.fit([depths(held)])
-    run_ms(device, lambda encoder: moments.record(encoder, radius))
+    run_ms(device, lambda encoder: moments.record(encoder, radius, [None]))
     texture = moments.views[0].texture
     layout = {"bytes_per_row": 8 * size, "rows_per_image": size}
     data = device.queue.read_texture({"texture": texture}, layout, (size, size, 2))
@@ -243,6 +243,17 @@ def test_moments_are_those_of_the_texels_around(size: int, radius: int) -> None:
     truth = np.stack([variance.averaged_moments(layer, radius) for layer in held])
     np.testing.assert_allclose(found[..., 0], truth[..., 0], rtol=1e-6)
     np.testing.assert_allclose(found[..., 1], truth[..., 1], rtol=2e-3, atol=1e-13)
+
+
+def test_moments_of_maps_that_are_kept_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    recorded: list[Any] = []
+    monkeypatch.setattr("airlight.scatter.march.variance.compute", lambda *what: recorded.append(what))
+    moments, texture = Moments(open_device()), depths(np.ones((1, 16, 16)))
+    for count, (radius, drawn) in zip((2, 0, 2, 2, 2), [(2, "a"), (2, "a"), (3, "a"), (3, "b"), (3, None)], strict=True):
+        recorded.clear()
+        moments.fit([texture])
+        moments.record(None, radius, [drawn])
+        assert len(recorded) == count
 
 
 def seen_by_variance(views: Any, heights: np.ndarray, points: np.ndarray, radius: int, cut: float) -> np.ndarray:
@@ -359,4 +370,4 @@ def test_the_preset_is_what_hx_begins_with() -> None:
     medium = resolve(built[Medium], built[MarchOptions], "normal", 90.0)
     assert (medium.steps, medium.sun_steps, medium.sun_reach, medium.least_seen) == (16, 32, 128.0, 1.0)
     # of linear fog with a height of 5, a transition of 5 and a tenth above it
-    assert [fog.density(np.array([0.0, y, 0.0]), medium) for y in (-1, 0, 2.5, 5, 9)] == pytest.approx([1, 1, 0.55, 0.1, 0.1])
+    assert [paths.density(np.array([0.0, y, 0.0]), medium) for y in (-1, 0, 2.5, 5, 9)] == pytest.approx([1, 1, 0.55, 0.1, 0.1])

@@ -206,6 +206,16 @@ def test_light_is_what_small_steps_sum_up_to(kind: str, air: float) -> None:
     np.testing.assert_allclose(found, truth, rtol=0.01, atol=0.005 * truth.mean())
 
 
+@pytest.mark.parametrize("kind", LIGHTS)
+def test_a_light_may_have_a_medium_of_its_own(kind: str) -> None:
+    """Twice as dense, half of that extinction: as in a medium of such coefficients."""
+    own, light = Field(rough()), LIGHTS[kind]
+    found = traced(made(own, air=0.3), replace(light, density=2.0, extinction=0.5)).radiance
+    twice = replace(made(own, air=0.3), sigma_s=2 * 0.9 * np.array(SIGMA))
+    np.testing.assert_allclose(found, traced(twice, light).radiance, rtol=1e-9)
+    assert np.abs(found - traced(made(own, air=0.3), light).radiance).max() > 0.1 * found.max()
+
+
 def test_what_dims_a_sun_can_be_chosen() -> None:
     own = Field(rough())
     found = {how: traced(made(own, air=0.5, fog="exponential", fog_depth=2.0, sun_extinction=how), SUN).radiance.mean()

@@ -41,7 +41,7 @@ def test_a_scenes_page_has_its_numbers(name: str) -> None:
     """As they are in the scene's files: a page is to be made anew when these change."""
     stage, text = open_scene(name), DOCS.joinpath("validation", f"{name}.md").read_text(encoding="utf-8")
     built = build(stage.settings)
-    air = resolve(built[Medium], built[March], "final", stage.radius)
+    air = resolve(built[Medium], built[March], "final", stage.radius, fields=stage.fields)
     numbers = [validation_pages.medium(air), *(validation_pages.light(lamp) for lamp in punctual_lights(stage.lights))]
     assert len(numbers) > 1 and all(f" | {line} |\n" in text for line in numbers)
     assert DOCS.joinpath("pictures", f"validation-{name}.jpg").exists() and "| exact walk |" in text

@@ -16,6 +16,9 @@ from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.triangles import world_triangles
 
 SIZE = 480, 270
+# whose media vary in space
+VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs"
+VARYING_SIZE = 160, 90  # of their pictures, whose truth takes some ten times as long
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller
 SPP = {True: 1024, False: 6000}  # Mitsuba's rays of a pixel for a sun, and for a lamp, whose own way through the medium is a game of chance
 MORE = {"dense": 4}  # times as many: few of that game are won
@@ -78,7 +81,7 @@ def error(found: np.ndarray, truth: np.ndarray, way: np.ndarray) -> tuple[float,
 @cache
 def exact(name: str) -> tuple[Drawn, np.ndarray, np.ndarray]:
     """The exact walk of a scene, and the tracer's light and way."""
-    drawn = draw(name, *SIZE)
+    drawn = draw(name, *(VARYING_SIZE if name in VARYING else SIZE))
     return drawn, *drawn.traced()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from airlight.bench import measure, process
 from airlight.bench.look import look
+from airlight.bench.media import EVEN, media
 from airlight.bench.scenes import scenes
 from airlight.bench.world import EXACT, SHORT, world
 from airlight.files import replacing
@@ -65,11 +66,13 @@ def _telling(say: Any, work: Work, lines: int) -> Callable[[str], None]:
 Part = tuple[Callable[..., list[dict[str, Any]]], float, int]
 WHOLE: tuple[Part, ...] = (
     (measure.methods, 160, 60), (measure.rivals, 40, 6), (measure.extras, 60, 12), (look, 30, 12), (scenes, 60, 12), (world, 150, 18),
+    (media, 40, 8),
 )  # fmt: skip
 QUICK: tuple[Part, ...] = (
     (partial(measure.methods, runs=3, lights=["inside"], lengths=[(0.926, 3.24)]), 12, 5),
     (partial(look, runs=2), 6, 12),
     (partial(scenes, runs=2, names=["table"]), 8, 6),
+    (partial(media, runs=2, suns=["beside"], cases=[EVEN, "exponential fog"]), 5, 2),
     (partial(world, runs=1, chosen=["slats, a spot"], variants=[EXACT, SHORT]), 8, 2),
 )
 PROCESSES = (150.0, 7), (12.0, 3)  # the same, of whole processes

@@ -31,7 +31,7 @@ SET_UP = "set-up"  # what the passes do not account for
 APART = ("shadows", "merge", SET_UP)  # what is not summing the light
 
 
-def _sun(stage: "Stage", angle: float) -> "SceneLight":
+def sun_at(stage: "Stage", angle: float) -> "SceneLight":
     """Turn a sun so many degrees from where the stage's first camera looks."""
     from airlight.pygfx import SceneLight
 
@@ -51,7 +51,7 @@ class _Case:
 
         stage = open_scene(scene)
         built = build(stage.settings)
-        shot = Shot(*SIZE, samples=1, lights=() if angle is None else (_sun(stage, angle),))
+        shot = Shot(*SIZE, samples=1, lights=() if angle is None else (sun_at(stage, angle),))
         march, resolution = VARIANTS[variant]
         more: dict[str, Any] = {"in_scene": SceneOptions(resolution=resolution), "medium": built[Medium], "march": march}
         self.replay = Replay(Studio(stage, shot, built[Parameters], **more))

@@ -127,7 +127,7 @@ class ComparedView:
         factor = 2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre
         length = np.minimum(layer.path_length, medium.max_distance).ravel()
         drawn = length < medium.max_distance
-        if medium.settings.fog != "none":
+        if medium.settings.fog != "none" or medium.varies:
             length = medium.optical_length(layer.transmittance).ravel()
         shown = layer.radiance, self.surfaces, self.surfaces * layer.transmittance
         light, picture, own = ((factor * pixels).reshape(-1, 3) for pixels in shown)

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 def put_densities(
     stage: "Stage", volumes: Sequence[str], particles: Sequence[str], fps: float = 24.0, cells: int = 128
 ) -> tuple[str, ...]:
-    """Load volumes and particles, as they are written, into a stage; give the options that ask for them. fps: of the numbers of numbered
-    files. cells: of particles' grids. Warns of what lies outside the scene. Raises AirlightError."""
-    stage.fields, stage.fps = [], fps
+    """Load volumes and particles, as they are written, into a stage, beside its own; give the options that ask for them. fps: of the
+    numbers of numbered files. cells: of particles' grids. Warns of what lies outside the scene. Raises AirlightError."""
+    stage.fps = fps
     for text in volumes:
         _put(stage, FileVolume(read_volume_text(text)), cells)
     for text in particles:
@@ -49,7 +49,7 @@ def _put(stage: "Stage", density: Any, cells: int) -> None:
 
 
 def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], method: str) -> None:
-    """Raise AirlightError for densities with a method that lights no medium."""
+    """Raise AirlightError for densities with a method that knows none."""
     given = "--volume" if volumes else "--particles" if particles else None
     if given is not None:
         raise AirlightError(f"{given} means nothing with method {method}: leave it out, or use --method march")

@@ -272,7 +272,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     from airlight.jobs.densities import put_densities, refuse_without_medium
 
-    if not method.lights_medium:
+    if not method.has_units:
         refuse_without_medium(r.volume, r.particles, parameters.method)
     put_densities(stage, r.volume, r.particles, float(r.fps), built[Medium].particle_cells)
     say_offer(stage, (*r.light, *r.sun))

@@ -88,7 +88,7 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     slope = np.sqrt(1 + sides[0][None, :] ** 2 + sides[1][:, None] ** 2)
     drawn = depth[at] < 1
     length = np.minimum(np.where(drawn, frame.axial(depth[at]) * slope, np.inf), medium.max_distance)
-    if medium.settings.fog != "none" and shafts.transmittance.size[:2] == depth.shape[::-1]:
+    if (medium.settings.fog != "none" or medium.varies) and shafts.transmittance.size[:2] == depth.shape[::-1]:
         length = medium.optical_length(studio.read(shafts.transmittance, np.float32)[at][..., :3])
     light = picture = own = None
     thin = float((length.max() * medium.sigma_t).max()) < -np.log(1 - VISIBLE_CONTRAST)

@@ -164,12 +164,12 @@ def resolve(
 
 def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
     """Words one line where the medium hides the scene, or only a very strong light would show in it, with what would suit; else None. An
-    empty one is meant so; of fog that depends on height it is not known.
+    empty one is meant so; of one that varies in space it is not known.
 
     distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
     """
     near, far = (min(max(distance, size), medium.max_distance) for size in (radius, 2 * radius))
-    if near <= 0 or not medium.sigma_t.any() or medium.settings.fog != "none":
+    if near <= 0 or not medium.sigma_t.any() or medium.settings.fog != "none" or medium.varies:
         return None
     if medium.least_seen < VISIBLE_CONTRAST and (medium.sigma_t * near).min() > HIDING_DEPTH:
         return hides(medium, near)

@@ -60,7 +60,7 @@ class Basin:
     def _tell(self, level: float, found: Any) -> None:
         if not self._told:
             self._told = True
-            lowest = "there is no ground" if found is None else f"the lowest is at {float(np.nanmin(found[0])):.4g} m"
+            lowest = "there is no ground" if found is None else f"the lowest is at {round(float(np.nanmin(found[0])), 4):g} m"
             warn(f"basin_level = {level:g}: no ground lies below it: {lowest}; give a higher one")
 
     def ground(self, gathered: Gathered, seen: tuple[Any, float] | None = None) -> tuple[np.ndarray, np.ndarray] | None:

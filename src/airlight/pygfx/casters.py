@@ -117,6 +117,9 @@ class Casters:
             drawn += [(one.matrix, size, layer) for one, layer in zip(views, layers)]
             shadows.append(Shadow(texture, size, views))
         self.draw_layers(drawn, ([(mesh, role.sloped) for mesh, role in found], hulls), timer)
+        for shadow, (_, layers) in zip(shadows, self._maps, strict=True):
+            keys = [_drawn.get(layer) for layer in layers[: len(shadow.views)]]
+            shadow.drawn = None if None in keys else keys
         return shadows
 
     def draw_layers(self, layers: Sequence[tuple[Matrix, int, Any]], gathered: Gathered, timer: Timer | None = None) -> None:

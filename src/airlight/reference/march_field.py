@@ -59,9 +59,9 @@ def mean_between_heights(a: Any, b: Any, densest: Any, frame: Any, fog: str) -> 
     return mean_height_density(a, b, layer_of_fog(frame), fog)
 
 
-def group_size(k: Any, n: Any) -> Array:
-    """Chooses the number of steps of a group that begins at the k-th of n."""
-    many = np.where(np.asarray(n) >= MANY_STEPS, 8.0, 4.0)
+def group_size(k: Any, n: Any, is_exponential: bool = False) -> Array:
+    """Chooses the number of steps of a group that begins at the k-th of n. is_exponential: in fog that is, and nothing else."""
+    many = np.where(np.asarray(n) >= MANY_STEPS, 16.0 if is_exponential else 8.0, 4.0)
     return np.where(k + many <= n, many, 1.0)
 
 

@@ -6,6 +6,7 @@ no table: the optical length from a light is integrated for each place that it i
 """
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
@@ -25,7 +26,8 @@ EDGES = {
 }  # of fog_depth, above fog_base: ends of panels
 RULES = {count: np.polynomial.legendre.leggauss(count) for count in (2, 3, 4, 12)}
 NOISY_DEPTHS = 14.0  # of exponential fog, above which noise is not looked at: 1e-6 of a column is left there
-WAVE_PARTS = 2  # panels in the shortest wave of noise
+WAVE_PARTS = 2  # panels in the shortest wave of noise; twice as many where it is strong
+STRONG_NOISE = 2.5  # amplitude of the shortest waves, in the exponent
 BENT_PARTS = 4  # of a cell, where the least or greatest of two densities has kinks inside it
 SHADED_PARTS = 128  # of a ray through air that is in the shade of a grid, at most
 CHUNK = 400_000  # panels that are looked at together
@@ -148,7 +150,9 @@ def _crossings(start: Array, way: Array, medium: ResolvedMedium) -> Array:
     m = medium.settings
     if m.noise_amount > 0 and medium.air > 0:
         wave = medium.noise_size / 2 ** (m.noise_octaves - 1)
-        parts = np.maximum(np.linalg.norm(way, axis=1) * WAVE_PARTS / wave, 1)[:, None]
+        weakest = m.noise_amount / (2**m.noise_octaves - 1)
+        each = WAVE_PARTS * (1 if weakest <= STRONG_NOISE else 2) / wave
+        parts = np.maximum(np.linalg.norm(way, axis=1) * each, 1)[:, None]
         found.append(np.arange(1, np.ceil(parts.max(initial=1))) / parts)
     return np.concatenate(found, axis=1)
 
@@ -172,6 +176,12 @@ class Lengths:
         self.before = before - before[np.minimum(first, max(len(row) - 1, 0))][row] if len(row) else before
         self.scale = 2 * float(reach.max(initial=0)) + 1
         self.key = self.row * self.scale + self.low
+
+    def of(self, medium: ResolvedMedium) -> "Lengths":
+        """Gives the same lengths for a medium of the same density, as a light has it to itself."""
+        other = copy(self)
+        other.medium = medium
+        return other
 
     def to(self, which: Array, t: Array) -> Array:
         """Integrates (n,) density along rays `which` (n,) from the eye to t (n,): m."""
@@ -204,8 +214,11 @@ def panels(which: Array, start: Array, end: Array, along: Lengths, count: int = 
     return row, low[row, column], high[row, column]
 
 
-def directional(which: Array, start: Array, end: Array, light: PunctualLight, along: Lengths) -> tuple[Array, Array]:
-    """Integrates density times transmittance, from the light to the eye, over lit segments: (m, 3) m, and (m,) their rays."""
+def directional(which: Array, start: Array, end: Array, light: PunctualLight, along: Lengths, sigma_t: Array) -> tuple[Array, Array]:
+    """Integrates density times transmittance, from the light to the eye, over lit segments: (m, 3) m, and (m,) their rays.
+
+    sigma_t: (3,) 1/m, of the light.
+    """
     medium = along.medium
     part, low, high = panels(which, start, end, along)
     which = which[part]
@@ -217,18 +230,18 @@ def directional(which: Array, start: Array, end: Array, light: PunctualLight, al
         rho = density(place, medium)
         some = rho > 0
         length = along.to(which[some], t[some]) + sun_length(place[some], towards, medium)
-        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * medium.sigma_t)
+        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * sigma_t)
     return total, which
 
 
-def lamp_factor(which: Array, t: Array, light: PositionalLight, along: Lengths) -> Array:
-    """Evaluates (n, 3) density at t along rays `which`, times transmittance from a lamp by way of there to the eye."""
+def lamp_factor(which: Array, t: Array, light: PositionalLight, along: Lengths, sigma_t: Array) -> Array:
+    """Evaluates (n, 3) density at t along rays `which`, times transmittance from a lamp by way of there to the eye. sigma_t: see above."""
     place = along.origin[which] + t[:, None] * along.ray[which]
     rho, found = density(place, along.medium), np.zeros((len(t), 3))
     some = rho > 0
     at = np.broadcast_to(np.asarray(light.position, float), place[some].shape)
     length = along.to(which[some], t[some]) + optical_length(place[some], at, along.medium)
-    found[some] = rho[some, None] * np.exp(-length[:, None] * along.medium.sigma_t)
+    found[some] = rho[some, None] * np.exp(-length[:, None] * sigma_t)
     return found
 
 

@@ -72,7 +72,7 @@ def layer(
                 chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
                 end = np.minimum(t, medium.sun_reach) if light.directional else t
                 own = light.own_medium(medium)
-                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along)
+                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along and along.of(own))
                 radiance = radiance + light.fade(into[:3, 3], medium) * scattered
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)
@@ -208,7 +208,7 @@ def in_scattered(
     if along is None:
         parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
     else:
-        parts, which = paths.directional(which, start, end, light, along)
+        parts, which = paths.directional(which, start, end, light, along, medium.sigma_t)
     to_light, _, irradiance = light.incident(origin)
     glow = medium.settings.sun_glow
     there = (1 - glow) * phase((ray * to_light).sum(axis=1), medium, light) + glow * glow_between(ray, to_light, medium.glow_concentration)
@@ -257,7 +257,7 @@ def _over_panels(
         if along is None:
             result += seen[:, None] * np.exp(-np.maximum(t0 + h * np.exp(v), 0)[:, None] * medium.sigma_t)
         else:
-            result += seen[:, None] * paths.lamp_factor(which, t0 + h * np.sinh(v), light, along)
+            result += seen[:, None] * paths.lamp_factor(which, t0 + h * np.sinh(v), light, along, medium.sigma_t)
     return result, which
 
 

@@ -12,6 +12,15 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "headlamp": ("headlamp", "eye"),
     "dense": ("dense", "front"),
     "mirrored": ("mirrored", "front"),
+    "mist-sun": ("foliage", "beside"),
+    "mist-lamp": ("cage", "room"),
+    "ramp-sun": ("foliage", "behind"),
+    "ramp-spots": ("two-spots", "front"),
+    "smoke-sun": ("window", "corner"),
+    "smoke-spot": ("slats", "room"),
+    "in-smoke": ("dense", "front"),
+    "drift": ("two-spots", "front"),
+    "puffs": ("cage", "room"),
 }
 MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
 FILES = (".glb", ".gltf", *MESHES)

@@ -43,8 +43,8 @@ class Stage:
     movable: SceneLight | None = None
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
-    settings: dict[str, Any] = field(default_factory=dict)
     fields: list[Any] = field(default_factory=list)
+    settings: dict[str, Any] = field(default_factory=dict)
     fps: float = 24.0
     pre_exposure: float = 1.0
     sky_sun: float | None = None

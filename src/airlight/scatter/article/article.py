@@ -107,10 +107,11 @@ class ArticleProse(Article):
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
-        """Keeps everything but the distance of suns, which it does not know."""
-        if medium.settings.sun_distance is None:
+        """Keeps everything but the distance of suns, and densities that vary, which it does not know."""
+        if medium.settings.sun_distance is None and not medium.varies:
             return medium
-        return dataclasses.replace(medium, settings=msgspec.structs.replace(medium.settings, sun_distance=None))
+        settings = msgspec.structs.replace(medium.settings, sun_distance=None, noise_amount=0.0)
+        return dataclasses.replace(medium, settings=settings, fields=())
 
     def settings(self, medium: ResolvedMedium) -> np.ndarray:
         """Fills the shader's Settings."""

@@ -11,7 +11,7 @@ from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.profile import SPAN, SPANS, Profile
-from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Varying
@@ -75,6 +75,7 @@ class March:
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
+        self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
 
     @staticmethod
@@ -128,16 +129,19 @@ class March:
             self._fit_tiles()
         averaged = medium.march.shadow_filter == "variance" and not medium.exact
         self._radius = medium.march.variance_radius if averaged else None
+        self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
         self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
         self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
+            self._begins.pop(i, None)
             if light is None:
+                self._own_frames.pop(i, None)
+                self.device.queue.write_buffer(self._lights[i], 0, dark_record(medium).tobytes())
                 exact = {"EXACT": medium.exact} if self._varies else {}
                 self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog, **exact))
                 continue
-            self._begins.pop(i, None)
             own = light.own_medium(medium)
             if own is medium:
                 self._own_frames.pop(i, None)
@@ -220,7 +224,7 @@ class March:
             compute(encoder, pipeline, bind, groups, "light table", timer)
         self._fills = []
         if self._radius is not None:
-            self._moments.record(encoder, self._radius, timer)
+            self._moments.record(encoder, self._radius, self._drawn, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
         if self.profile is not None:
             own = {"ALONE": self.size == self.pixels, "SUMS": self.profile.sums.format == "rgba32float"}
@@ -240,7 +244,7 @@ class March:
                     tell(done / (counts[0] * counts[1]))
         bound: tuple[Any, ...] = (self.frame, self._lights[0], depth, self._shadows[0])
         for k in range(2 * self._softening[0]):  # along rows, then columns
-            pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1)
+            pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1, VARIES=self._varies)
             source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
             compute(encoder, pipeline, self._bound(("soften", k % 2), SOFTEN, *bound, source, target), counts, "march soften", timer)
         if self.size == self.pixels and not self._varies:

@@ -30,6 +30,13 @@ def frame_record(view: Any, projection: Any, medium: ResolvedMedium, size: tuple
     return out
 
 
+def dark_record(medium: ResolvedMedium) -> np.ndarray:
+    """Fills the LIGHT of a pass without a light, which has steps all the same."""
+    out = np.zeros((), LIGHT)
+    out["steps"] = medium.steps
+    return out
+
+
 def light_record(
     light: PunctualLight, shadow: Shadow | None, view: Any, medium: ResolvedMedium, shade: Shade | None = None
 ) -> np.ndarray:

@@ -22,7 +22,7 @@ const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
 const LEAST_STEPS = 2.0;        // of a part of a ray
-const MANY_STEPS = 64.0;        // from which on groups of them are of 8, else of 4
+const MANY_STEPS = 64.0;        // from which on groups of them are of 8 or 16, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
@@ -147,11 +147,15 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
-    let within = range.y - range.x;
-    let outside = max(far - within, 0.0);
-    let given = n * max(0.5, within / far);
-    let before = select((n - given) * range.x / outside, 0.0, outside <= 0.0);
-    stretch = select(stretch, vec4f(range, before, before + given), within > 0.0);
+    // In whole groups, since the sample of one stands for all of it; one where there is nothing
+    let group = group_size(0.0, n);
+    let outside = max(far - range.y + range.x, 0.0);
+    let spare = select(n - n * max(0.5, (range.y - range.x) / far), 0.0, frame.air == 0.0);
+    let ends = vec2f(range.x, far - range.y);
+    let groups = max(round(ends * spare / (group * max(outside, 1e-20))), vec2f(1.0));
+    let before = select(group * groups.x, 0.0, ends.x <= 0.0);
+    let after = select(group * groups.y, 0.0, ends.y <= 0.0);
+    stretch = select(stretch, vec4f(range, before, n - after), range.y > range.x && before + after < n);
 }
 
 /// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march_field.py:step_place.
@@ -171,13 +175,14 @@ fn step_at(t: f32, n: f32, reach: f32, stretch: vec4f) -> f32 {
 /// Find the first of n steps whose sample lies at `beyond` metres along the camera's axis or after it. o: where in its step.
 fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     if (!VARIES) { return first_step(beyond, -ray.direction.z * each, o, n); }
-    return clamp(ceil(step_at(beyond / max(-ray.direction.z, 1e-6), n, far_end, stretch) - o), 0.0, n);
+    let t = min(beyond, 1e30) / max(-ray.direction.z, 1e-6); // the last cascade ends nowhere: what is no number comes of its infinity
+    return clamp(ceil(step_at(min(t, far_end), n, far_end, stretch) - o), 0.0, n);
 }
 
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
-/// one factor from step to step; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
+/// one factor from step to step, as they do in exponential fog; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
 fn group_size(k: f32, n: f32) -> f32 {
-    let many = select(4.0, 8.0, n >= MANY_STEPS);
+    let many = select(4.0, select(8.0, 16.0, FOG == EXPONENTIAL && !VARIES), n >= MANY_STEPS);
     return select(1.0, many, k + many <= n);
 }
 
@@ -230,7 +235,11 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, step_place(k, n, far_end, stretch), each); }
-    if (FOG != EVEN && !VARIES) { begin_fog(ray, k * each, optical_length(ray, k * each)); }
+    if (FOG != EVEN && !VARIES) {
+        var passed_by = 0.0;
+        if (CASCADES) { passed_by = optical_length(ray, k * each); }
+        begin_fog(ray, k * each, passed_by);
+    }
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -239,8 +248,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             let group = begin_group(ray, vec3f(k, k + o * size, k + size), each, n, k < end);
             fade = exp(group.slope / size);
             let twice = fade * fade;
-            let four = (1.0 + fade) * (1.0 + twice);
-            weight = group.sum / select(vec3f(1.0), select(four, four * (1.0 + twice * twice), size > 4.0), size > 1.0);
+            let fourth = twice * twice;
+            var terms = (1.0 + fade) * (1.0 + twice);
+            terms *= select(vec3f(1.0), 1.0 + fourth, size > 4.0) * select(vec3f(1.0), 1.0 + fourth * fourth, size > 8.0);
+            weight = group.sum / select(vec3f(1.0), terms, size > 1.0);
             stop = min(k + size, end);
         }
         loop {

@@ -35,7 +35,7 @@ fn search_alike(at: vec2f, ray: Ray, own: f32, likest: vec4f, likest_more: f32) 
         }
         k += 1.0;
     }
-    let whole = optical_length(ray, best.a) + select(0.0, more, VARIES);
+    let whole = select(own * best.a / max(reach, 1e-6), best.a, FOG == EVEN && !VARIES) + select(0.0, more, VARIES);
     let longer = transmittance_integral(whole, frame.sigma_t);
     more *= min(reach / max(best.a, 1e-6), 1.0);
     let less = transmittance_integral(own + select(0.0, more, VARIES), frame.sigma_t) / max(longer, vec3f(1e-20));

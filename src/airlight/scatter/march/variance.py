@@ -1,5 +1,6 @@
 """Makes the moments of shadow maps' depths, for variance shadow maps."""
 
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,6 +25,7 @@ class Moments:
         self.device = device
         self.views: list[Any] = []
         self._made: list[tuple[Any, Any, list[Any]]] = []  # a shadow map, a view of its moments, the bind groups of PASSES
+        self._of: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()  # what moments, by their views, were last made of
         self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)
 
     def fit(self, shadows: Sequence[Any]) -> None:
@@ -46,9 +48,15 @@ class Moments:
         binds = [device.bind(MOMENTS, map_view, source, target, self._row) for source, target in ((view, rows), (rows, view))]
         return shadow, view, binds
 
-    def record(self, encoder: Any, radius: int, timer: Timer | None = None) -> None:
-        """Records the passes that average the depths over `radius` texels to each side."""
-        for shadow, _, binds in self._made:
+    def record(self, encoder: Any, radius: int, drawn: Sequence[Any], timer: Timer | None = None) -> None:
+        """Records the passes that average the depths over `radius` texels to each side, but of maps that are as they were.
+
+        drawn: of each map, see Shadow.
+        """
+        for (shadow, view, binds), now in zip(self._made, drawn, strict=True):
+            if now is not None and self._of.get(view) == (now, radius):
+                continue
+            self._of.pop(view, None)  # they may be left unfinished
             size, _, layers = shadow.size
             count = -(-size // GROUP)
             for name, bind in zip(PASSES, binds, strict=bool(binds)):
@@ -56,3 +64,4 @@ class Moments:
                 for row, down in parts(count, kind=("moments", size)):
                     self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
                     compute(encoder, pipeline, bind, (count, down, layers), "march moments", timer)
+            self._of[view] = now, radius
