@@ -269,6 +269,15 @@ def test_a_texture_is_solid_where_it_is_opaque(stage: Stage) -> None:
     np.testing.assert_allclose(layer[:, -3], right[1], atol=2e-4)
 
 
+@pytest.mark.parametrize("mode", ["blend", "auto"])
+def test_a_texture_whose_alpha_says_nothing_is_solid(stage: Stage, mode: str) -> None:
+    pane = stage.pane(4, 1.0, 1.0, alpha_mode=mode)
+    pane.material.map = gfx.TextureMap(gfx.Texture(np.full((2, 2, 4), 255, np.uint8), dim=2, colorspace="srgb"))
+    shafts = stage.shafts()
+    check(stage, shafts, float(light(4) + left(4)), float(light(4)))
+    assert not shafts.panes.held
+
+
 def test_effects_alone_may_be_drawn_again(stage: Stage) -> None:
     stage.pane(4, 0.35, 0.5 / 0.35)
     shafts = stage.shafts()

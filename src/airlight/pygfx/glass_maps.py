@@ -17,7 +17,7 @@ from airlight.pygfx import private, private_panes
 from airlight.pygfx.bounds import Bounds
 from airlight.pygfx.casters import is_bounded
 from airlight.pygfx.lights import SceneLight
-from airlight.pygfx.panes import DEPTH, OVER, PREMULTIPLIED, is_seen_through, mode_of
+from airlight.pygfx.panes import DEPTH, OVER, PREMULTIPLIED, is_opaque, is_seen_through, mode_of
 from airlight.pygfx.prepass import shown, silhouette
 from airlight.shadows import Shadow, fit
 
@@ -156,4 +156,4 @@ def _passes_light(thing: Any) -> bool:
     material = thing.material
     if not isinstance(thing, gfx.Mesh) or material is None or not is_bounded(thing.geometry):
         return False
-    return is_seen_through(thing) and mode_of(material.alpha_config) in (OVER, PREMULTIPLIED)
+    return is_seen_through(thing) and not is_opaque(thing) and mode_of(material.alpha_config) in (OVER, PREMULTIPLIED)

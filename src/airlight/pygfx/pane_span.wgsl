@@ -2,6 +2,7 @@
 // drawn at the size of the march, and tested against the picture's depth at the pixels that it samples.
 //! include "pygfx/pane_camera.wgsl"
 @group(9) @binding(91) var pane_depths: texture_depth_2d;
+const PANE_SPLIT = false;       // opaque fragments are drawn elsewhere; private_panes.py puts it in
 
 struct FragmentOutput {
     // virtualfield position: vec4f = varyings.position;
@@ -11,6 +12,7 @@ struct FragmentOutput {
 
 /// Puts out a fragment's distance, as spans.wgsl reads them; called by pygfx.
 fn apply_virtual_fields_of_fragment_output(outp: ptr<function, FragmentOutput>, position: vec4f) {
+    if (PANE_SPLIT && (*outp).color.a >= 0.95) { discard; }
     let pixels = textureDimensions(pane_depths);
     let sampled = (2u * vec2u(position.xy) + 1u) * pixels / (2u * vec2u(pane_fog.size));
     if (position.z > textureLoad(pane_depths, min(sampled, pixels - 1u), 0)) { discard; }

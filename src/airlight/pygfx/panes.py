@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 FORMAT, LAYER = "rgba16float", "rgba32float"
 FOG = struct_dtype("pygfx/pane_camera.wgsl", "PaneFog")
 BEHIND, THROUGH = "composite/behind_panes.wgsl", "composite/through_panes.wgsl"
+OPAQUE = 0.95  # alpha from which a fragment of what is blended is solid, as in pane_fog.wgsl
 OVER, PREMULTIPLIED, ADDED, TINT, VEIL, DARKEN, DARK_VEIL = range(7)  # numbered as in pane_fog.wgsl
 VEILS = {TINT: VEIL, DARKEN: DARK_VEIL}  # what is drawn after them
 MODES = {  # of factors of a fragment and of what is behind it
@@ -59,8 +60,36 @@ def is_seen_through(wobject: Any) -> bool:
     if material.alpha_mode != "auto":
         return True
     if isinstance(wobject, gfx.Mesh):
-        return not solid(wobject, material)
+        return not solid(wobject, material) and not is_opaque(wobject)
     return bool(material.opacity < 1)
+
+
+_least: Any = weakref.WeakKeyDictionary()  # of textures and buffers: their revision, and the least alpha that they hold
+
+
+def least_alpha(resource: Any) -> float:
+    """Finds the least alpha, 0..1, of a gfx.Texture or gfx.Buffer of four numbers an item; 0 where that is not known."""
+    if resource is None:
+        return 1.0
+    data = resource.data
+    if data is None or private.channels(resource) != 4 or data.dtype.kind not in "uf":
+        return 0.0
+    if resource not in _least or _least[resource][0] != resource.rev:
+        least = float(data[..., -1].min()) if data.size else 1.0
+        _least[resource] = resource.rev, least / (np.iinfo(data.dtype).max if data.dtype.kind == "u" else 1.0)
+    found: float = _least[resource][1]
+    return found
+
+
+def is_opaque(wobject: Any) -> bool:
+    """Tells whether an object `is_split`, and all of it is opaque: many a texture has an alpha that says nothing."""
+    if not is_split(wobject):
+        return False
+    colors = getattr(wobject.geometry, "colors", None)
+    colors = colors if colors is not None and private.channels(colors) == 4 else None
+    map = getattr(wobject.material, "map", None)
+    texture = map.texture if map is not None and private.channels(map.texture) == 4 else None
+    return least_alpha(colors) * least_alpha(texture) >= OPAQUE
 
 
 def is_split(wobject: Any) -> bool:
@@ -162,7 +191,7 @@ class Panes:
         self._fog = self.device.buffer(size=FOG.itemsize, uniform=True)
         self._spans: Any = weakref.WeakKeyDictionary()  # object -> material -> its pipelines
         self._blender = _Spans(blendable(shafts.device))
-        self._span_state: Any = None
+        self._span_states: dict[bool, Any] = {}  # whether opaque fragments are left out -> State
         self._targets: tuple[Any, ...] = ()  # picture; layer before and after, where the march's cannot be blended onto
         self._depth: Any = None  # a copy, where something that is seen through writes it
         private_panes.hold_back(shafts.renderer, self)
@@ -185,7 +214,7 @@ class Panes:
         found = []
         for wobject in objects:
             seen = is_seen_through(wobject)
-            if seen and way == "layers":
+            if seen and way == "layers" and not is_opaque(wobject):
                 self._objects.append(wobject)
             draws = self._layers if way == "layers" else self._dither
             found.append(draws(wobject, renderstate) if seen else None)
@@ -200,6 +229,8 @@ class Panes:
         assert mode is not None
         opaque = self._state(base, "opaque", lambda: private_panes.State(base, _Opaque(base.blender), _OPAQUE))
         found = [(opaque, "solid")] if split else []
+        if is_opaque(wobject):
+            return found
         for one in (mode, *([VEILS[mode]] if mode in VEILS else ())):
             found.append((self._state(base, (one, split), lambda one=one: _fogged(base, one, split, self.device)), "held"))
         return found
@@ -233,18 +264,19 @@ class Panes:
         record["extinction"] = shafts.medium.extinction_share if shafts.medium.extinction else 0.0
         self.device.queue.write_buffer(self._fog, 0, record.tobytes())
         base = private.unlit(self._blender)
-        if self._span_state is None or self._span_state.base is not base:
-            self._span_state = private_panes.State(base, self._blender, _SPAN, (UNIFORM, DEPTH))
-        state = self._span_state
-        state.bind(self.device.binding(self._fog), depth.create_view())
+        if not self._span_states or self._span_states[False].base is not base:
+            kinds = UNIFORM, DEPTH
+            self._span_states = {split: private_panes.State(base, self._blender, _SPAN[split], kinds) for split in (False, True)}
+        for state in self._span_states.values():
+            state.bind(self.device.binding(self._fog), depth.create_view())
         drawn = []
         for wobject in self._objects:
-            made = self._spans.setdefault(wobject, weakref.WeakKeyDictionary())
-            if wobject.material not in made:
-                made[wobject.material] = private.Pipelines(silhouette)
-            made[wobject.material].update(wobject, state)
-            drawn.append(made[wobject.material])
-            for bake in made[wobject.material].bakes:
+            split = is_split(wobject)
+            made = self._spans.setdefault(wobject, weakref.WeakKeyDictionary()).setdefault(wobject.material, {})
+            pipelines, state = made.setdefault(split, private.Pipelines(silhouette)), self._span_states[split]
+            pipelines.update(wobject, state)
+            drawn.append((pipelines, state))
+            for bake in pipelines.bakes:
                 bake(wobject, shafts.camera, shafts.renderer.logical_size)
         private_panes.use_camera(self._camera, physical_size=march.size)
         encoder = self.device.encoder()
@@ -253,7 +285,7 @@ class Panes:
         unused = {"depth_clear_value": 1.0, "depth_load_op": "clear", "depth_store_op": "discard"}
         known = {"color_attachments": targets, "depth_stencil_attachment": {"view": march.profile.depth.create_view(), **unused}}
         run = encoder.begin_render_pass(**known, **timing(timer, "pane spans", encoder))
-        for pipelines in drawn:
+        for pipelines, state in drawn:
             pipelines.draw(run, state)
         run.end()
         self.device.submit(encoder)
@@ -312,7 +344,8 @@ class Panes:
         return self._depth
 
 
-_SPAN, _OPAQUE = private_panes.code_of("pygfx/pane_span.wgsl"), private_panes.code_of("pygfx/pane_opaque.wgsl")
+_SPAN = {split: private_panes.code_of("pygfx/pane_span.wgsl", PANE_SPLIT=str(split).lower()) for split in (False, True)}
+_OPAQUE = private_panes.code_of("pygfx/pane_opaque.wgsl")
 
 
 def _fogged(base: Any, mode: int, split: bool, device: Device) -> Any:
