@@ -134,3 +134,14 @@ def test_what_moves_does_not_flicker(stage: Stage, kind: str) -> None:
     assert first["exact"] > 1e-4 * found["exact"][0].mean()
     assert first[64] < 1.5 * first["exact"]
     assert second[64] < first["exact"]
+
+
+def test_steps_show_the_noise_that_is_there(stage: Stage) -> None:
+    """Of an eighth of the ray's length, as the default is of a scene's radius; pixels side by side look at other places along the ray."""
+    values = {"noise_amount": 3.0, "noise_size": 1.5, "noise_octaves": 1}
+    seen = [stage.frame(steps=steps, jitter="blue", **values).light[..., 1] for steps in ("exact", 64)]
+    exact, steps = (one.reshape(9, 4, 16, 4).mean(axis=(1, 3)).ravel() for one in seen)
+    even = stage.frame(steps=64, jitter="blue").light[..., 1].reshape(9, 4, 16, 4).mean(axis=(1, 3)).ravel()
+    assert (exact / even).std() > 0.05
+    assert np.corrcoef(exact / even, steps / even)[0, 1] > 0.8
+    assert (steps / even).std() > 0.8 * (exact / even).std()

@@ -103,7 +103,7 @@ class March:
         width, height = self.pixels
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
-        passes = _passes(lights, medium)
+        passes = _passes(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
         self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
@@ -282,10 +282,12 @@ class March:
 
 
 def _passes(
-    lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium
+    lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium, eye: np.ndarray
 ) -> list[tuple[PunctualLight | None, Shadow | None]]:
-    """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to."""
-    ordered = sorted(lights, key=lambda one: one[0].own_medium(medium) is not medium)
+    """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to.
+    Lamps too far from the eye (3,), world, are left out."""
+    near = [one for one in lights if one[0].fade(eye, medium) > 0]
+    ordered = sorted(near, key=lambda one: one[0].own_medium(medium) is not medium)
     has_own = not ordered or (ordered[0][0].own_medium(medium) is not medium and bool(medium.ambient.any()))
     return [*([(None, None)] if has_own else []), *ordered]
 

@@ -21,6 +21,7 @@ const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occl
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
+const IN_GRIDS = 4.0;           // steps of a group there
 const LEAST_STEPS = 2.0;        // of a part of a ray
 const MANY_STEPS = 64.0;        // from which on groups of them are of 8 or 16, else of 4
 
@@ -132,14 +133,16 @@ struct LampGroup {              // of steps
 
 var<private> knot: Knot;        // at the end of the group before
 var<private> far_end: f32;      // m of the ray, up to where steps go
+var<private> gridded: vec2f;    // range of t of the ray in which there are grids
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
     stretch = vec4f(0.0, far, 0.0, n);
-    if (NOISE || GRIDS == 0u) { return; }
-    var range = vec2f(3e38, 0.0);
+    gridded = vec2f(3e38, 0.0);
+    if (GRIDS == 0u) { return; }
+    var range = gridded;
     var i = 0u;
     loop {
         let one = grid_ranges[i];
@@ -147,8 +150,10 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
+    gridded = range;
+    if (NOISE) { return; }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
-    let group = group_size(0.0, n);
+    let group = select(4.0, 8.0, n >= MANY_STEPS);
     let outside = max(far - range.y + range.x, 0.0);
     let spare = select(n - n * max(0.5, (range.y - range.x) / far), 0.0, frame.air == 0.0);
     let ends = vec2f(range.x, far - range.y);
@@ -179,11 +184,22 @@ fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(step_at(min(t, far_end), n, far_end, stretch) - o), 0.0, n);
 }
 
+/// Sum the powers 0 to n - 1 of a number, n 1, 2, 4, 8 or 16. Twin: reference/march_field.py:sum_of_powers.
+fn sum_of_powers(x: vec3f, n: f32) -> vec3f {
+    let one = vec3f(1.0);
+    let squared = x * x;
+    let fourth = squared * squared;
+    let halves = select(one, 1.0 + x, n > 1.0) * select(one, 1.0 + squared, n > 2.0);
+    return halves * select(one, 1.0 + fourth, n > 4.0) * select(one, 1.0 + fourth * fourth, n > 8.0);
+}
+
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
-/// one factor from step to step, as they do in exponential fog; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
-fn group_size(k: f32, n: f32) -> f32 {
-    let many = select(4.0, select(8.0, 16.0, FOG == EXPONENTIAL && !VARIES), n >= MANY_STEPS);
-    return select(1.0, many, k + many <= n);
+/// one factor from step to step, as they do in exponential fog; what is left of a ray goes step by step. grids: steps that begin and end
+/// where there are some. Twin: reference/march_field.py:group_size.
+fn group_size(k: f32, n: f32, grids: vec2f) -> f32 {
+    var most = select(4.0, select(8.0, 16.0, FOG == EXPONENTIAL && !VARIES), n >= MANY_STEPS);
+    if (VARIES) { most = select(most, select(1.0, IN_GRIDS, n >= MANY_STEPS), k + most > grids.x && k < grids.y); }
+    return select(1.0, most, k + most <= n);
 }
 
 /// Move the knot to t of a ray, where so much of optical length lies before it.
@@ -206,14 +222,19 @@ fn fog_group(ray: Ray, t: f32) -> Group {
     return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)));
 }
 
-/// Integrate density times transmittance over a group of steps, of which the first begins, the sample lies and the last ends at steps.xyz.
+/// Choose in how many pieces density is sampled from the cursor to `end`, in a group of so many steps: a piece a step in grids.
+fn pieces_of(end: f32, size: f32) -> f32 {
+    return select(1.0, size, GRIDS > 0u && end > gridded.x && cursor.x < gridded.y);
+}
+
+/// Integrate density times transmittance over the group of `size` steps from the k-th of n on; o: where the samples are, in their pieces.
 /// some: there are steps in it.
-fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
-    if (!VARIES) { return fog_group(ray, steps.z * each); }
-    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
-    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch)).x;
-    let found = lit_part(ray, range.y, cursor.y, along);
-    move_cursor(ray, range.y, along);
+fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: bool) -> Group {
+    if (!VARIES) { return fog_group(ray, (k + size) * each); }
+    let end = select(cursor.x, step_place(k + size, n, far_end, stretch), some);
+    let along = step_length(ray, end, o, pieces_of(end, size), size).x;
+    let found = lit_part(ray, end, cursor.y, along);
+    move_cursor(ray, end, along);
     return Group(found, -frame.sigma_t * passed);
 }
 
@@ -244,14 +265,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
         if (VARIES || FOG != EVEN) {
-            let size = group_size(k, n);
-            let group = begin_group(ray, vec3f(k, k + o * size, k + size), each, n, k < end);
+            let size = group_size(k, n, stretch.zw);
+            let group = begin_group(ray, k, size, each, o, n, k < end);
             fade = exp(group.slope / size);
-            let twice = fade * fade;
-            let fourth = twice * twice;
-            var terms = (1.0 + fade) * (1.0 + twice);
-            terms *= select(vec3f(1.0), 1.0 + fourth, size > 4.0) * select(vec3f(1.0), 1.0 + fourth * fourth, size > 8.0);
-            weight = group.sum / select(vec3f(1.0), terms, size > 1.0);
+            weight = group.sum / sum_of_powers(fade, size);
             stop = min(k + size, end);
         }
         loop {
@@ -280,17 +297,16 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     return total;
 }
 
-/// Find what lies along a group of steps of equal angles at a light with a position, which begins at one, has its sample at the second, and
-/// ends at the third; the cursor, which is where it begins, moves over it. some: there are steps in it.
-fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, some: bool) -> LampGroup {
-    let end = clamp(nearest.x + nearest.y * tangent(angles.z), cursor.x, ray.reach);
-    let range = vec2f(cursor.x, select(cursor.x, end, some));
-    let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
+/// Find what lies along a group of `size` steps of equal angles at a light with a position, from the cursor to the ray at `angle`, and move
+/// the cursor there. o: where the samples are, in their pieces; some: there are steps in it.
+fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, some: bool) -> LampGroup {
+    let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
+    let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, sample);
+    let along = step_length(ray, range.y, o, pieces_of(range.y, size), size);
     move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
-    return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
+    return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
 }
 
 /// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
@@ -326,8 +342,8 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         var stop = end;
         if (VARIES) {
-            let size = group_size(k, n);
-            group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, k < end);
+            let size = group_size(k, n, stretch.zw);
+            group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
             stop = min(k + size, end);
         }
         loop {
