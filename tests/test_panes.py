@@ -286,6 +286,17 @@ def test_effects_alone_may_be_drawn_again(stage: Stage) -> None:
     np.testing.assert_array_equal(stage.seen(shafts)[0], first)
 
 
+def test_another_scene_may_be_drawn_over_it(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    shafts, other = stage.shafts(), gfx.Scene()
+    other.add(gfx.Mesh(gfx.plane_geometry(1, 1), gfx.MeshBasicMaterial(color="#f00", opacity=0.5, alpha_mode="blend")))
+    other.children[0].local.position = (-12, 5, -1)
+    first = stage.seen(shafts)[0]
+    stage.draw(lambda: stage.renderer.render(stage.scene, stage.camera, flush=False) or stage.renderer.render(other, stage.camera))
+    both = stage.renderer.snapshot()[..., :3].astype(float)
+    assert len(shafts.panes.held) == 1 and 0 < (both != first).any(axis=-1).mean() < 0.02
+
+
 def test_without_the_pass_pygfx_draws_as_ever(stage: Stage) -> None:
     stage.pane(4, 0.35, 0.5 / 0.35)
     for passes in ([], [stage.shafts()]):
