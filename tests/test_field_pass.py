@@ -17,6 +17,8 @@ from test_density import volume  # noqa: E402
 from airlight.medium.field import Field  # noqa: E402
 from airlight.options import March, Medium, Parameters, SceneOptions  # noqa: E402
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
+from airlight.reference import tracer  # noqa: E402
 
 SIZE = (64, 36)
 PLAIN = SceneOptions(view_transform="none", resolution=1.0)
@@ -134,6 +136,17 @@ def test_what_moves_does_not_flicker(stage: Stage, kind: str) -> None:
     assert first["exact"] > 1e-4 * found["exact"][0].mean()
     assert first[64] < 1.5 * first["exact"]
     assert second[64] < first["exact"]
+
+
+@pytest.mark.parametrize(("amount", "octaves"), [(8.0, 1), (2.0, 1), (8.0, 3)])
+def test_strong_noise_has_the_light_of_the_tracer(stage: Stage, amount: float, octaves: int) -> None:
+    values = {"noise_amount": amount, "noise_size": 3.0, "noise_octaves": octaves}
+    found = stage.frame(**values)
+    own = stage.renderer.effect_passes[0].resolved_medium
+    sun = punctual_lights([SceneLight(stage.sun)])
+    truth = tracer.layer(stage.camera.view_matrix, stage.camera.projection_matrix, SIZE, np.zeros((0, 3, 3)), sun, own)
+    assert np.sqrt(np.mean((found.light - truth.radiance) ** 2)) < 2e-3 * truth.radiance.mean()
+    np.testing.assert_allclose(found.transmittance, truth.transmittance, atol=3e-3)
 
 
 def test_steps_show_the_noise_that_is_there(stage: Stage) -> None:
