@@ -101,7 +101,8 @@ KINDS = {
 FLOOR = 3e-3  # of the mean: the error of the exact walk itself
 
 
-@pytest.mark.parametrize(("kind", "lit"), [*((kind, "sun") for kind in KINDS), *((kind, "lamp") for kind in KINDS if kind != "noise")])
+@pytest.mark.parametrize("lit", ["sun", "lamp"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_steps_come_nearer_by_half_as_they_double(stage: Stage, kind: str, lit: str) -> None:
     """Without shadows, whose edges are met by chance: the error of steps in what varies."""
     fields, values = KINDS[kind]()
@@ -111,8 +112,9 @@ def test_steps_come_nearer_by_half_as_they_double(stage: Stage, kind: str, lit: 
     for steps in (64, 128, 256):
         off = stage.frame(*fields, light=light, steps=steps, **values).light - exact
         errors.append(np.sqrt(np.mean(off**2)) / exact.mean())
-    assert errors[0] < 0.3
-    assert errors[1] <= max(0.5 * errors[0], FLOOR) and errors[2] <= max(0.5 * errors[1], FLOOR)
+    assert errors[0] < (0.3 if kind == "volume" else 0.03)
+    half = 0.65 if (kind, lit) == ("noise", "lamp") else 0.5  # whose groups are long where the lamp is far
+    assert errors[1] <= max(half * errors[0], FLOOR) and errors[2] <= max(half * errors[1], FLOOR)
 
 
 def moved(own: Any, by: float) -> Field:

@@ -285,10 +285,20 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, steps: f32, some: b
     let range = vec2f(cursor.x, select(cursor.x, end, some));
     let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, sample, steps);
-    move_cursor(ray, range.y, along.x);
+    // In parts of a ray's, since near a light one group of equal angles holds most of the ray
+    let part = steps * ray.reach / f32(light_storage.steps);
+    var excess = 0.0;
+    loop {
+        let next = select(range.y, cursor.x + part, cursor.x + 1.01 * part < range.y);
+        let within = sample >= cursor.x && sample <= next;
+        let at = select(0.5 * (cursor.x + next), sample, within);
+        let along = step_length(ray, next, at, steps);
+        excess = select(excess, along.y - even_density(place_at(ray, at)), within);
+        move_cursor(ray, next, along.x);
+        continuing { break if cursor.x >= range.y; }
+    }
     kept = light_length(place_at(ray, range.y));
-    return LampGroup(range, vec2f(first, cursor.y + kept), along.y - even_density(place_at(ray, sample)));
+    return LampGroup(range, vec2f(first, cursor.y + kept), excess);
 }
 
 /// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
