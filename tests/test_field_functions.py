@@ -138,10 +138,15 @@ def test_means_and_footprints() -> None:
 def test_steps_are_placed() -> None:
     n = RNG.choice([16.0, 64.0, 7.0], COUNT).astype(np.float32)
     k = np.floor(RNG.uniform(0, 1, COUNT) * n).astype(np.float32)
-    size = call(STEPS, "group_size", [k, n])
-    close(size, march_field.group_size(k, n))
+    grids = np.sort(RNG.uniform(0, 1, (COUNT, 2)), axis=1).astype(np.float32) * n[:, None]
+    size = call(STEPS, "group_size", [k, n, grids], constants={"VARIES": True})
+    close(size, march_field.group_size(k, n, grids, True))
     assert (k + size <= np.maximum(n, k + 1)).all() and set(size) == {1, 4, 8}
-    close(call(STEPS, "group_size", [k, n], constants={"FOG": 1}), march_field.group_size(k, n, True))
+    for kind in (1, 2):
+        found = call(STEPS, "group_size", [k, n, grids], constants={"FOG": kind})
+        close(found, march_field.group_size(k, n, grids, False, kind == 1))
+    x, powers = single(3, low=0, high=1.5), RNG.choice([1.0, 2, 4, 8, 16], COUNT).astype(np.float32)
+    close(call(STEPS, "sum_of_powers", [x, powers]), march_field.sum_of_powers(x, powers), 1e-4)
     reach = RNG.uniform(2, 9, COUNT).astype(np.float32)
     marks = np.sort(RNG.uniform(0, 1, (COUNT, 2)), axis=1) * reach[:, None]
     steps = np.sort(RNG.uniform(0, 1, (COUNT, 2)), axis=1) * n[:, None]

@@ -14,7 +14,7 @@ from test_march import CASES, SIZE, air, brute, depths, heights_for, layer, proj
 from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import run_ms
+from airlight.gpu.timing import compute, run_ms
 from airlight.jobs.light_text import PLACE, SUN, read_light, read_scene_light
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import resolve
@@ -125,6 +125,15 @@ def test_suns_have_steps_of_their_own() -> None:
     assert np.array_equal(layer([lamp], own), layer([lamp], air(steps=64)))
     assert not np.array_equal(layer([sun], own), layer([sun], air(steps=64)))
     assert np.array_equal(layer([sun], air(steps="exact", sun_steps=7)), layer([sun], air(steps="exact")))
+
+
+def test_lamps_too_far_away_cost_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    passes: list[str] = []
+    monkeypatch.setattr("airlight.scatter.march.march.compute", lambda *what: (passes.append(what[4]), compute(*what)))
+    pairs, far = [cast("spot"), cast("sun")], air(ambient=(0.1, 0.1, 0.1), lamp_distance=1.0)
+    found = layer(pairs, far)
+    assert "march sun" in passes and "march spot" not in passes
+    assert np.array_equal(found, layer(pairs[1:], far)) and not np.array_equal(found, layer(pairs, air(ambient=(0.1, 0.1, 0.1))))
 
 
 # ---------------------------------------------------------------- a share of the dimming

@@ -109,6 +109,12 @@ class Medium(Options, group="medium"):
         " or a volume, but for air without an end, of no fog or fog-above > 0, of which nothing does",
         "Airlight",
     )
+    transparency: str = choice(
+        "layers", ("none", "dither", "layers"),
+        "how the medium is seen before and behind what one sees through: none: as before what is behind it; dither: pixels of it, by its "
+        "alpha, are drawn as solid: right on the mean over several samples a pixel; layers: exactly",
+        "Hx Volumetric Lighting",
+    )
     extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")
     extinction_share: float = real(
         1.0,

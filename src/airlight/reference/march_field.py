@@ -14,6 +14,7 @@ from airlight.reference.medium import mean_transmittance
 
 Array = npt.NDArray[np.floating[Any]]
 DENSE_DEPTHS = 14  # of exponential fog, above which there is next to nothing
+IN_GRIDS = 4  # steps of a group where there are grids
 MANY_STEPS = 64  # from which on groups of steps are of 8, else of 4
 
 
@@ -59,10 +60,20 @@ def mean_between_heights(a: Any, b: Any, densest: Any, frame: Any, fog: str) -> 
     return mean_height_density(a, b, layer_of_fog(frame), fog)
 
 
-def group_size(k: Any, n: Any, is_exponential: bool = False) -> Array:
-    """Chooses the number of steps of a group that begins at the k-th of n. is_exponential: in fog that is, and nothing else."""
-    many = np.where(np.asarray(n) >= MANY_STEPS, 16.0 if is_exponential else 8.0, 4.0)
-    return np.where(k + many <= n, many, 1.0)
+def group_size(k: Any, n: Any, grids: Any, varies: bool, is_exponential: bool = False) -> Array:
+    """Chooses the number of steps of a group that begins at the k-th of n. grids: (..., 2) steps that begin and end where there are some;
+    is_exponential: in fog that is, and nothing else."""
+    n = np.asarray(n)
+    most = np.where(n >= MANY_STEPS, 16.0 if is_exponential else 8.0, 4.0)
+    if varies:
+        most = np.where((k + most > grids[..., 0]) & (k < grids[..., 1]), np.where(n >= MANY_STEPS, IN_GRIDS, 1.0), most)
+    return np.where(k + most <= n, most, 1.0)
+
+
+def sum_of_powers(x: Any, n: Any) -> Array:
+    """Sums (..., 3) the powers 0 to n - 1 of numbers (..., 3), n (...) 1, 2, 4, 8 or 16."""
+    x = np.asarray(x, float)
+    return np.asarray(sum(np.where(i < np.asarray(n)[..., None], x**i, 0.0) for i in range(16)))
 
 
 def step_place(k: Any, n: Any, reach: Any, stretch: Any) -> Array:

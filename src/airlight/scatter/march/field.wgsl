@@ -175,14 +175,24 @@ fn move_cursor(ray: Ray, end: f32, length: f32) {
     }
 }
 
-/// Integrate density from the cursor over so many steps, whose sample is at `sample`: m; and the density at the sample, with the detail that
-/// is left over a step, since samples of pixels side by side lie at other places of all of them.
-fn step_length(ray: Ray, end: f32, sample: f32, steps: f32) -> vec2f {
-    let long = end - cursor.x;
-    let place = place_at(ray, sample);
+/// Integrate density from the cursor over so many steps, in equal pieces with a sample in each, at a part of it: m; and the mean density of the
+/// samples, less that of the air's closed form there. Samples have the detail that is left over a step, since those of pixels side by side lie
+/// at other places of all steps.
+fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, steps: f32) -> vec2f {
+    let piece = (end - cursor.x) / pieces;
+    let detail = (end - cursor.x) / steps;
+    var more = 0.0;
+    var k = 0.0;
+    loop {
+        let t = cursor.x + (k + part) * piece;
+        let place = place_at(ray, t);
+        more += density(place, footprint(t, detail)) - even_density(place);
+        k += 1.0;
+        continuing { break if k >= pieces; }
+    }
+    more /= pieces;
     let even = mean_even_density(place_at(ray, cursor.x), place_at(ray, end));
-    let found = density(place, footprint(sample, long / steps));
-    return vec2f(long * max(even + found - even_density(place), 0.0), found);
+    return vec2f((end - cursor.x) * max(even + more, 0.0), more);
 }
 
 /// Move the cursor back, to a place at t or before it where it was.
@@ -205,7 +215,7 @@ fn seek(ray: Ray, t: f32, each: f32) {
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
             let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
-            move_cursor(ray, end, step_length(ray, end, 0.5 * (cursor.x + end), 1.0).x);
+            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, 1.0).x);
         }
         continuing { break if cursor.x >= t; }
     }

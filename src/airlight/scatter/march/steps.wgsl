@@ -6,7 +6,7 @@
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
 // variance shadow maps (Donnelly and Lauritzen 2006).
-//! include "scatter/march/lights.wgsl"
+//! include "scatter/march/parts.wgsl"
 //! include "scatter/march/variance.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
@@ -21,6 +21,8 @@ const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occl
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
+const IN_GRIDS = 4.0;           // steps of a group there
+const LEAST_STEPS = 2.0;        // of a part of a ray
 const MANY_STEPS = 64.0;        // from which on groups of them are of 8 or 16, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
@@ -131,14 +133,16 @@ struct LampGroup {              // of steps
 
 var<private> knot: Knot;        // at the end of the group before
 var<private> far_end: f32;      // m of the ray, up to where steps go
+var<private> gridded: vec2f;    // range of t of the ray in which there are grids
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
     stretch = vec4f(0.0, far, 0.0, n);
-    if (NOISE || GRIDS == 0u) { return; }
-    var range = vec2f(3e38, 0.0);
+    gridded = vec2f(3e38, 0.0);
+    if (GRIDS == 0u) { return; }
+    var range = gridded;
     var i = 0u;
     loop {
         let one = grid_ranges[i];
@@ -146,8 +150,10 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
+    gridded = range;
+    if (NOISE) { return; }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
-    let group = group_size(0.0, n);
+    let group = select(4.0, 8.0, n >= MANY_STEPS);
     let outside = max(far - range.y + range.x, 0.0);
     let spare = select(n - n * max(0.5, (range.y - range.x) / far), 0.0, frame.air == 0.0);
     let ends = vec2f(range.x, far - range.y);
@@ -178,11 +184,22 @@ fn first_step_ahead(beyond: f32, ray: Ray, each: f32, o: f32, n: f32) -> f32 {
     return clamp(ceil(step_at(min(t, far_end), n, far_end, stretch) - o), 0.0, n);
 }
 
+/// Sum the powers 0 to n - 1 of a number, n 1, 2, 4, 8 or 16. Twin: reference/march_field.py:sum_of_powers.
+fn sum_of_powers(x: vec3f, n: f32) -> vec3f {
+    let one = vec3f(1.0);
+    let squared = x * x;
+    let fourth = squared * squared;
+    let halves = select(one, 1.0 + x, n > 1.0) * select(one, 1.0 + squared, n > 2.0);
+    return halves * select(one, 1.0 + fourth, n > 4.0) * select(one, 1.0 + fourth * fourth, n > 8.0);
+}
+
 /// Choose the number of steps of a group that begins at the k-th of n: what lies along all of them is found at once, and their weights fall by
-/// one factor from step to step, as they do in exponential fog; what is left of a ray goes step by step. Twin: reference/march_field.py:group_size.
-fn group_size(k: f32, n: f32) -> f32 {
-    let many = select(4.0, select(8.0, 16.0, FOG == EXPONENTIAL && !VARIES), n >= MANY_STEPS);
-    return select(1.0, many, k + many <= n);
+/// one factor from step to step, as they do in exponential fog; what is left of a ray goes step by step. grids: steps that begin and end
+/// where there are some. Twin: reference/march_field.py:group_size.
+fn group_size(k: f32, n: f32, grids: vec2f) -> f32 {
+    var most = select(4.0, select(8.0, 16.0, FOG == EXPONENTIAL && !VARIES), n >= MANY_STEPS);
+    if (VARIES) { most = select(most, select(1.0, IN_GRIDS, n >= MANY_STEPS), k + most > grids.x && k < grids.y); }
+    return select(1.0, most, k + most <= n);
 }
 
 /// Move the knot to t of a ray, where so much of optical length lies before it.
@@ -205,14 +222,19 @@ fn fog_group(ray: Ray, t: f32) -> Group {
     return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)));
 }
 
-/// Integrate density times transmittance over a group of steps, of which the first begins, the sample lies and the last ends at steps.xyz.
+/// Choose in how many pieces density is sampled from the cursor to `end`, in a group of so many steps: a piece a step in grids.
+fn pieces_of(end: f32, size: f32) -> f32 {
+    return select(1.0, size, GRIDS > 0u && end > gridded.x && cursor.x < gridded.y);
+}
+
+/// Integrate density times transmittance over the group of `size` steps from the k-th of n on; o: where the samples are, in their pieces.
 /// some: there are steps in it.
-fn begin_group(ray: Ray, steps: vec3f, each: f32, n: f32, some: bool) -> Group {
-    if (!VARIES) { return fog_group(ray, steps.z * each); }
-    let range = vec2f(cursor.x, select(cursor.x, step_place(steps.z, n, far_end, stretch), some));
-    let along = step_length(ray, range.y, step_place(steps.y, n, far_end, stretch), steps.z - steps.x).x;
-    let found = lit_part(ray, range.y, cursor.y, along);
-    move_cursor(ray, range.y, along);
+fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: bool) -> Group {
+    if (!VARIES) { return fog_group(ray, (k + size) * each); }
+    let end = select(cursor.x, step_place(k + size, n, far_end, stretch), some);
+    let along = step_length(ray, end, o, pieces_of(end, size), size).x;
+    let found = lit_part(ray, end, cursor.y, along);
+    move_cursor(ray, end, along);
     return Group(found, -frame.sigma_t * passed);
 }
 
@@ -226,8 +248,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var end = n;
     if (CASCADES) {
         let view = light.view[i];
-        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near), ray, each, o, n); }
-        end = first_step_ahead(view.far, ray, each, o, n);
+        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near) + ray.origin.z, ray, each, o, n); }
+        end = first_step_ahead(view.far + ray.origin.z, ray, each, o, n);
     }
     var fade = exp(-frame.sigma_t * each);
     let last = last_stretch(i, ray, 1.0);
@@ -243,14 +265,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
         if (VARIES || FOG != EVEN) {
-            let size = group_size(k, n);
-            let group = begin_group(ray, vec3f(k, k + o * size, k + size), each, n, k < end);
+            let size = group_size(k, n, stretch.zw);
+            let group = begin_group(ray, k, size, each, o, n, k < end);
             fade = exp(group.slope / size);
-            let twice = fade * fade;
-            let fourth = twice * twice;
-            var terms = (1.0 + fade) * (1.0 + twice);
-            terms *= select(vec3f(1.0), 1.0 + fourth, size > 4.0) * select(vec3f(1.0), 1.0 + fourth * fourth, size > 8.0);
-            weight = group.sum / select(vec3f(1.0), terms, size > 1.0);
+            weight = group.sum / sum_of_powers(fade, size);
             stop = min(k + size, end);
         }
         loop {
@@ -259,9 +277,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
+            if (GLASS) { share *= light_left(i, at.xy, at.z); }
             // Weigh it where cascades blend
             if (CASCADES) {
-                let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES);
+                let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES) - ray.origin.z;
                 let view = light.view[i];
                 let last = light.view[before];
                 let next = cascade_weight(away, view.near, view.far, light.blend);
@@ -278,27 +297,16 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     return total;
 }
 
-/// Find what lies along a group of steps of equal angles at a light with a position, which begins at one, has its sample at the second, and
-/// ends at the third; the cursor, which is where it begins, moves over it. steps: how many. some: there are any.
-fn begin_lamp_group(ray: Ray, nearest: vec2f, angles: vec3f, steps: f32, some: bool) -> LampGroup {
-    let end = clamp(nearest.x + nearest.y * tangent(angles.z), cursor.x, ray.reach);
-    let range = vec2f(cursor.x, select(cursor.x, end, some));
-    let sample = clamp(nearest.x + nearest.y * tangent(angles.y), range.x, range.y);
+/// Find what lies along a group of `size` steps of equal angles at a light with a position, from the cursor to the ray at `angle`, and move
+/// the cursor there. o: where the samples are, in their pieces; some: there are steps in it.
+fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, some: bool) -> LampGroup {
+    let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
+    let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    // In parts of a ray's, since near a light one group of equal angles holds most of the ray
-    let part = steps * ray.reach / f32(light_storage.steps);
-    var excess = 0.0;
-    loop {
-        let next = select(range.y, cursor.x + part, cursor.x + 1.01 * part < range.y);
-        let within = sample >= cursor.x && sample <= next;
-        let at = select(0.5 * (cursor.x + next), sample, within);
-        let along = step_length(ray, next, at, steps);
-        excess = select(excess, along.y - even_density(place_at(ray, at)), within);
-        move_cursor(ray, next, along.x);
-        continuing { break if cursor.x >= range.y; }
-    }
+    let along = step_length(ray, range.y, o, pieces_of(range.y, size), size);
+    move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
-    return LampGroup(range, vec2f(first, cursor.y + kept), excess);
+    return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
 }
 
 /// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
@@ -334,15 +342,16 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         var stop = end;
         if (VARIES) {
-            let size = group_size(k, n);
-            group = begin_lamp_group(ray, nearest, start + vec3f(k, k + o * size, k + size) * each, size, k < end);
+            let size = group_size(k, n, stretch.zw);
+            group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
             stop = min(k + size, end);
         }
         loop {
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-            let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+            var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+            if (GLASS) { share *= select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
             if (VARIES) {
@@ -359,35 +368,55 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     return total * each;
 }
 
+/// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
+fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    let o = offset(pixel);
+    var n = f32(light_storage.steps);
+    let most = max(n, LEAST_STEPS); // of a part
+    if (VARIES) { enter_shade(ray); }
+    if (DIRECTIONAL) {
+        var far = min(ray.reach, frame.sun_reach);
+        if (PANES) {
+            far = clamp(frame.sun_reach + around.x, 0.0, ray.reach);
+            n = clamp(ceil(n * far / max(min(around.y - around.x, frame.sun_reach), 1e-20)), LEAST_STEPS, most);
+        }
+        if (VARIES) { divide_steps(far, n); }
+        var total = vec3f(0.0);
+        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
+        return in_scatter_directional(ray) * total;
+    }
+    let nearest = nearest_approach(ray);
+    var range = vec2f(0.0, ray.reach);
+    if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    range.y = max(range.x, range.y);
+    let start = equiangular_angle(nearest, range.x);
+    let all = equiangular_angle(nearest, range.y) - start;
+    if (PANES) {
+        var whole = around;
+        if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
+        let angles = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
+        n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
+    }
+    if (VARIES) { divide_steps(ray.reach, n); }
+    var sum = vec3f(0.0);
+    if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
+    for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
+    return sum;
+}
+
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    if (PANES) {
+        textureStore(layer, pixel, layer_of_parts(pixel, ray));
+        return;
+    }
     var sum = ambient_or_previous(pixel, ray);
-    let n = f32(light_storage.steps);
-    let o = offset(pixel);
     if (VARIES) { enter_field(ray); }
-    if (VARIES && LIT) {
-        enter_shade(ray);
-        divide_steps(select(ray.reach, min(ray.reach, frame.sun_reach), DIRECTIONAL), n);
-    }
-    if (LIT && DIRECTIONAL) {
-        var total = vec3f(0.0);
-        let far = min(ray.reach, frame.sun_reach);
-        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
-        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
-        sum += in_scatter_directional(ray) * total;
-    } else if (LIT) {
-        let nearest = nearest_approach(ray);
-        var range = vec2f(0.0, ray.reach);
-        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-        range.y = max(range.x, range.y);
-        let start = equiangular_angle(nearest, range.x);
-        let each = (equiangular_angle(nearest, range.y) - start) / n;
-        if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
-        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
-    }
+    if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, finished(pixel, ray, sum));
 }

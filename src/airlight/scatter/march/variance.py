@@ -25,6 +25,7 @@ class Moments:
         self.device = device
         self.views: list[Any] = []
         self._made: list[tuple[Any, Any, list[Any]]] = []  # a shadow map, a view of its moments, the bind groups of PASSES
+        self._rows: dict[Any, Any] = {}  # of each size of maps, a view of what their rows are averaged into
         self._of: weakref.WeakKeyDictionary[Any, Any] = weakref.WeakKeyDictionary()  # what moments, by their views, were last made of
         self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)
 
@@ -33,20 +34,27 @@ class Moments:
         held = {id(made[0]): made for made in self._made}
         self._made = [held[id(shadow)] if id(shadow) in held else self._make(shadow) for shadow in shadows]
         self.views = [view for _, view, _ in self._made]
+        sizes = {shadow.size for shadow in shadows}
+        self._rows = {size: view for size, view in self._rows.items() if size in sizes}
 
     def _make(self, shadow: Any) -> tuple[Any, Any, list[Any]]:
-        device = self.device
-        usage = device.wgpu.TextureUsage
-        flags = usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_SRC
-        made = [device.device.create_texture(size=shadow.size, format="rg32float", usage=flags) for _ in PASSES]
-        rows, view = (texture.create_view(dimension="2d-array") for texture in made)
+        device, view = self.device, self._texture(shadow.size)
         if shadow.size[0] == 1:
             return shadow, view, []
+        if shadow.size not in self._rows:
+            self._rows[shadow.size] = self._texture(shadow.size)
+        rows = self._rows[shadow.size]
         for name in PASSES:
             device.pipeline(MOMENTS, name)  # before its layout is known
         map_view = shadow.create_view(dimension="2d-array")
         binds = [device.bind(MOMENTS, map_view, source, target, self._row) for source, target in ((view, rows), (rows, view))]
         return shadow, view, binds
+
+    def _texture(self, size: tuple[int, int, int]) -> Any:
+        """Creates a texture of moments; returns its view."""
+        usage = self.device.wgpu.TextureUsage
+        flags = usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_SRC
+        return self.device.device.create_texture(size=size, format="rg32float", usage=flags).create_view(dimension="2d-array")
 
     def record(self, encoder: Any, radius: int, drawn: Sequence[Any], timer: Timer | None = None) -> None:
         """Records the passes that average the depths over `radius` texels to each side, but of maps that are as they were.
