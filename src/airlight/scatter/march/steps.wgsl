@@ -372,6 +372,11 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
 
 /// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
 fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    return with_scattered(vec3f(0.0), ray, pixel, around);
+}
+
+/// Add that to radiance that is there, view by view.
+fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     let o = offset(pixel);
     var n = f32(light_storage.steps);
     let most = max(n, LEAST_STEPS); // of a part
@@ -386,7 +391,7 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
         var total = vec3f(0.0);
         if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
         for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
-        return in_scatter_directional(ray) * total;
+        return there + in_scatter_directional(ray) * total;
     }
     let nearest = nearest_approach(ray);
     var range = vec2f(0.0, ray.reach);
@@ -401,7 +406,7 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
         n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
     }
     if (VARIES) { divide_steps(ray.reach, n); }
-    var sum = vec3f(0.0);
+    var sum = there;
     if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
     for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
     return sum;
@@ -419,6 +424,6 @@ fn march(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = ambient_or_previous(pixel, ray);
     if (VARIES) { enter_field(ray); }
-    if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
+    if (LIT) { sum = with_scattered(sum, ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, finished(pixel, ray, sum));
 }
