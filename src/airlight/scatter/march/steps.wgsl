@@ -303,7 +303,9 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, som
     let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, o, pieces_of(range.y, size), size);
+    // Near a light one group of equal angles holds most of the ray
+    let long = ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) / size - 0.01);
+    let along = step_length(ray, range.y, o, max(pieces_of(range.y, size), long), size);
     move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
