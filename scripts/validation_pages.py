@@ -179,7 +179,7 @@ def page(name: str, width: int, runs: int) -> None:
 def overview() -> None:
     """The exact walk of each scene whose picture is there, small."""
     shown = [pictures.read(str(path)) for name in VALIDATION if (path := PICTURES / f"validation-{name}.jpg").exists()]
-    small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 284) for one in shown]
+    small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 240) for one in shown]
     pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(6, small), MOST)
 
 

@@ -73,7 +73,7 @@ def puffs(shape: Any = (12, 9, 14), box: Any = BOX) -> Any:
     return volume(values, 0.5, box)
 
 
-@pytest.mark.parametrize("steps", ["exact", 64])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(64, marks=pytest.mark.slow)])
 def test_the_mass_is_in_the_picture(stage: Stage, steps: Any) -> None:
     """The sum of -ln T times a pixel's area is sigma_t times the integral of density, in a picture without perspective."""
     own, stage.camera = puffs(), stage.flat
@@ -83,6 +83,7 @@ def test_the_mass_is_in_the_picture(stage: Stage, steps: Any) -> None:
     np.testing.assert_allclose(found, 0.7 * own.mass * np.array(SIGMA), rtol=0.01)
 
 
+@pytest.mark.slow
 def test_the_mass_of_noise_is_that_of_even_air(stage: Stage) -> None:
     """The mean of -ln T, since that is what noise keeps; that of T itself is more, as the exponential is convex."""
     stage.camera = stage.flat
@@ -101,8 +102,11 @@ KINDS = {
 FLOOR = 4e-3  # of the mean: the error of the exact walk itself
 
 
-@pytest.mark.parametrize("lit", ["sun", "lamp"])
-@pytest.mark.parametrize("kind", KINDS)
+QUICK = ("volume in air", "sun"), ("noise", "sun")
+OTHERS = [(kind, lit) for kind in KINDS for lit in ("sun", "lamp") if (kind, lit) not in QUICK]
+
+
+@pytest.mark.parametrize(("kind", "lit"), [*QUICK, *(pytest.param(*other, marks=pytest.mark.slow) for other in OTHERS)])
 def test_steps_come_nearer_by_half_as_they_double(stage: Stage, kind: str, lit: str) -> None:
     """From 16 to 128, thrice, though their groups grow at 64. Without shadows, whose edges are met by chance."""
     fields, values = KINDS[kind]()
@@ -122,7 +126,7 @@ def moved(own: Any, by: float) -> Field:
     return Field(replace(own, matrix=matrix))
 
 
-@pytest.mark.parametrize("kind", ["volume", "noise"])
+@pytest.mark.parametrize("kind", ["volume", pytest.param("noise", marks=pytest.mark.slow)])
 def test_what_moves_does_not_flicker(stage: Stage, kind: str) -> None:
     """From frame to frame steps change as much as the exact walk does, in which there is nothing but what the field itself changes; and how
     they change changes as little."""
