@@ -12,7 +12,7 @@ FILE = Path(__file__).parent.parent / "examples" / "volumes" / "smoke.npz"
 SHAPE, BOUNDS = (64, 128, 64), np.array([[-0.8, 0.0, -0.8], [0.8, 3.2, 0.8]])
 CELLS, TILE = 64, 1.9  # of the flow's period, and its length, m
 RISE, STEP, STEPS = 0.6, 0.08, 90  # m/s, s
-WICK = 0.10  # its radius, m
+WICK = 0.06  # its radius, m
 
 
 def flow(seed: int) -> np.ndarray:
