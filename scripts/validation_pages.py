@@ -35,7 +35,7 @@ from airlight.scenes.offline import Shot
 DOCS = Path(__file__).parent.parent / "docs"
 PICTURES = DOCS / "pictures"
 AMPLIFY, WIDTH, MOST = 10, 480, 150_000  # of the difference; pixels of a picture; bytes of a file
-VARYING_SHARE = 0.6  # of that width, where the truth is of a medium that varies, which takes long
+VARYING_SHARE = 0.5  # of that width, where the truth is of a medium that varies, which takes long
 VARIANTS = {
     "exact walk": "method=march,quality=final,steps=exact",
     "2,000 steps": "method=march,quality=final,steps=2000,jitter=midpoint",

@@ -63,5 +63,6 @@ struct Light {
     shade_pieces: u32,          // in which density is summed from value to value
     shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
     shade_into: array<vec4f, 3>, // back
+    glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
     view: array<ShadowView, 6>,
 }
