@@ -483,6 +483,11 @@ def test_what_is_left_behind_is_its_twin() -> None:
     np.testing.assert_array_equal(found, panes.left_behind(depth, surfaces, passed))
 
 
+def test_few_steps_share_a_look_up() -> None:
+    n = np.arange(1, 129, dtype=np.float32)
+    np.testing.assert_array_equal(call("scatter/march/steps.wgsl", "dimmed_steps", [n]), panes.dimmed_steps(n))
+
+
 # ---------------------------------------------------------------- functions of shaders
 
 SPAN = struct_dtype("scatter/march/profile.wgsl", "Span")

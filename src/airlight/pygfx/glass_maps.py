@@ -74,7 +74,7 @@ class GlassMaps:
         """Draws and submits the maps of lights, and puts each into its Shadow."""
         del self._buffers[len(shadows) :]
         for i, shadow in enumerate(shadows):
-            side = min(shadow.size, SIDE)
+            side = min(max(shadow.size // 2, 1), SIDE)
             size = BYTES * side * side * len(shadow.views)
             if i == len(self._buffers) or self._buffers[i][0].size != size:
                 self._buffers[i : i + 1] = [(self.device.buffer(size=size), None)]

@@ -238,6 +238,11 @@ fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: boo
     return Group(found, -frame.sigma_t * passed);
 }
 
+/// Choose how many steps take what is left of a light from one look-up. Twin: reference/panes.py:dimmed_steps.
+fn dimmed_steps(n: f32) -> f32 {
+    return select(1.0, select(2.0, 4.0, n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
+}
+
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
 fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let line = project_ray(i, ray, vec2f(0.0, ray.reach), 0.0);
@@ -261,6 +266,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         if (CASCADES) { passed_by = optical_length(ray, k * each); }
         begin_fog(ray, k * each, passed_by);
     }
+    var left = 1.0; // of the light, behind what dims it
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -270,6 +276,11 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             fade = exp(group.slope / size);
             weight = group.sum / sum_of_powers(fade, size);
             stop = min(k + size, end);
+        } else if (GLASS) {
+            let size = dimmed_steps(f32(light_storage.steps));
+            let middle = line.b.xyz + (k + o * size) * each * line.a.xyz;
+            left = light_left(i, middle.xy, middle.z);
+            stop = min(k + size, end);
         }
         loop {
             // Look up the sample's visibility
@@ -277,7 +288,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
-            if (GLASS) { share *= light_left(i, at.xy, at.z); }
+            if (GLASS && (VARIES || FOG != EVEN)) { left = light_left(i, at.xy, at.z); }
+            share *= left;
             // Weigh it where cascades blend
             if (CASCADES) {
                 let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES) - ray.origin.z;
@@ -338,6 +350,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         end = select(0.0, first_step(equiangular_angle(nearest, line.range.y) - start, each, o, n), line.range.y > line.range.x);
     }
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
+    var left = 1.0;
     var group = LampGroup(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
@@ -347,13 +360,19 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             let size = group_size(k, n, stretch.zw);
             group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
             stop = min(k + size, end);
+        } else if (GLASS) {
+            let size = dimmed_steps(f32(light_storage.steps));
+            let middle = line.b + (nearest.x + nearest.y * tangent(start + (k + o * size) * each)) * line.a;
+            left = select(light_left(i, middle.xy / middle.w, middle.z / middle.w), 1.0, middle.w <= 0.0);
+            stop = min(k + size, end);
         }
         loop {
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
             var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-            if (GLASS) { share *= select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
+            if (GLASS && VARIES) { left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
+            share *= left;
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
             if (VARIES) {
