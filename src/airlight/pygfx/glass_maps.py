@@ -70,11 +70,11 @@ class GlassMaps:
         placed = np.isfinite(hulls.sum(axis=(1, 2))) & np.ptp(hulls, axis=1).any(axis=1)
         return [thing for thing, kept in zip(found, placed, strict=True) if kept], hulls[placed]
 
-    def draw(self, shadows: Sequence[Shadow], found: Sequence[Any], hulls: Matrix, timer: Timer | None) -> None:
-        """Draws and submits the maps of lights, and puts each into its Shadow."""
+    def draw(self, shadows: Sequence[Shadow], found: Sequence[Any], hulls: Matrix, exact: bool, timer: Timer | None) -> None:
+        """Draws and submits the maps of lights, and puts each into its Shadow. exact: for the exact walk, finer ones."""
         del self._buffers[len(shadows) :]
         for i, shadow in enumerate(shadows):
-            side = min(max(shadow.size // 2, 1), SIDE)
+            side = min(max(shadow.size // (2 if exact else 4), 1), SIDE)
             size = BYTES * side * side * len(shadow.views)
             if i == len(self._buffers) or self._buffers[i][0].size != size:
                 self._buffers[i : i + 1] = [(self.device.buffer(size=size), None)]

@@ -71,7 +71,7 @@ class MediumState:
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
             self.glass.still = shafts.still
-            self.glass.draw(shadows, glass, hulls, timer)
+            self.glass.draw(shadows, glass, hulls, medium.exact, timer)
         share: dict[str, Any] = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         if medium.varies:
             share["region"] = _region(gathered[1], np.linalg.inv(view)[:3, 3], radius or 1.0)
