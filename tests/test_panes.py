@@ -12,7 +12,7 @@ from calling import call
 from airlight.files.volumes import Volume
 from airlight.gpu.structs import struct_dtype
 from airlight.medium.field import Field
-from airlight.options import March, Medium, Parameters, SceneOptions
+from airlight.options import March, Medium, Parameters, SceneOptions, build
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference import panes, profile, tracer
 
@@ -21,6 +21,8 @@ from pass_stage import PassStage  # noqa: E402
 
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
 from airlight.pygfx.punctual import punctual_lights  # noqa: E402
+from airlight.scenes import open_scene  # noqa: E402
+from airlight.scenes.offline import Shot, Studio  # noqa: E402
 
 SIZE = (48, 27)
 SIGMA, ALBEDO, PHASE, LUX, WALL = 0.07, 0.9, 0.1, 3.0, 12.0
@@ -122,7 +124,7 @@ def check(stage: Stage, shafts: LightShafts, picture: float, layer: float, withi
     """within: of the picture, of which halves hold 1e-3, and which is cut off twice."""
     found = stage.seen(shafts)
     np.testing.assert_allclose(found[0], picture, atol=within)
-    np.testing.assert_allclose(found[1], layer, atol=1e-4 if within < 5e-3 else within / 3)
+    np.testing.assert_allclose(found[1], layer, atol=1e-4)
 
 
 # ---------------------------------------------------------------- known answers
@@ -170,8 +172,11 @@ def test_a_plate_in_a_slab_of_smoke(stage: Stage, steps: Any, resolution: float)
     of_ambient = 1 + 0.2 / (PHASE * LUX)
     air, transmittance = light(2) * of_ambient, left(2)
     picture = 0.65 * (light(4) * of_ambient + left(4) * BEHIND) + 0.35 * air + transmittance * 0.5
-    within = 2e-3 if steps == "exact" else 0.01  # a step knows the smoke by a sample
-    check(stage, shafts, float(picture), float(0.65 * light(4) * of_ambient + 0.35 * air), within)
+    layer = 0.65 * light(4) * of_ambient + 0.35 * air
+    if steps == "exact":
+        check(stage, shafts, float(picture), float(layer))
+    else:  # which know the smoke by samples, here and there too much or too little of it
+        np.testing.assert_allclose([found.mean() for found in stage.seen(shafts)], [picture, layer], rtol=0.01)
 
 
 BLENDINGS = {  # of a material, and what passes and is sent of a colour of 0.3
@@ -284,6 +289,17 @@ def test_effects_alone_may_be_drawn_again(stage: Stage) -> None:
     first = stage.seen(shafts)[0]
     stage.draw(lambda: stage.renderer.render(stage.scene, stage.camera, flush=False) or stage.renderer.flush() or stage.renderer.flush())
     np.testing.assert_array_equal(stage.seen(shafts)[0], first)
+
+
+def test_another_scene_may_be_drawn_over_it(stage: Stage) -> None:
+    stage.pane(4, 0.35, 0.5 / 0.35)
+    shafts, other = stage.shafts(), gfx.Scene()
+    other.add(gfx.Mesh(gfx.plane_geometry(1, 1), gfx.MeshBasicMaterial(color="#f00", opacity=0.5, alpha_mode="blend")))
+    other.children[0].local.position = (-12, 5, -1)
+    first = stage.seen(shafts)[0]
+    stage.draw(lambda: stage.renderer.render(stage.scene, stage.camera, flush=False) or stage.renderer.render(other, stage.camera))
+    both = stage.renderer.snapshot()[..., :3].astype(float)
+    assert len(shafts.panes.held) == 1 and 0 < (both != first).any(axis=-1).mean() < 0.02
 
 
 def test_without_the_pass_pygfx_draws_as_ever(stage: Stage) -> None:
@@ -440,6 +456,23 @@ def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, step
     bright = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved, dims=False).radiance
     wrong = np.sqrt(np.mean((layer - truth) ** 2)) / truth.mean()
     assert wrong < 0.015 < 0.1 < np.sqrt(np.mean((bright - truth) ** 2)) / truth.mean()
+
+
+@pytest.mark.slow
+def test_the_exact_walk_comes_to_an_end_on_short_segments() -> None:
+    """Of foliage many lit segments are shorter than the digits of t tell apart; light that a pane dims is the same in steps."""
+    stage = open_scene("foliage-beside")
+    built = build(stage.settings)
+    above = mesh(np.array([[[-30, 30, -30], [30, 30, -30], [30, 30, 30]], [[-30, 30, -30], [30, 30, 30], [-30, 30, 30]]], float))
+    above.material.opacity, above.material.alpha_mode = 0.3, "blend"
+    stage.scene.add(above)
+    found = []
+    for steps in ("exact", 512):
+        more: Any = {"medium": built[Medium], "march": March(steps=steps, shadow_size=4096), "in_scene": SceneOptions(resolution=1.0)}
+        layer = Studio(stage, Shot(240, 135, samples=1), built[Parameters], **more).frame(layer=True).layer
+        assert layer is not None
+        found.append(layer[..., :3].mean(axis=-1))
+    np.testing.assert_allclose(found[0], found[1], rtol=0.06)
 
 
 def test_what_is_left_behind_is_its_twin() -> None:

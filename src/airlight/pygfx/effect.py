@@ -85,18 +85,19 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         *,
         medium: Medium | None = None,
         march: March | None = None,
+        fields: Sequence[Any] = (),
         exclude: Sequence[Any] = (),
         include: Sequence[Any] = (),
     ) -> None:
         super().__init__()
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
-        of_medium = medium is not None or march is not None
+        of_medium = medium is not None or march is not None or len(fields) > 0
         self.parameters = parameters or (Parameters(method=FOR_MEDIUM) if of_medium else Parameters())
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
-        self.fields: list[Any] = []
+        self.fields: list[Any] = list(fields)
         self.time = 0.0
         self.radius: float | None = None
         self.debug: str | None = None

@@ -207,9 +207,11 @@ class Panes:
 
     def sort(self, scene: Any, objects: Sequence[Any], renderstate: Any) -> Any:
         """Chooses how each object is drawn, as private_panes.hold_back asks; None: as pygfx draws it."""
-        self.held, self._objects = [], []
         shafts, way = self._shafts(), self.way
-        if shafts is None or way == "none" or scene is not shafts.scene:
+        if shafts is None or scene is not shafts.scene:  # which may be drawn over it, before the effects
+            return None
+        self.held, self._objects = [], []
+        if way == "none":
             return None
         found = []
         for wobject in objects:

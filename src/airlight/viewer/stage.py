@@ -207,7 +207,7 @@ class SceneView:
         eye.target = triple(np.asarray(eye.eye) + distance * ahead)
         resolve_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
-            state.automatic["fog_depth"] = medium.fog_depth
+            state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 

@@ -71,7 +71,7 @@ class March:
         self._varying = Varying(device)
         self._varies = False
         self._tables: list[Any] = []  # a buffer each light, of what dims it
-        self._fills: list[tuple[int, Any, tuple[int, int, int]]] = []  # lights whose tables are to be filled: the pipeline, and workgroups
+        self._fills: list[tuple[int, Any, Any, tuple[int, int, int]]] = []  # tables to be filled: light, for what, pipeline, groups
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
@@ -166,11 +166,11 @@ class March:
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
-        shade, self._tables[i], stale = self._varying.table(i, light, medium, region)
-        if shade is not None and stale:
+        shade, self._tables[i], key = self._varying.table(i, light, medium, region)
+        if shade is not None and key is not None:
             pipeline = self.device.pipeline(SHADE, "fill", ALONE=shade.alone, DIRECTIONAL=light.directional, **self._fog)
             across, down, _ = shade.count
-            self._fills.append((i, pipeline, (-(-across // GROUP), -(-down // GROUP), shade.faces)))
+            self._fills.append((i, key, pipeline, (-(-across // GROUP), -(-down // GROUP), shade.faces)))
         return shade
 
     def _fit_tiles(self) -> None:
@@ -216,12 +216,13 @@ class March:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
-        for i, pipeline, groups in self._fills:
+        for i, key, pipeline, groups in self._fills:
             spare, buffers = _spare(self.device), (self._varying.record, self._varying.voxels, self._lights[i], self._tables[i])
             bind = self._bound(
                 ("shade", i), SHADE, self.frame, self._lights[i], depth, self._shadows[i], spare, self.transmittance, *buffers
             )
             compute(encoder, pipeline, bind, groups, "light table", timer)
+            self._varying.filled(i, key)
         self._fills = []
         if self._radius is not None:
             self._moments.record(encoder, self._radius, self._drawn, timer)

@@ -72,16 +72,16 @@ class Varying:
                 self.device.queue.write_buffer(self.voxels, 4 * first, np.ascontiguousarray(density, np.float32))
         self._held = [(density, int(first)) for density, first in zip(wanted, ends[:-1], strict=True)]
 
-    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, bool]:
-        """Fit the i-th light's table: (where it lies, its buffer, whether it has to be filled). region: (2, 3), as it is drawn, where the
-        air varies."""
+    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, Any]:
+        """Fit the i-th light's table: (where it lies, its buffer, None or what it has to be filled for, see `filled`). region: (2, 3), as
+        it is drawn, where the air varies."""
         box = bounds(medium, region)
         shade = None if box is None else fit_shade(light, medium, box)
         while len(self._tables) <= i:
             self._tables.append((self.device.buffer(size=16), None))
         buffer, had = self._tables[i]
         if shade is None:
-            return None, buffer, False
+            return None, buffer, None
         m = medium.settings
         noise = (m.noise_amount, medium.noise_size, m.noise_octaves, m.noise_seed, *((*m.wind, medium.time) if any(m.wind) else ()))
         air = medium.air, m.fog, medium.fog_base, medium.fog_depth, m.fog_above, medium.origin, noise
@@ -89,8 +89,12 @@ class Varying:
         key = shade.key, light.directional, None if shade.alone else air, grids
         if buffer.size != 4 * shade.size:
             buffer, had = self.device.buffer(size=4 * shade.size), None
-        self._tables[i] = buffer, key
-        return shade, buffer, had != key
+        self._tables[i] = buffer, had
+        return shade, buffer, None if had == key else key
+
+    def filled(self, i: int, key: Any) -> None:
+        """Note what the i-th light's table is filled for: when that is recorded, since a frame may be given up before."""
+        self._tables[i] = self._tables[i][0], key
 
 
 def index_rows(matrix: Array, origin: Any) -> Array:

@@ -41,6 +41,7 @@ fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
     let texels = length(ends[1].xy / max(ends[1].w, 1e-9) - ends[0].xy / max(ends[0].w, 1e-9)) * light.glass_side / light.side;
     let each = (segment.y - segment.x) / clamp(ceil(texels / GLASS_TEXELS), LEAST_LOOKS, MOST_LOOKS);
     let left = left_on_line(i, a, b, begin + 1e-3 * each);
+    if (segment.y - segment.x < 1e-4 * segment.y) { return vec2f(segment.y, left); } // the digits of t tell no more apart
     var low = begin;
     var high = segment.x + each * (floor((begin - segment.x) / each + 1e-3) + 1.0);
     var changes = false;
@@ -62,7 +63,9 @@ fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
         turn += 1u;
         continuing { break if turn >= SEARCH_TURNS; }
     }
-    return vec2f(select(segment.y, max(high, begin + 2e-3 * each), changes), left);
+    // Always move on, by more than the digits of t lose
+    let end = max(high, begin + max(2e-3 * each, 2e-6 * begin));
+    return vec2f(select(segment.y, end, changes && end < segment.y), left);
 }
 
 /// Integrate over the lit segments that wait, and drop them: transmittance for a directional light, else in-scattered radiance.
