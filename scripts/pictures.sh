@@ -37,6 +37,13 @@ fog() { # docs/world.md
     put jpeg $to/fog.jpg 1 "$work/fog.png"
 }
 
+glass() { # docs/world.md
+    $python scripts/glass_room.py "$work/glass-room.glb"
+    render "$work/glass-room.glb" --method march --quality final --sigma-t 0.12 --albedo 0.95 --anisotropy 0.35 --max-distance 15 \
+        --width 960 -o "$work/glass.png"
+    put jpeg $to/glass.jpg 1 "$work/glass.png"
+}
+
 scenes() { # README.md
     render table -o "$work/table.png"
     render flying --time 20.2 -o "$work/flying.png"
@@ -123,7 +130,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer fog scenes animation guide world validation vesper hx depth border turning streaks adaptation)
+all=(photographs comparison viewer fog glass scenes animation guide world validation vesper hx depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

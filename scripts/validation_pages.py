@@ -35,7 +35,7 @@ from airlight.scenes.offline import Shot
 DOCS = Path(__file__).parent.parent / "docs"
 PICTURES = DOCS / "pictures"
 AMPLIFY, WIDTH, MOST = 10, 480, 150_000  # of the difference; pixels of a picture; bytes of a file
-VARYING_SHARE = 0.6  # of that width, where the truth is of a medium that varies, which takes long
+VARYING_SHARE = 0.5  # of that width, where the truth is of a medium that varies, which takes long
 VARIANTS = {
     "exact walk": "method=march,quality=final,steps=exact",
     "2,000 steps": "method=march,quality=final,steps=2000,jitter=midpoint",
@@ -179,8 +179,20 @@ def page(name: str, width: int, runs: int) -> None:
 def overview() -> None:
     """The exact walk of each scene whose picture is there, small."""
     shown = [pictures.read(str(path)) for name in VALIDATION if (path := PICTURES / f"validation-{name}.jpg").exists()]
-    small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 284) for one in shown]
+    small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 240) for one in shown]
     pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(6, small), MOST)
+
+
+def summary() -> None:
+    """The figures of media that vary, from their pages, into docs/validation.md."""
+    labels = "exact walk", "64 steps", "16 steps"
+    rows = ["| | |" + "".join(f" {label}: rmse | bias |" for label in labels), "|" + "---|" * (2 + 2 * len(labels))]
+    for name in validating.VARYING:
+        title, *lines = (DOCS / "validation" / f"{name}.md").read_text(encoding="utf-8").splitlines()
+        found = {line.split(" | ")[0][2:]: line.split(" | ")[1:3] for line in lines if line.startswith("| ")}
+        figures = [figure for label in labels for figure in found.get(label, ["", ""])]
+        rows.append(f"| [`{name}`](validation/{name}.md) | {title.partition(': ')[2]} | {' | '.join(figures)} |")
+    put(DOCS / "validation.md", "varying", "\n".join(rows) + "\n")
 
 
 def command(target: Sequence[float], v: Variant) -> str:
@@ -233,6 +245,7 @@ def main() -> None:
             page(name, asked.width, asked.runs)
     if asked.width == WIDTH:  # pictures of a trial are smaller than the others
         overview()
+        summary()
 
 
 if __name__ == "__main__":

@@ -153,3 +153,28 @@ def test_private_parts_of_pygfx_are_touched_in_one_file() -> None:
     package = Path(airlight.__file__).parent
     found = [str(path.relative_to(package)) for path in package.rglob("*.py") if private.search(path.read_text(encoding="utf-8"))]
     assert found == [str(Path("pygfx", "private.py"))]
+
+
+def test_the_renderer_holds_back_as_it_is_told() -> None:
+    """What pygfx/private_panes.py overrides and stands in for."""
+    from pygfx.renderers.wgpu.engine import pipeline
+    from pygfx.renderers.wgpu.engine.renderer import WgpuRenderer, WobjectWrapper
+
+    from airlight.pygfx.private_panes import FlatScene  # pygfx's own, which another may stand in for by now
+
+    see = ": see airlight/pygfx/private_panes.py"
+    source = inspect.getsource(FlatScene)
+    for name in ("_wobject_wrappers", "_bake_functions", "_compute_pipeline_containers", "wrapper.render_containers"):
+        assert f"{name}" in source, f"FlatScene.{name}" + see
+    asked = list(inspect.signature(WobjectWrapper.__init__).parameters)
+    assert asked == ["self", "wobject", "sort_key", "pass_type"], "WobjectWrapper" + see
+    rendered = inspect.getsource(WgpuRenderer.render)
+    assert "flat = FlatScene(scene" in rendered and "flat.collect_pipelines_container_groups(renderstate)" in rendered, "FlatScene" + see
+    asked = list(inspect.signature(pipeline.get_pipeline_container_group).parameters)
+    assert asked == ["wobject", "scene", "renderstate"], "get_pipeline_container_group" + see
+    made = inspect.getsource(pipeline.RenderPipelineContainer)
+    for name in ("renderstate.blender", "wgpu_bind_group_layout", "wgpu_bind_group", "shader_kwargs.update(renderstate_kwargs)"):
+        assert name in made, f"what pipelines ask of a render state, {name}" + see
+    blender = Blender()
+    blender.ensure_target_size((4, 4))
+    assert blender.get_color_attachments("opaque")[1].view is not None and blender.get_depth_attachment() is not None, "Blender" + see

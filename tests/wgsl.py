@@ -51,7 +51,7 @@ def memory(code: str) -> set[str]:
     Uniforms, and structs in storage that is only read, are parameters that all invocations share.
     """
     names = set()
-    for space, name, kind in re.findall(r"^(?:@group\(0\) @binding\(\d+\) )?var(?:<([^>]*)>)? (\w+): *([^;=]+)", uncommented(code), re.M):
+    for space, name, kind in re.findall(r"^(?:@group\(\d+\) @binding\(\d+\) )?var(?:<([^>]*)>)? (\w+): *([^;=]+)", uncommented(code), re.M):
         is_record = not kind.startswith(("array", "texture", "sampler"))
         if not (is_record and space.replace(" ", "") in ("uniform", "storage,read", "storage")):
             names.add(name)

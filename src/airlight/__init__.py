@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from airlight.errors import AirlightError as AirlightError
     from airlight.errors import AirlightWarning as AirlightWarning
     from airlight.errors import MachineError as MachineError
+    from airlight.files.volumes import read_volume as read_volume
     from airlight.lights import Light as Light
     from airlight.options import Composite as Composite
     from airlight.options import Parameters as Parameters
@@ -28,6 +29,7 @@ _HOME = {
     "baked": ("basin", "particles"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
+    "files.volumes": ("read_volume",),
     "lights": ("Light",),
     "options": ("Composite", "Parameters"),
     "viewer.app": ("view",),

@@ -13,7 +13,10 @@ _OPTIONS = {
     "image": image.SHAPING,
     "render": frames.SHAPING,
 }
-_LISTS = {"image": {"light": "written", "angle": "angles"}, "render": {"light": "light", "sun": "sun", "exclude": "exclude"}}
+_LISTS = {
+    "image": {"light": "written", "angle": "angles"},
+    "render": {name: name for name in ("light", "sun", "volume", "particles", "exclude")},
+}
 _PRESET = "airlight.preset"  # in ctx.meta
 
 

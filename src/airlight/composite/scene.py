@@ -37,7 +37,8 @@ class SceneLayer:
 class SceneCompositeSettings:
     """Says how a layer is composited: override constants of scene.wgsl and scene_merge.wgsl.
 
-    is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; adapt: whether light
+    is_lit: whether a light is seen; contrast, gather: of shafts; extinction: whether a medium attenuates surfaces; done: whether the
+    picture holds a medium's layer already; adapt: whether light
     adaptation is on; expose: whether the exposure is other than 1; view_transform: its name; debug: one of DEBUG_VIEWS.
     """
 
@@ -45,6 +46,7 @@ class SceneCompositeSettings:
     contrast: bool = False
     gather: bool = False
     extinction: bool = False
+    done: bool = False
     adapt: bool = False
     expose: bool = False
     view_transform: str = "none"
@@ -87,7 +89,7 @@ class SceneComposite:
         last = {"ADAPT": settings.adapt, "EXPOSE": settings.expose, "VIEW": transform, "SHOW": DEBUG_VIEWS[settings.debug]}
         merging: dict[str, Any] = {"LIT": settings.is_lit, "CONTRAST": settings.contrast, "GATHER": settings.gather}
         if layer.radiance is not None:
-            merging = {"MEDIUM": True, "EXTINCTION": settings.extinction and layer.transmittance is not None}
+            merging = {"MEDIUM": True, "EXTINCTION": settings.extinction and layer.transmittance is not None, "DONE": settings.done}
         else:  # before it is wanted
             device.raster(MERGE, "cover", "merge", format, **(merging | {"LIT": not settings.is_lit}), **last)
         measure = device.pipeline(BALANCE, "measure", STEP=measured_step(color.size[:2]), **merging)
@@ -117,18 +119,21 @@ class SceneComposite:
             self._tables[name] = texture
         return self._tables[name]
 
+    def shared(self, color: Any, depth: Any, layer: SceneLayer) -> tuple[Any, ...]:
+        """Lists what scene.wgsl binds, bindings 0 to 8; where a layer has no such texture, none is read, and the picture stands there."""
+        parts = layer.shafts, layer.radiance, layer.transmittance
+        shafts, radiance, transmittance = (color if part is None else part for part in parts)
+        return self.uniforms, color, depth, shafts, self.device.sampler(), self.looked, radiance, self.balance, transmittance
+
     def _bound(self, color: Any, depth: Any, layer: SceneLayer, view_transform: str) -> tuple[Any, Any]:
-        """Makes the bind groups for the renderer's textures once for each of the two that it draws on in turn; where a layer has no such
-        texture, none is read, and the picture stands there."""
+        """Makes the bind groups for the renderer's textures once for each of the two that it draws on in turn."""
         key = id(color), id(depth), view_transform
         if layer != self._layer or (key not in self._binds and len(self._binds) > 3):
             self._layer = layer
             self._binds.clear()
         if key not in self._binds:
-            parts = layer.source, layer.shafts, layer.radiance, layer.transmittance
-            source, shafts, radiance, transmittance = (color if part is None else part for part in parts)
-            device = self.device
-            shared = self.uniforms, color, depth, shafts, device.sampler(), self.looked, radiance, self.balance, transmittance
+            device, source = self.device, color if layer.source is None else layer.source
+            shared = self.shared(color, depth, layer)
             # all are held, so that no id is used again
             self._binds[key] = shared, device.bind(BALANCE, *shared), device.bind(MERGE, *shared, source, self._table(view_transform))
         _, measure, merge = self._binds[key]

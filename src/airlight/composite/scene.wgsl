@@ -5,6 +5,7 @@ override CONTRAST: bool = false; // fog in the light's colour (13.5.3)
 override GATHER: bool = false;  // shafts gather with the distance
 override LIT: bool = false;     // there is a light
 override MEDIUM: bool = false;  // the layer is a medium's
+override DONE: bool = false;    // the picture holds the layer already
 override EXTINCTION: bool = false; // the medium attenuates what is behind it, by its layer's transmittance
 
 @group(0) @binding(3) var layer: texture_2d<f32>; // of a screen method
@@ -36,6 +37,7 @@ fn fog(ray: vec3f, inverse: f32, distance: f32) -> vec4f {
 /// Composite a pixel with the layer: RGB, and whether that differs from the picture.
 fn composited(p: vec2i) -> vec4f {
     let pixel = textureLoad(scene, p, 0);
+    if (DONE) { return vec4f(pixel.rgb, 0.0); }
     if (MEDIUM) {
         let color = through_medium(pixel.rgb, transmitted(p), textureLoad(aside, p, 0).rgb, view.mix);
         return vec4f(color, f32(any(color != pixel.rgb)));

@@ -19,7 +19,7 @@ CURE = {
     "darwin": "Metal is part of macOS: update it, or run outside a container",
     "win32": "update the graphics driver",
 }
-WANTED_FEATURES = ("timestamp-query", "float32-filterable")
+WANTED_FEATURES = ("timestamp-query", "float32-filterable", "float32-blendable")
 
 
 def cure() -> str:
@@ -153,7 +153,8 @@ class Device:
     def raster(
         self, path: str, corners: str, pixels: str, format: str = "rgba16float", *, blend: Any = None, depth: Any = None, **constants: float
     ) -> Any:
-        """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces.
+        """Compile the render pipeline of a vertex and a fragment entry point, of triangles onto one image of a format, which it replaces,
+        or onto several, their formats with + between.
 
         blend, depth: the states of WebGPU's names, to mix with the image and to test depths.
         """
@@ -163,11 +164,12 @@ class Device:
                 return self._pipelines[key]
             module, _, layout = self._module(path)
             overrides = {k: float(v) for k, v in constants.items()}
-            target = {"format": format} if blend is None else {"format": format, "blend": blend}
+            mixed = {} if blend is None else {"blend": blend}
+            targets = [{"format": one, **mixed} for one in format.split("+")]
             self._pipelines[key] = self.device.create_render_pipeline(
                 layout=layout,
                 vertex={"module": module, "entry_point": corners},
-                fragment={"module": module, "entry_point": pixels, "constants": overrides, "targets": [target]},
+                fragment={"module": module, "entry_point": pixels, "constants": overrides, "targets": targets},
                 primitive={"topology": "triangle-list"},
                 depth_stencil=depth,
                 label=f"{path}:{pixels}",

@@ -105,9 +105,15 @@ class Medium(Options, group="medium"):
     basin_density: float = real(1.0, "density that is added there", "shadow-map article (unpublished, 2014)", ge=0, le=1e6, slider=(0, 4))
     sun_extinction: str | None = choice(
         None, ("none", "volumes", "all"),
-        "what dims a sun's light on its own way to a place; volumes: these and particles alone; unset: all of the medium where there is fog"
-        " or a volume, but for air without an end, of no fog or fog-above > 0, of which nothing does",
+        "what dims a sun's light on its own way to a place: nothing; volumes and particles alone; all of the medium. Unset: all, but where "
+        "the air has no end above, as without fog or with fog-above, volumes alone",
         "Airlight",
+    )
+    transparency: str = choice(
+        "layers", ("none", "dither", "layers"),
+        "how the medium is seen before and behind what one sees through: none: as before what is behind it; dither: pixels of it, by its "
+        "alpha, are drawn as solid: right on the mean over several samples a pixel; layers: exactly",
+        "Hx Volumetric Lighting",
     )
     extinction: bool = switch(True, "whether surfaces are seen dimmed through the medium", "Airlight")
     extinction_share: float = real(

@@ -102,17 +102,18 @@ class Casters:
         medium: ResolvedMedium,
         timer: Timer | None = None,
         gathered: Gathered | None = None,
+        glass: Matrix | None = None,
     ) -> list[Shadow]:
         """Draws and submits a shadow map for each light, for a camera with matrices view (world to view space) and projection (to clip
-        space). gathered: what `gather` gave for this frame. The textures stay while their size and number do. Raises AirlightError where
-        the device makes none so large."""
+        space). gathered: what `gather` gave for this frame; glass: (N, 8, 3) hulls of what dims light, which the maps hold too. The
+        textures stay while their size and number do. Raises AirlightError where the device makes none so large."""
         found, hulls = gathered or self.gather()
         size = medium.shadow_size
         self._fit(size, [light.shadow_layers(medium) for light in lights])
         shadows = []
         drawn: list[tuple[Matrix, int, Any]] = []
         for light, (texture, layers) in zip(lights, self._maps):
-            views = light.shadow_views(view, projection, hulls, medium)
+            views = light.shadow_views(view, projection, hulls if glass is None else np.concatenate([hulls, glass]), medium)
             drawn += [(one.matrix, size, layer) for one, layer in zip(views, layers)]
             shadows.append(Shadow(texture, size, views))
         self.draw_layers(drawn, ([(mesh, role.sloped) for mesh, role in found], hulls), timer)
@@ -189,7 +190,7 @@ class Casters:
         for thing in shown(self.scene, self.exclude):
             if isinstance(thing, tuple(GFX_KINDS)):
                 lights.append(thing)
-            elif isinstance(thing, gfx.Mesh) and thing.material is not None and _bounded(thing.geometry):
+            elif isinstance(thing, gfx.Mesh) and thing.material is not None and is_bounded(thing.geometry):
                 own = role(thing, thing.material)
                 if own is not None:
                     found.append((thing, own))
@@ -226,6 +227,7 @@ def height(gathered: Gathered) -> float | None:
     return float(np.ptp(gathered[1][..., 1])) if len(gathered[1]) else None
 
 
-def _bounded(geometry: Any) -> bool:
+def is_bounded(geometry: Any) -> bool:
+    """Tells whether a geometry has vertices."""
     positions = getattr(geometry, "positions", None)
     return positions is not None and positions.data is not None and len(positions.data) > 0

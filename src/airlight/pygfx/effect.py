@@ -3,6 +3,7 @@
 import math
 import weakref
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -13,12 +14,13 @@ import wgpu
 from airlight.composite.scene import SceneComposite, SceneCompositeSettings, SceneLayer
 from airlight.composite.view import check as check_view
 from airlight.errors import AirlightError
-from airlight.gpu.device import Device
+from airlight.gpu.device import WANTED_FEATURES, Device
 from airlight.gpu.timing import Timer, divide
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.medium_effect import MediumState
+from airlight.pygfx.panes import Panes
 from airlight.pygfx.private import use_hdr
 from airlight.pygfx.screen_effect import ScreenSpaceState
 from airlight.pygfx.surface_shadows import SurfaceShadows
@@ -33,12 +35,13 @@ def _device(device: Any) -> Device:
 
 
 def enable_timing() -> bool:
-    """Let pygfx's device measure times, for `profile`; called before anything of pygfx is on the GPU. False: too late, or none can."""
+    """Let pygfx's device measure times, for `profile`, and blend what is seen through in single precision; called before anything of pygfx
+    is on the GPU. False: too late, or none can."""
     adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
     if "timestamp-query" not in adapter.features:
         return False
     try:
-        gfx.renderers.wgpu.enable_wgpu_features("timestamp-query")
+        gfx.renderers.wgpu.enable_wgpu_features(*(name for name in WANTED_FEATURES if name in adapter.features))
     except RuntimeError:  # the device is there already
         return False
     return True
@@ -82,18 +85,19 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         *,
         medium: Medium | None = None,
         march: March | None = None,
+        fields: Sequence[Any] = (),
         exclude: Sequence[Any] = (),
         include: Sequence[Any] = (),
     ) -> None:
         super().__init__()
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
-        of_medium = medium is not None or march is not None
+        of_medium = medium is not None or march is not None or len(fields) > 0
         self.parameters = parameters or (Parameters(method=FOR_MEDIUM) if of_medium else Parameters())
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
         self.medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
-        self.fields: list[Any] = []
+        self.fields: list[Any] = list(fields)
         self.time = 0.0
         self.radius: float | None = None
         self.debug: str | None = None
@@ -107,6 +111,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
         self._surfaces = SurfaceShadows(self)
+        self.panes = Panes(self)
 
     @property
     def parameters(self) -> Parameters:
@@ -176,6 +181,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         ev = self.automatic_ev if self.in_scene.ev is None else self.in_scene.ev
         return float(2.0**ev / self.pre_exposure)
 
+    def shared(self, color: Any, depth: Any, layer: SceneLayer) -> tuple[Any, ...]:
+        """Lists what composite/scene.wgsl binds: SceneComposite.shared."""
+        return self._merge.shared(color, depth, layer)
+
     def profile(self) -> list[tuple[str, float]]:
         """Reads (label, ms) of each pass of the last frame, if `timing` was set then; empty where the device has no timestamps, see
         `enable_timing`. Waits for the frame."""
@@ -203,7 +212,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if screen is not None:
             screen.record(self, command_encoder, color, depth, seen, timer)
         divide(command_encoder)
-        self._merge.record(command_encoder, color, depth, self._layer, self._composite_settings(bool(seen)), target_tex, timer)
+        settings = self._composite_settings(bool(seen))
+        if medium is not None and (picture := medium.draw_panes(self, command_encoder, color, depth, timer)) is not None:
+            color, settings = picture, replace(settings, done=True)
+        self._merge.record(command_encoder, color, depth, self._layer, settings, target_tex, timer)
         if timer:
             timer.resolve(command_encoder)
 

@@ -14,7 +14,9 @@ from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.options import March, Medium
 from airlight.pygfx.basin import Basin
 from airlight.pygfx.casters import Casters, Gathered, height
+from airlight.pygfx.glass_maps import GlassMaps
 from airlight.pygfx.origin import current_origin
+from airlight.pygfx.private_panes import camera_data, use_camera
 from airlight.pygfx.punctual import punctual_lights
 from airlight.scatter.methods import METHODS
 from airlight.shadows import fit
@@ -35,14 +37,24 @@ class MediumState:
         self._basin = Basin(self.casters)
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
+        self._over: SceneLayer | None = None  # with what is seen through
+        self.glass = GlassMaps(device)
 
     @property
     def layer(self) -> SceneLayer:
-        return SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+        return self._over or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+
+    def draw_panes(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
+        """Records the drawing of what is seen through onto the picture in its medium, and onto the layer; returns the picture, None where
+        there is no such thing."""
+        if not shafts.panes.held:
+            return None
+        picture, self._over = shafts.panes.draw(shafts, encoder, self.march.profile, color, depth, self.layer, timer)
+        return picture
 
     def record(self, shafts: "LightShafts", encoder: Any, depth: Any, timer: Timer | None) -> None:
         """Draws and submits the shadow maps for this frame, and records the march through the picture's depth."""
-        casters, p = self.casters, shafts.parameters
+        casters, p, camera = self.casters, shafts.parameters, camera_data()
         casters.scene, casters.lights, casters.exclude, casters.still = shafts.scene, shafts.lights, shafts.exclude, shafts.still
         gathered = casters.gather()
         ball = fit.ball(gathered[1]) if shafts.radius is None or shafts.doubts else None
@@ -55,12 +67,23 @@ class MediumState:
             self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
-        shadows = casters.draw(view, projection, lights, medium, timer, gathered)
+        glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
+        shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
+        if glass and hulls is not None:
+            self.glass.still = shafts.still
+            self.glass.draw(shadows, glass, hulls, timer)
         share: dict[str, Any] = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         if medium.varies:
             share["region"] = _region(gathered[1], np.linalg.inv(view)[:3, 3], radius or 1.0)
+        panes = shafts.panes if shafts.panes.held else None
+        if panes:
+            share["panes"] = True
         self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
+        if panes:
+            panes.draw_spans(shafts, self.march, projection, depth, timer)
+        use_camera(camera)  # of whoever draws on this encoder
         self.march.record(encoder, depth, timer)
+        self._over = None
 
     def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float) -> None:
         """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen. center, radius: of that, metres."""

@@ -50,6 +50,10 @@ def open_scene(
             from airlight.scenes.table import table
 
             return table()
+        if name == "valley":
+            from airlight.scenes.valley import valley
+
+            return valley()
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)

@@ -11,14 +11,12 @@ from airlight.pygfx import SceneLight
 from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
+from airlight.scenes.landscape import FAR, land, mountains, sea, slope, square, sunrise
 from airlight.scenes.stage import Stage
 from airlight.scenes.steering import Path, Run, Vehicle, follow, limited, loop, shadow
 
 SUN = np.array([0.10, 0.095, -1.0]) / np.linalg.norm([0.10, 0.095, -1.0])  # direction to it
-SUN_RADIANCE = (24.0, 15.0, 6.7)
 FILL = 2.5  # how much brighter the sky lights than it looks, as a photographer's reflector: dark sides keep their texture
-SUN_ANGLE = np.radians(1.1)  # half-angle of the disc
-FAR = 4000.0  # where disc and sky end
 SETTLED = 58.5  # seconds of flight before time 0: what the start was no longer matters
 CRAFT = 4.2  # size of the craft
 MIST = {"sigma_t": (0.0035, 0.0035, 0.0035), "albedo": (1.0, 1.0, 1.0), "anisotropy": 0.4, "max_distance": 140.0, "cascades": 2}
@@ -32,78 +30,18 @@ TREES = (  # place, size, turn in degrees
 def _island(size: float, top: float, seed: int, flat: float) -> gfx.Mesh:
     """Build an island about the origin, `size` across, its plateau of radius `flat` at the height `top`."""
     n = 512
-    x, z = np.meshgrid(*[np.linspace(-size / 2, size / 2, n)] * 2)
+    x, z = square(n, size)
     rough, fine = ground.noise(n, seed, 2.3, 2), ground.noise(n, seed + 1, 1.6, 12)
     r = np.hypot(x, z) / (1 + 0.10 * rough)
     edge = smoothstep(r, size * 0.48, size * 0.33)
     hills = (0.55 * rough + 0.10 * fine) * smoothstep(np.hypot(x, z), flat * 0.8, flat * 1.4)
     h = edge * (top + hills) - 2.5 * (1 - edge)
-    dz, dx = np.gradient(h, size / (n - 1))
-    steep = smoothstep(np.hypot(dx, dz) + 0.12 * fine, 0.55, 1.1)
+    steep = smoothstep(slope(h, size) + 0.12 * fine, 0.55, 1.1)
     patches = 0.5 + 0.5 * np.tanh(ground.noise(n, seed + 2, 1.2, 6))
     albedo = ground.mix(ground.mix((0.10, 0.13, 0.035), (0.23, 0.19, 0.075), patches), (0.24, 0.21, 0.18), steep)
     albedo *= (1 + 0.25 * ground.noise(n, seed + 3, 0.5))[..., None].clip(0.4, 1.6)
     albedo *= ground.mix((0.5, 0.5, 0.5), (1, 1, 1), smoothstep(h, -0.2, 1.0))  # wet below
-    k = np.arange(0, n, 4)
-    k[-1] = n - 1
-    m = len(k)
-    positions = np.stack([x, h, z], axis=-1)[np.ix_(k, k)].reshape(-1, 3).astype(np.float32)
-    normal = np.stack([-dx, np.ones_like(h), -dz], axis=-1)[np.ix_(k, k)].reshape(-1, 3)
-    uv = np.stack(np.meshgrid(k / (n - 1), k / (n - 1)), axis=-1).reshape(-1, 2).astype(np.float32)
-    i = (np.arange(m - 1)[:, None] * m + np.arange(m - 1)).ravel()
-    faces = np.concatenate([np.stack([i, i + m, i + 1], 1), np.stack([i + 1, i + m, i + m + 1], 1)]).astype(np.int32)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    geometry = gfx.Geometry(positions=positions, normals=normal.astype(np.float32), texcoords=uv, indices=faces)
-    bumps = ground.normals(ground.noise(n, seed + 4, 1.0, 8), 0.22)
-    return gfx.Mesh(
-        geometry,
-        gfx.MeshStandardMaterial(
-            map=ground.texture(ground.codes(albedo)),
-            normal_map=ground.texture(bumps, srgb=False),
-            roughness=0.95,
-            metalness=0,
-            side="front",
-        ),
-    )
-
-
-def _sea() -> gfx.Mesh:
-    size, tile = 2 * FAR, 40.0
-    geometry = gfx.plane_geometry(size, size, 1, 1)
-    geometry.texcoords.data[:] *= size / tile
-    material = gfx.MeshStandardMaterial(
-        color=gfx.Color.from_physical(0.012, 0.03, 0.036),
-        roughness=0.33,
-        metalness=0,
-        env_map_intensity=1 / FILL,
-        normal_map=ground.texture(ground.waves(512, 11, 0.12), srgb=False),
-        side="front",
-    )
-    sea = gfx.Mesh(geometry, material)
-    sea.local.rotation = la.quat_from_axis_angle((1, 0, 0), -np.pi / 2)
-    return sea
-
-
-def _range(distance: float, height: float, seed: int, haze: float) -> gfx.Mesh:
-    """Build a mountain range all around at a distance, as a strip; the haze (0..1) lies thicker at its foot."""
-    n = 513
-    azimuth = np.linspace(-np.pi, np.pi, n)
-    ridge = ground.noise(n - 1, seed, 1.55, 4)[0]
-    crest = height * (0.42 + 0.30 * np.append(ridge, ridge[0])).clip(0.03)
-    dip = 1 - 0.75 * np.exp(-(((azimuth - np.arctan2(SUN[0], -SUN[2])) / 0.16) ** 2))  # a saddle before the sun
-    top, foot = np.maximum(crest * dip, height * 0.02), np.full(n, -5.0)
-    rows = [foot, np.maximum(top * 0.5, 0), top]
-    x, z = distance * np.sin(azimuth), -distance * np.cos(azimuth)
-    positions = np.concatenate([np.stack([x, y, z], 1) for y in rows]).astype(np.float32)
-    towards = np.exp(-np.hypot(azimuth - np.arctan2(SUN[0], -SUN[2]), 0.1) / 0.55)
-    air = ground.mix((0.09, 0.11, 0.18), (0.62, 0.28, 0.12), towards)
-    stone = np.array([0.010, 0.014, 0.026])
-    colour = np.concatenate([ground.mix(stone, air, np.full(n, h)) for h in (min(1.0, haze + 0.3), haze + 0.1, haze)])
-    i = np.arange(n - 1)
-    faces = [np.stack([i + k * n, i + 1 + k * n, i + n + k * n], 1) for k in (0, 1)]
-    faces += [np.stack([i + 1 + k * n, i + 1 + n + k * n, i + n + k * n], 1) for k in (0, 1)]
-    geometry = gfx.Geometry(positions=positions, indices=np.concatenate(faces).astype(np.int32), colors=colour.astype(np.float32))
-    return gfx.Mesh(geometry, gfx.MeshBasicMaterial(color_mode="vertex", side="both"))
+    return land(h, size, albedo, seed + 4)
 
 
 def _placed(group: gfx.WorldObject, position: tuple[float, float, float], scale: float = 1.0, turn: float = 0.0) -> gfx.WorldObject:
@@ -163,29 +101,18 @@ def _lap(path: Path, run: Run) -> float:
     return (k - (done - length) / (done - before)) / run.rate - SETTLED
 
 
-def _sunlight(centre: np.ndarray, reach: float, away: float) -> gfx.DirectionalLight:
-    """Light the scene by a sun that is so far `away` from the centre, with shadows within `reach` of that."""
-    sun = gfx.DirectionalLight(color=gfx.Color.from_physical(1.0, 0.66, 0.36), intensity=5.0, cast_shadow=True)
-    sun.target.local.position = centre
-    sun.shadow.camera.width = sun.shadow.camera.height = 2 * reach
-    sun.shadow.camera.depth_range = (away - 200, away + 200)
-    sun.shadow.bias = 0.002  # of that range: 0.8 units
-    sun.shadow.cull_mode = "none"
-    return sun
-
-
 def _surroundings(scene: gfx.Scene) -> None:
     """Build sky, sea, mountains and islands with what stands on them."""
     picture = ground.sky(SUN, 768, 5)
     scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=Environment(picture).cube(512))))
     Environment(FILL * picture).surround(scene, background=False)
-    scene.add(_sea())
+    scene.add(sea(FILL))
     for far, height, seed, haze in ((3000.0, 330.0, 31, 0.74), (1900.0, 150.0, 32, 0.55), (1000.0, 46.0, 37, 0.33)):
-        scene.add(_range(far, height, seed, haze))
-    land, near = _island(116, 5.0, 21, 30), _island(44, 2.2, 25, 8)
-    land.local.position, near.local.position = (-13, 0, -2), (47, 0, 56)
-    land.receive_shadow = near.receive_shadow = True
-    scene.add(land, near, _placed(model("temple")[0], (-28, 4.7, 0), 1.0, 62))
+        scene.add(mountains(SUN, far, height, seed, haze))
+    isle, near = _island(116, 5.0, 21, 30), _island(44, 2.2, 25, 8)
+    isle.local.position, near.local.position = (-13, 0, -2), (47, 0, 56)
+    isle.receive_shadow = near.receive_shadow = True
+    scene.add(isle, near, _placed(model("temple")[0], (-28, 4.7, 0), 1.0, 62))
     for place, size, turn in TREES:
         tree = _placed(model("oak")[0], place, size, turn)
         for part in _meshes(tree):
@@ -203,13 +130,7 @@ def flying(seed: int = 4) -> Stage:
     scene = gfx.Scene()
     _surroundings(scene)
     centre = np.array([0.0, 10.0, 10.0])
-    sun = _sunlight(centre, 95, FAR * 0.9)
-    disc = gfx.Mesh(
-        gfx.sphere_geometry(FAR * 0.9 * float(np.tan(SUN_ANGLE)), 48, 24),
-        gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*SUN_RADIANCE)),
-    )
-    disc.local.position = centre + SUN * FAR * 0.9
-    disc.add(sun)
+    disc, sun = sunrise(centre, SUN, 95)
     (airship, _), (ornithopter, flap) = model("airship"), model("ornithopter")
     for craft in (airship, ornithopter):
         craft.local.scale = (CRAFT,) * 3

@@ -207,7 +207,7 @@ class SceneView:
         eye.target = triple(np.asarray(eye.eye) + distance * ahead)
         resolve_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
-            state.automatic["fog_depth"] = medium.fog_depth
+            state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
 
@@ -218,7 +218,7 @@ class SceneView:
     def _surfaces(self, state: ViewerState) -> tuple[Any, ...]:
         """Collect what says what surfaces look like, before the shafts."""
         lights = tuple((tuple(c.position), c.color, c.strength) for c in state.lights)
-        return self.opened, state.time, state.path_drawn, lights, self.key(state), self.shafts.pre_exposure
+        return self.opened, state.time, state.path_drawn, lights, self.key(state), self.shafts.pre_exposure, self.shafts.panes.way
 
     def show(self, state: ViewerState, texture: Any, share: float = 1.0, settles: bool = False) -> None:
         """Draw onto a texture of the canvas's size. share: of its width and height, that is drawn, below 1 a draft; settles: light

@@ -27,10 +27,11 @@ struct Panel {                  // of a ray, from the cursor on
 
 @group(0) @binding(8) var<uniform> field: Field;
 @group(0) @binding(9) var<storage, read> voxels: array<f32>;
-@group(0) @binding(12) var atlas: texture_3d<f32>;
-@group(0) @binding(13) var linear: sampler;
+@group(0) @binding(15) var atlas: texture_3d<f32>;
+@group(0) @binding(16) var linear: sampler;
 
 const MARKS = 16u;              // along a ray, to which the cursor can go back
+const NOISE_CHANGE = 0.7;       // of the noise's exponent, over which a panel may reach
 const GAUSS_OFF = 0.28867513;   // sqrt(1 / 12): of two nodes from a panel's middle, of its length
 const DENSE_DEPTHS = 14.0;      // of exponential fog, above which there is next to nothing
 
@@ -150,7 +151,12 @@ fn next_panel(ray: Ray, most: f32) -> Panel {
         }
     }
     if (FOG != EVEN && (varies || FOG == LINEAR || !DIRECTIONAL)) { end = min(end, t + fog_ahead(ray, t)); }
-    if (NOISE) { end = min(end, t + 0.5 * noise_wavelength(footprint(t, 0.0), field.noise)); }
+    if (NOISE) {
+        // Half of the shortest wave, and less where that is strong
+        let wave = noise_wavelength(footprint(t, 0.0), field.noise);
+        let strong = NOISE_CHANGE / (field.noise.amplitude * field.noise.frequency);
+        end = min(end, t + select(min(0.5 * wave, strong), wave, wave >= NOISE_FAR));
+    }
     // Always move on, by more than the digits of t lose
     return Panel(max(end, min(most, t + 1e-6 * max(t, 1e-3))), varies);
 }

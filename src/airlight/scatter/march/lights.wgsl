@@ -10,6 +10,7 @@
 @group(0) @binding(7) var<storage, read> light_storage: Light;
 
 override BIASED: bool = false;  // shadows begin farther behind what hides the light
+var<private> ends_midway: bool = false; // a part of a ray, see parts.wgsl, that ends before any surface
 
 const LAST_TEXELS = 4.0;        // of a ray before a surface, whose visibility is that where they begin
 
@@ -52,7 +53,7 @@ fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
 /// map's texels, and of the picture's pixels, cannot tell the one side of it from the other. Twin: reference/march.py:last_stretch.
 fn last_stretch(i: u32, ray: Ray, w: f32) -> f32 {
     let texel = light.view[i].texel * select(max(w, 0.0), 1.0, DIRECTIONAL);
-    return select(ray.reach, max(ray.reach - LAST_TEXELS * texel, 0.0), ray.reach < frame.max_distance);
+    return select(ray.reach, max(ray.reach - LAST_TEXELS * texel, 0.0), !ends_midway && ray.reach < frame.max_distance);
 }
 
 /// Clip a range of t to a cone around a spot's axis, of a half angle with this cosine. Twin: reference/march.py:clip_to_cone.

@@ -10,6 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
+from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
@@ -44,7 +45,8 @@ class March:
     """Integrates the light that a medium scatters, for pictures of a size (width, height).
 
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
-    of the ray in the medium, metres. transmittance: RGB, 0..1, of that length.
+    of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
+    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -52,10 +54,12 @@ class March:
         self.layer = device.texture(*pixels, "rgba32float")
         self.transmittance = device.texture(*pixels, "rgba32float")
         self.size = pixels
-        self._frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self.profile: Profile | None = None
         self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
+        self._glass: list[Any] = []  # of each light, a buffer or None
         self._pipelines: list[Any] = []
         self._tiles: list[Any] = []  # a buffer each light
         self._path = WALK
@@ -67,7 +71,7 @@ class March:
         self._varying = Varying(device)
         self._varies = False
         self._tables: list[tuple[Any, Any]] = []  # a buffer and a texture each light, of what dims it
-        self._fills: list[tuple[int, Any, Shade]] = []  # lights whose tables are to be filled: the pipeline, and where they lie
+        self._fills: list[tuple[int, Any, Any, Shade]] = []  # tables to be filled: light, for what, pipeline, where they lie
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
@@ -89,11 +93,12 @@ class March:
         jitter: str = "blue",
         share: float = 1.0,
         region: Any = None,
+        panes: bool = False,
     ) -> None:
         """Sets what the next `record` sees: matrices (4, 4), world to view space and view to clip space; lights with their shadow maps.
 
         jitter: of steps, as Parameters.jitter. share: of the picture's width and height, that the march is computed at. region: (2, 3) m,
-        a box outside of which the air's noise dims no light.
+        a box outside of which the air's noise dims no light. panes: surfaces are seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
         if medium.varies != self._varies:
@@ -101,9 +106,13 @@ class March:
         passes = _passes(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
         self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
-        self.device.queue.write_buffer(self._frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
+        self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
         while len(self._lights) < len(passes):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
+        if not panes:
+            self.profile = None
+        elif self.profile is None or self.profile.size != self.size:
+            self.profile = Profile(self.device, self.size)
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
         if self._varies:
             self._fog |= {"NOISE": medium.settings.noise_amount > 0 and medium.air > 0, "GRIDS": len(medium.fields)}
@@ -116,6 +125,7 @@ class March:
             self._path = path
             self._binds.clear()
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in passes]
+        self._glass = [None if shadow is None else shadow.glass for _, shadow in passes]
         if medium.exact:
             self._fit_tiles()
         averaged = medium.march.shadow_filter == "variance" and not medium.exact
@@ -131,7 +141,7 @@ class March:
                 self._own_frames.pop(i, None)
                 self.device.queue.write_buffer(self._lights[i], 0, dark_record(medium).tobytes())
                 exact = {"EXACT": medium.exact} if self._varies else {}
-                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, **self._fog, **exact))
+                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog, **exact))
                 continue
             own = light.own_medium(medium)
             if own is medium:
@@ -146,9 +156,10 @@ class March:
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
+            chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None}
             if self._varies:
                 chosen |= {"TABLE": shade is not None, "EXACT": medium.exact, "TEXTURE": self._tables[i][1] is not self._varying.no_table}
-                chosen["RETURNS"] = medium.exact or (shadow is not None and len(shadow.views) > 1)
+                chosen["RETURNS"] = medium.exact or panes or (shadow is not None and len(shadow.views) > 1)
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
@@ -157,11 +168,11 @@ class March:
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
-        shade, buffer, texture, stale = self._varying.table(i, light, medium, region)
+        shade, buffer, texture, key = self._varying.table(i, light, medium, region)
         self._tables[i] = buffer, texture
-        if shade is not None and stale:
+        if shade is not None and key is not None:
             pipeline = self.device.pipeline(SHADE, "fill", ALONE=shade.alone, DIRECTIONAL=light.directional, **self._fog)
-            self._fills.append((i, pipeline, shade))
+            self._fills.append((i, key, pipeline, shade))
         return shade
 
     def _fit_tiles(self) -> None:
@@ -194,31 +205,40 @@ class March:
         target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        light, frame = self._lights[i], self._own_frames.get(i, self._frame)
+        light, frame = self._lights[i], self._own_frames.get(i, self.frame)
         buffer, texture = self._tables[i]
         varying = self._varying.record, self._varying.voxels, buffer
         exact = self._path == WALK
-        more = (self._tiles[i], light, *varying) if exact else (noise_texture(self.device), light, *varying, self._moments.views[i])
-        sampled = self._varying.atlas.texture, self.device.sampler(), texture
-        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more, *sampled)
+        spare, profile = _no_profile(self.device), self.profile
+        panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
+        first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
+        more = first, light, *varying, *panes, *last_one, self._varying.atlas.texture, self.device.sampler(), texture
+        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
-        for i, pipeline, shade in self._fills:
+        for i, key, pipeline, shade in self._fills:
             varying, (buffer, texture), light = self._varying, self._tables[i], self._lights[i]
             held = varying.record, varying.voxels, light, buffer, varying.atlas.texture, self.device.sampler(), varying.no_table
-            where = self._frame, light, depth, self._shadows[i], _spare(self.device), self.transmittance
+            where = self.frame, light, depth, self._shadows[i], _spare(self.device), self.transmittance
             bind = self._bound(("shade", i), SHADE, *where, *held)
             compute(encoder, pipeline, bind, (-(-shade.count[0] // GROUP), -(-shade.count[1] // GROUP), shade.faces), "light table", timer)
             if texture is not varying.no_table:
                 layout = {"bytes_per_row": 4 * shade.stride, "rows_per_image": shade.count[0]}
                 encoder.copy_buffer_to_texture({"buffer": buffer, **layout}, {"texture": texture}, shade.texture_size)
+            varying.filled(i, key)
         self._fills = []
         if self._radius is not None:
             self._moments.record(encoder, self._radius, self._drawn, timer)
         counts = (-(-self.size[0] // GROUP), -(-self.size[1] // GROUP))
+        if self.profile is not None:
+            own = {"ALONE": self.size == self.pixels, "SUMS": self.profile.sums.format == "rgba32float"}
+            pipeline = self.device.pipeline(SPANS, "gather", MOST=self.profile.knots, **own, FOG=self._fog["FOG"])
+            known = self.frame, self._lights[0], depth, self._shadows[0], _spare(self.device), self.transmittance
+            bind = self._bound("spans", SPANS, *known, self.profile.extremes, self.profile.sums, self.profile.spans)
+            compute(encoder, pipeline, bind, counts, "march spans", timer)
         for i, (pipeline, name) in enumerate(zip(self._pipelines, self._names, strict=True)):
             among(i, len(self._pipelines))
             done = 0
@@ -229,7 +249,7 @@ class March:
                     compute(encoder, pipeline, self._of_light(i, depth), (across, down), f"march {name}", timer)
                     done += across * down
                     tell(done / (counts[0] * counts[1]))
-        bound: tuple[Any, ...] = (self._frame, self._lights[0], depth, self._shadows[0])
+        bound: tuple[Any, ...] = (self.frame, self._lights[0], depth, self._shadows[0])
         for k in range(2 * self._softening[0]):  # along rows, then columns
             pipeline = self.device.pipeline(SOFTEN, "soften", GAUSSIAN=self._softening[1], DOWN=k % 2 == 1, VARIES=self._varies)
             source, target = self.marched_layers[k % 2], self.marched_layers[1 - k % 2]
@@ -285,3 +305,11 @@ def _spare(device: Device) -> Any:
         device.kept["spare"] = device.texture(1, 1, "rgba32float", target=False)
         device.write(device.kept["spare"], np.zeros(4, np.float32).tobytes(), 16)
     return device.kept["spare"]
+
+
+def _no_profile(device: Device) -> tuple[Any, Any]:
+    """Returns what is bound where no profiles are kept: their spans and values."""
+    if "no profile" not in device.kept:
+        device.kept["no profile"] = device.buffer(size=SPAN.itemsize), device.buffer(size=16)
+    found: tuple[Any, Any] = device.kept["no profile"]
+    return found

@@ -61,7 +61,7 @@ def light_record(
         out["shade_near"], out["shade_step"], out["shade_tangent"] = shade.near, shade.step, shade.tangent
         out["shade_cell"], out["shade_pieces"], out["shade_stride"] = shade.cell, shade.pieces, shade.stride
     if shadow is not None:
-        out["views"], out["side"] = len(shadow.views), shadow.size
+        out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):
             at = out["view"][i]
             at["matrix"] = (one.matrix @ into).T  # WGSL keeps columns

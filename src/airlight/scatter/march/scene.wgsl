@@ -64,5 +64,6 @@ struct Light {
     shade_stride: u32,          // values from a column to the next
     shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
     shade_into: array<vec4f, 3>, // back
+    glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
     view: array<ShadowView, 6>,
 }

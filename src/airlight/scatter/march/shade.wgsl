@@ -7,7 +7,7 @@ override TABLE: bool = false;   // there is one
 override TEXTURE: bool = false; // and it is in a texture, too
 
 @group(0) @binding(10) var<storage, read> table: array<f32>;
-@group(0) @binding(14) var table_texture: texture_3d<f32>; // along a column, across, and down, face after face
+@group(0) @binding(17) var table_texture: texture_3d<f32>; // along a column, across, and down, face after face
 
 const SHADE_CELLS = 2.0;        // of the table, that a panel may be long in shade
 const WIDEST_PIECE = 0.25;      // of v, t = t0 + h sinh v, that a panel may be long

@@ -6,7 +6,7 @@
 // it (equiangular sampling, Kulla and Fajardo 2012), where the integrand times dt / d(angle) has no peak at the nearest approach.
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
 // variance shadow maps (Donnelly and Lauritzen 2006).
-//! include "scatter/march/lights.wgsl"
+//! include "scatter/march/parts.wgsl"
 //! include "scatter/march/variance.wgsl"
 //! include "wgsl/jitter.wgsl"
 //! include "wgsl/unit_at.wgsl"
@@ -22,6 +22,7 @@ const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
 const IN_GRIDS = 4.0;           // steps of a group there
+const LEAST_STEPS = 2.0;        // of a part of a ray
 const MANY_STEPS = 64.0;        // from which on groups of them are of 8 or 16, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
@@ -259,8 +260,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     var end = n;
     if (CASCADES) {
         let view = light.view[i];
-        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near), ray, each, o, n); }
-        end = first_step_ahead(view.far, ray, each, o, n);
+        if (i > 0u) { k = first_step_ahead(view.near - light.blend * (view.near - light.view[before].near) + ray.origin.z, ray, each, o, n); }
+        end = first_step_ahead(view.far + ray.origin.z, ray, each, o, n);
     }
     var fade = exp(-frame.sigma_t * each);
     let last = last_stretch(i, ray, 1.0);
@@ -293,9 +294,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
+            if (GLASS) { share *= light_left(i, at.xy, at.z); }
             // Weigh it where cascades blend
             if (CASCADES) {
-                let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES);
+                let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES) - ray.origin.z;
                 let view = light.view[i];
                 let last = light.view[before];
                 let next = cascade_weight(away, view.near, view.far, light.blend);
@@ -318,7 +320,9 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, som
     let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    let along = step_length(ray, range.y, o, pieces_of(range.y, size), size);
+    // Near a light one group of equal angles holds most of the ray
+    let long = ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) / size - 0.01);
+    let along = step_length(ray, range.y, o, max(pieces_of(range.y, size), long), size);
     move_cursor(ray, range.y, along.x);
     kept = light_length(place_at(ray, range.y));
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
@@ -365,7 +369,8 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-            let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+            var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
+            if (GLASS) { share *= select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
             if (VARIES) {
@@ -382,35 +387,60 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     return total * each;
 }
 
+/// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges: a part has its share of the steps.
+fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    return with_scattered(vec3f(0.0), ray, pixel, around);
+}
+
+/// Add that to radiance that is there, view by view.
+fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    let o = offset(pixel);
+    var n = f32(light_storage.steps);
+    let most = max(n, LEAST_STEPS); // of a part
+    if (VARIES) { enter_shade(ray); }
+    if (DIRECTIONAL) {
+        var far = min(ray.reach, frame.sun_reach);
+        if (PANES) {
+            far = clamp(frame.sun_reach + around.x, 0.0, ray.reach);
+            n = clamp(ceil(n * far / max(min(around.y - around.x, frame.sun_reach), 1e-20)), LEAST_STEPS, most);
+        }
+        if (VARIES) { divide_steps(far, n); }
+        var total = vec3f(0.0);
+        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
+        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
+        return there + in_scatter_directional(ray) * total;
+    }
+    let nearest = nearest_approach(ray);
+    var range = vec2f(0.0, ray.reach);
+    if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    range.y = max(range.x, range.y);
+    let start = equiangular_angle(nearest, range.x);
+    let all = equiangular_angle(nearest, range.y) - start;
+    if (PANES) {
+        var whole = around;
+        if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
+        let angles = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
+        n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
+    }
+    if (VARIES) { divide_steps(ray.reach, n); }
+    var sum = there;
+    if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
+    for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }
+    return sum;
+}
+
 /// March the ray of a pixel in steps, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    if (PANES) {
+        textureStore(layer, pixel, layer_of_parts(pixel, ray));
+        return;
+    }
     var sum = ambient_or_previous(pixel, ray);
-    let n = f32(light_storage.steps);
-    let o = offset(pixel);
     if (VARIES) { enter_field(ray); }
-    if (VARIES && LIT) {
-        enter_shade(ray);
-        divide_steps(select(ray.reach, min(ray.reach, frame.sun_reach), DIRECTIONAL), n);
-    }
-    if (LIT && DIRECTIONAL) {
-        var total = vec3f(0.0);
-        let far = min(ray.reach, frame.sun_reach);
-        if (light_storage.views == 0u && !VARIES) { total = integrate_directional(ray, vec2f(0.0, far)); }
-        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { total += march_directional(i, ray, far / n, o, n); }
-        sum += in_scatter_directional(ray) * total;
-    } else if (LIT) {
-        let nearest = nearest_approach(ray);
-        var range = vec2f(0.0, ray.reach);
-        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-        range.y = max(range.x, range.y);
-        let start = equiangular_angle(nearest, range.x);
-        let each = (equiangular_angle(nearest, range.y) - start) / n;
-        if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
-        for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, each, o, n); }
-    }
+    if (LIT) { sum = with_scattered(sum, ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, finished(pixel, ray, sum));
 }

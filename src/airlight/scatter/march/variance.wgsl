@@ -1,6 +1,6 @@
 // Visibility by mean and variance of the depths around a place of a shadow map: Chebyshev's inequality bounds the share of them behind which
 // a receiver does not lie (Donnelly and Lauritzen 2006). Depths fall with the distance from the light.
-@group(0) @binding(11) var moments: texture_2d_array<f32>; // mean, variance: moments.wgsl
+@group(0) @binding(14) var moments: texture_2d_array<f32>; // mean, variance: moments.wgsl
 
 /// Move the depth of a receiver towards the light by the bias. Twin: reference/variance.py:biased_receiver_depth.
 fn biased_receiver_depth(depth: f32, bias: f32) -> f32 {

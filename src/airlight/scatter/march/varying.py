@@ -81,16 +81,17 @@ class Varying:
                 self.device.queue.write_buffer(self.voxels, 4 * first, np.ascontiguousarray(density, np.float32))
         self._held = [(density, int(first)) for density, first in zip(wanted, ends[:-1], strict=True)]
 
-    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, Any, bool]:
-        """Fit the i-th light's table: (where it lies, its buffer, its texture, whether they have to be filled). The texture is `no_table`
-        for the exact walk, and where samplers do not interpolate. region: (2, 3), as it is drawn, where the air varies."""
+    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, Any, Any]:
+        """Fit the i-th light's table: (where it lies, its buffer, its texture, None or what they have to be filled for, see `filled`). The
+        texture is `no_table` for the exact walk, and where samplers do not interpolate. region: (2, 3), as it is drawn, where the air
+        varies."""
         box = bounds(medium, region)
         shade = None if box is None else fit_shade(light, medium, box)
         while len(self._tables) <= i:
             self._tables.append((self.device.buffer(size=16), self.no_table, None))
         buffer, texture, had = self._tables[i]
         if shade is None:
-            return None, buffer, self.no_table, False
+            return None, buffer, self.no_table, None
         m = medium.settings
         noise = (m.noise_amount, medium.noise_size, m.noise_octaves, m.noise_seed, *((*m.wind, medium.time) if any(m.wind) else ()))
         air = medium.air, m.fog, medium.fog_base, medium.fog_depth, m.fog_above, medium.origin, noise
@@ -102,8 +103,12 @@ class Varying:
             texture = self.no_table
         elif texture.size != shade.texture_size:
             texture, had = solid(self.device, shade.texture_size, "r32float"), None
-        self._tables[i] = buffer, texture, key
-        return shade, buffer, texture, had != key
+        self._tables[i] = buffer, texture, had
+        return shade, buffer, texture, None if had == key else key
+
+    def filled(self, i: int, key: Any) -> None:
+        """Note what the i-th light's table is filled for: when that is recorded, since a frame may be given up before."""
+        self._tables[i] = *self._tables[i][:2], key
 
 
 def index_rows(matrix: Array, origin: Any) -> Array:

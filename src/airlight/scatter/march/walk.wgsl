@@ -3,34 +3,95 @@
 // border is met at most once, where the depth passes the texel's. Tiles of the two-level min-max depth hierarchy that are lit or dark from
 // end to end are passed over whole. Lit segments of t are collected, and their integrals are closed, or by quadrature: see lights.wgsl.
 // The DDA follows Amanatides and Woo 1987; the rest is our own.
-//! include "scatter/march/lights.wgsl"
+//! include "scatter/march/parts.wgsl"
 //! include "scatter/march/hierarchy.wgsl"
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
 
+const GLASS_TEXELS = 4.0;       // of a map of what dims light, between two look-ups
+const LEAST_LOOKS = 8.0;        // along a segment
+const MOST_LOOKS = 128.0;
+const SEARCH_TURNS = 12u;
+const SAME = 1e-4;              // share of the light
 const MAX_SEGMENTS = 5u;        // lit segments that wait, so that neighbouring rays are summed at the same time
 
 var<private> segments: array<vec2f, MAX_SEGMENTS + 3u>;
+var<private> segment_views: array<u32, MAX_SEGMENTS + 3u>; // in which each is lit
 var<private> segment_count: u32;
+var<private> segment_view: u32; // of what is pushed
 
 /// Push a lit range of t, if it is not empty.
 fn push_segment(start: f32, end: f32) {
     segments[segment_count] = vec2f(start, end);
+    if (GLASS) { segment_views[segment_count] = segment_view; }
     segment_count += select(0u, 1u, end > start);
+}
+
+/// Look up what is left of view i's light on a line at t.
+fn left_on_line(i: u32, a: vec4f, b: vec4f, t: f32) -> f32 {
+    let at = b + t * a;
+    return select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
+}
+
+/// Find the next part of a lit segment in view i, from `begin` on, that as much of the light is left on: (its end, what is left). That is looked up
+/// along the segment, GLASS_TEXELS of the map apart, and where it changes the place is searched for between two look-ups.
+fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
+    let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
+    let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
+    let ends = mat2x4f(b + segment.x * a, b + segment.y * a);
+    let texels = length(ends[1].xy / max(ends[1].w, 1e-9) - ends[0].xy / max(ends[0].w, 1e-9)) * light.glass_side / light.side;
+    let each = (segment.y - segment.x) / clamp(ceil(texels / GLASS_TEXELS), LEAST_LOOKS, MOST_LOOKS);
+    let left = left_on_line(i, a, b, begin + 1e-3 * each);
+    if (segment.y - segment.x < 1e-4 * segment.y) { return vec2f(segment.y, left); } // the digits of t tell no more apart
+    var low = begin;
+    var high = segment.x + each * (floor((begin - segment.x) / each + 1e-3) + 1.0);
+    var changes = false;
+    // Look for another value
+    loop {
+        high = min(high, segment.y - 1e-3 * each);
+        changes = abs(left_on_line(i, a, b, high) - left) > SAME;
+        if (changes || high >= segment.y - 2e-3 * each) { break; }
+        low = high;
+        high += each;
+    }
+    // Search for where it begins
+    var turn = 0u;
+    loop {
+        let middle = 0.5 * (low + high);
+        let same = !changes || abs(left_on_line(i, a, b, middle) - left) <= SAME;
+        low = select(low, middle, same);
+        high = select(middle, high, same);
+        turn += 1u;
+        continuing { break if turn >= SEARCH_TURNS; }
+    }
+    // Always move on, by more than the digits of t lose
+    let end = max(high, begin + max(2e-3 * each, 2e-6 * begin));
+    return vec2f(select(segment.y, end, changes && end < segment.y), left);
 }
 
 /// Integrate over the lit segments that wait, and drop them: transmittance for a directional light, else in-scattered radiance.
 fn flush_segments(ray: Ray, nearest: vec2f, full: vec2f) -> vec3f {
     var sum = vec3f(0.0);
     var k = 0u;
+    var begin = segments[0].x;
     loop {
         if (k >= segment_count) { break; }
-        let segment = segments[k];
-        if (DIRECTIONAL) {
-            sum += integrate_directional(ray, segment);
-        } else {
-            sum += integrate_in_fog(ray, nearest, full, segment);
+        var segment = segments[k];
+        var left = 1.0;
+        if (GLASS) {
+            let part = next_part(segment_views[k], ray, segment, begin);
+            left = part.y;
+            segment = vec2f(begin, part.x);
         }
-        k += 1u;
+        if (DIRECTIONAL) {
+            sum += left * integrate_directional(ray, segment);
+        } else {
+            sum += left * integrate_in_fog(ray, nearest, full, segment);
+        }
+        begin = segment.y;
+        if (!GLASS || begin >= segments[k].y) {
+            k += 1u;
+            begin = segments[k].x;
+        }
     }
     segment_count = 0u;
     return sum;
@@ -123,6 +184,7 @@ fn is_lit(i: u32, line: ProjectedRay, t: f32) -> bool {
 
 /// Integrate over what is lit of a range of t in view i. Outside the map of a directional light or a spot all is lit.
 fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -> vec3f {
+    segment_view = i;
     var line = project_ray(i, ray, range, select(0.0, 1.0, CUBE));
     var whole = range;
     if (CUBE) { whole = vec2f(line.range.x, max(line.range.x, line.range.y)); }
@@ -139,39 +201,46 @@ fn integrate_view(i: u32, ray: Ray, nearest: vec2f, full: vec2f, range: vec2f) -
     return found;
 }
 
+/// Integrate what the light adds to a ray, or to a part of one, `around` which the whole ray ranges.
+fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
+    var nearest = vec2f(0.0);
+    var range = vec2f(0.0, ray.reach);
+    if (VARIES) { enter_shade(ray); }
+    if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
+    if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach + around.x); }
+    if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    range.y = max(range.x, range.y);
+    let full = full_cone_range(ray, range);
+    var total = vec3f(0.0);
+    segment_count = 0u;
+    if (light_storage.views == 0u) { push_segment(range.x, range.y); }
+    for (var i = 0u; i < light_storage.views; i++) {
+        var seen = range;
+        if (DIRECTIONAL) {
+            let ahead = max(-ray.direction.z, 1e-6);
+            let view = light.view[i];
+            seen = clamp((vec2f(view.near, view.far) + ray.origin.z) / ahead, range.xx, range.yy);
+        }
+        total += integrate_view(i, ray, nearest, full, seen);
+        if (segment_count >= MAX_SEGMENTS) { total += flush_segments(ray, nearest, full); }
+    }
+    total += flush_segments(ray, nearest, full);
+    if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
+    return total;
+}
+
 /// March the ray of a pixel exactly, and write its layer.
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    if (PANES) {
+        textureStore(layer, pixel, layer_of_parts(pixel, ray));
+        return;
+    }
     var sum = ambient_or_previous(pixel, ray);
     if (VARIES) { enter_field(ray); }
-    if (VARIES && LIT) { enter_shade(ray); }
-    if (LIT) {
-        var nearest = vec2f(0.0);
-        var range = vec2f(0.0, ray.reach);
-        if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
-        if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach); }
-        if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-        range.y = max(range.x, range.y);
-        let full = full_cone_range(ray, range);
-        var total = vec3f(0.0);
-        segment_count = 0u;
-        if (light_storage.views == 0u) { push_segment(range.x, range.y); }
-        for (var i = 0u; i < light_storage.views; i++) {
-            var seen = range;
-            if (DIRECTIONAL) {
-                let ahead = max(-ray.direction.z, 1e-6);
-                let view = light.view[i];
-                seen = min(vec2f(view.near, view.far) / ahead, range.yy);
-            }
-            total += integrate_view(i, ray, nearest, full, seen);
-            if (segment_count >= MAX_SEGMENTS) { total += flush_segments(ray, nearest, full); }
-        }
-        total += flush_segments(ray, nearest, full);
-        if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
-        sum += total;
-    }
+    if (LIT) { sum += in_scattered(ray, pixel, vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, finished(pixel, ray, sum));
 }

@@ -1,0 +1,44 @@
+"""Volumes and wind in the viewer."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from viewer_driver import Driver
+
+from airlight.viewer import command
+from airlight.viewer import state as st
+
+
+def test_a_volume_that_is_opened_lies_in_the_air(scene: Driver, tmp_path: Path) -> None:
+    state = scene.state
+    plain = scene.frame(2)[:, 360:].astype(int)
+    path = tmp_path / "smoke.npz"
+    np.savez(path, density=np.full((4, 4, 4), 3, np.float32), bounds=np.array([[-1.5, 0.5, -1.5], [1.5, 3, 1.5]]))
+    state.requests.append(("open", str(path)))
+    smoky = scene.frame(3)[:, 360:].astype(int)
+    assert "lies in the air now" in state.message and state.parameters.method == "march"
+    assert np.abs(smoky - plain).max() > 10
+    assert f"--volume={path}" in command.options(state)
+    state.requests.append(("open", str(tmp_path / "none.vdb")))
+    scene.frame(2)
+    assert "none.vdb" in state.message and command.options(state).count(f"--volume={path}") == 1
+
+
+def test_wind_moves_a_still_scene(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    state = scene.state
+    monkeypatch.setattr(scene.viewer.scene.stage, "duration", 0.0)
+    scene.frame()
+    assert state.duration == 0
+    st.set_values(state, {"method": "march", "steps": 16, "shadow_size": 64, "resolution": 0.5, "noise_amount": 4.0, "noise_size": 0.7})
+    still = scene.frame(2)[:, 360:].astype(int)
+    assert state.duration == 0 and "noise_amount" in st.values(state)
+    st.set_values(state, st.values(state) | {"wind": (1.0, 0.0, 0.0)})
+    scene.frame(2)
+    assert state.duration > 0 and state.playing
+    state.playing, state.time = False, 5.0
+    moved = scene.frame(2)[:, 360:].astype(int)
+    assert np.abs(moved - still).max() > 3
+    st.set_values(state, {key: value for key, value in st.values(state).items() if key != "wind"})
+    scene.frame(2)
+    assert state.duration == 0
