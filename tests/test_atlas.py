@@ -5,7 +5,9 @@ from calling import call
 
 from airlight.gpu.device import open_device
 from airlight.gpu.structs import struct_dtype
+from airlight.reference import grid as twins
 from airlight.scatter.march.atlas import GAP, MAX_TEXELS, Atlas, arrange, filters
+from airlight.scatter.march.varying import UNBOUND, slabs_of
 
 FIELD = "scatter/march/field.wgsl"
 RNG = np.random.default_rng(5)
@@ -48,3 +50,20 @@ def test_the_texture_gives_what_the_buffer_does() -> None:
     assert atlas.texture is held
     doubled = call(FIELD, "grid_density", [at, np.full(400, 1, np.uint32)], bindings=bindings, constants={"ATLAS": True})
     np.testing.assert_allclose(doubled.mean(), 2 * grids[1].mean(), rtol=0.2)
+
+
+def test_rays_are_cut_to_where_there_is_density() -> None:
+    density = np.zeros((7, 8, 9))
+    density[1, 2, 5] = density[3, 4, 6] = 1
+    low_sums, high_sums, low_differences, high_differences = slabs_of(density)
+    assert list(low_sums) == [5, 1, 4] and list(high_sums) == [12, 9, 11]
+    assert list(low_differences) == [0, -1, -6] and list(high_differences) == [5, 3, -1]
+    assert (np.abs(slabs_of(0 * density)) == UNBOUND).all()
+    b, a = RNG.uniform(-4, 9, (400, 3)).astype(np.float32), RNG.uniform(-3, 3, (400, 3)).astype(np.float32)
+    ranges = np.tile(np.float32([0, 4]), (400, 1))
+    bottom, top = np.float32([0, -1, -2]), np.float32([5, 3, 1])
+    found = call("medium/grid.wgsl", "clip_to_slabs", [b, a, ranges, bottom, top])
+    truth = twins.clip_to_slabs(b, a, ranges, bottom, top)
+    some = truth[:, 1] > truth[:, 0]
+    assert some.sum() > 20 and ((found[:, 1] > found[:, 0]) == some).all()
+    np.testing.assert_allclose(found[some], truth[some], rtol=1e-4, atol=1e-4)

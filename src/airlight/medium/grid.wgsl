@@ -8,6 +8,10 @@ struct Grid {
     edge: f32,                  // voxels by which the density reaches beyond the outermost centres
     blend: u32,                 // as BLENDS of field.py
     corner: vec3f,              // of the first voxel's centre in the atlas, from 0 to 1 along it
+    low_sums: vec3f,            // of indices x + y, y + z, z + x: between these there is what the grid adds
+    high_sums: vec3f,
+    low_differences: vec3f,     // of x - y, y - z, z - x
+    high_differences: vec3f,
 }
 
 const MAX_GRIDS = 8u;
@@ -31,11 +35,17 @@ fn in_grid_box(at: vec3f, count: vec3u, edge: f32) -> bool {
 
 /// Clip a range of t of the indices b + t a to a grid's box; empty where its end is not behind its start. Twin: reference/grid.py:clip_to_grid.
 fn clip_to_grid(b: vec3f, a: vec3f, range: vec2f, count: vec3u, edge: f32) -> vec2f {
+    return clip_to_slabs(b, a, range, vec3f(-edge), vec3f(count) - 1.0 + edge);
+}
+
+/// Clip a range of t to where b + t a lies from `bottom` to `top`; empty where its end is not behind its start.
+/// Twin: reference/grid.py:clip_to_slabs.
+fn clip_to_slabs(b: vec3f, a: vec3f, range: vec2f, bottom: vec3f, top: vec3f) -> vec2f {
     let flat = abs(a) < vec3f(1e-12);
     let slope = select(a, vec3f(1.0), flat);
-    let low = (vec3f(-edge) - b) / slope;
-    let high = (vec3f(count) - 1.0 + edge - b) / slope;
-    let inside = (b >= vec3f(-edge)) & (b <= vec3f(count) - 1.0 + edge);
+    let low = (bottom - b) / slope;
+    let high = (top - b) / slope;
+    let inside = (b >= bottom) & (b <= top);
     let first = select(min(low, high), select(vec3f(3e38), vec3f(-3e38), inside), flat);
     let last = select(max(low, high), select(vec3f(-3e38), vec3f(3e38), inside), flat);
     return vec2f(max(range.x, max(first.x, max(first.y, first.z))), min(range.y, min(last.x, min(last.y, last.z))));

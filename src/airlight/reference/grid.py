@@ -32,11 +32,17 @@ def in_grid_box(at: Any, count: Any, edge: Any) -> npt.NDArray[np.bool_]:
 
 def clip_to_grid(b: Any, a: Any, range: Any, count: Any, edge: Any) -> Array:
     """Clips ranges (..., 2) of t of the indices b + t a to a grid's box; empty where the end is not behind the start."""
-    b, a, edge = np.asarray(b, float), np.asarray(a, float), np.asarray(edge, float)[..., None]
-    top, flat = np.asarray(count) - 1 + edge, np.abs(a) < 1e-12
+    edge = np.asarray(edge, float)[..., None]
+    return clip_to_slabs(b, a, range, -edge, np.asarray(count) - 1 + edge)
+
+
+def clip_to_slabs(b: Any, a: Any, range: Any, bottom: Any, top: Any) -> Array:
+    """Clips ranges (..., 2) of t to where b + t a lies from `bottom` to `top` (..., 3); empty where the end is not behind the start."""
+    b, a = np.asarray(b, float), np.asarray(a, float)
+    flat = np.abs(a) < 1e-12
     slope = np.where(flat, 1, a)
-    low, high = (-edge - b) / slope, (top - b) / slope
-    inside = (b >= -edge) & (b <= top)
+    low, high = (bottom - b) / slope, (top - b) / slope
+    inside = (b >= bottom) & (b <= top)
     first = np.where(flat, np.where(inside, -3e38, 3e38), np.minimum(low, high)).max(axis=-1)
     last = np.where(flat, np.where(inside, 3e38, -3e38), np.maximum(low, high)).min(axis=-1)
     return np.stack([np.maximum(range[..., 0], first), np.minimum(range[..., 1], last)], axis=-1)

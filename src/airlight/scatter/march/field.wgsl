@@ -114,7 +114,9 @@ fn enter_field(ray: Ray) {
         let rows = field.grids[i].rows;
         let b = grid_index(rows, ray.origin);
         let a = grid_step(rows, ray.direction);
-        grid_ranges[i] = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
+        let range = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
+        let summed = clip_to_slabs(b + b.yzx, a + a.yzx, range, field.grids[i].low_sums, field.grids[i].high_sums);
+        grid_ranges[i] = clip_to_slabs(b - b.yzx, a - a.yzx, summed, field.grids[i].low_differences, field.grids[i].high_differences);
         i += 1u;
         continuing { break if i >= GRIDS; }
     }

@@ -159,7 +159,7 @@ class March:
             chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None}
             if self._varies:
                 chosen |= {"TABLE": shade is not None, "EXACT": medium.exact, "TEXTURE": self._tables[i][1] is not self._varying.no_table}
-                chosen["RETURNS"] = medium.exact or (shadow is not None and len(shadow.views) > 1)
+                chosen["RETURNS"] = medium.exact or panes or (shadow is not None and len(shadow.views) > 1)
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
@@ -212,8 +212,7 @@ class March:
         spare, profile = _no_profile(self.device), self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
         first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
-        sampled = self._varying.atlas.texture, self.device.sampler(), texture
-        more = first, light, *varying, *panes, *last_one, *sampled
+        more = first, light, *varying, *panes, *last_one, self._varying.atlas.texture, self.device.sampler(), texture
         return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:

@@ -17,6 +17,7 @@ from airlight.scatter.march.shade import Shade, fit_shade
 
 FIELD = struct_dtype("scatter/march/field.wgsl", "Field")
 MAX_GRIDS = FIELD["grids"].shape[0]
+UNBOUND = 1e9  # index
 Array = np.ndarray
 
 
@@ -33,6 +34,7 @@ class Varying:
         self.atlas = Atlas(device)
         self.no_table = solid(device, (1, 1, 1), "r16float")  # stands where a light's is in no texture
         self._held: list[tuple[Any, int]] = []  # densities that were written, and their first voxels
+        self._filled: list[Any] = []  # densities, and where they are more than 0
         self._tables: list[tuple[Any, Any, Any]] = []  # a buffer of each light, a texture of the same, and what is in them
 
     def update(self, view: Any, projection: Any, width: int, medium: ResolvedMedium) -> None:
@@ -52,6 +54,8 @@ class Varying:
         for at, field, (_, first) in zip(out["grids"], medium.fields, self._held):
             at["rows"] = (index_rows(field.volume.matrix, medium.origin) @ into)[:3]
             at["count"], at["first"] = field.volume.density.shape[::-1], first
+            slabs = self._slabs(field.volume.density) if field.blend in ("add", "max") else np.array([[-UNBOUND] * 3, [UNBOUND] * 3] * 2)
+            at["low_sums"], at["high_sums"], at["low_differences"], at["high_differences"] = slabs
             at["factor"], at["edge"], at["blend"] = field.factor, field.volume.edge, BLENDS.index(field.blend)
         if self.atlas.corners:
             texel = 1 / np.array(self.atlas.texture.size, float)
@@ -59,6 +63,14 @@ class Varying:
             for at, corner in zip(out["grids"], self.atlas.corners):
                 at["corner"] = (np.array(corner) + 0.5) * texel
         self.device.queue.write_buffer(self.record, 0, out.tobytes())
+
+    def _slabs(self, density: Array) -> Array:
+        """Bound what is in a grid, once for each."""
+        for had, slabs in self._filled:
+            if had is density:
+                return np.asarray(slabs)
+        self._filled = [*self._filled[1 - MAX_GRIDS :], (density, slabs_of(density))]
+        return np.asarray(self._filled[-1][1])
 
     def _write_voxels(self, medium: ResolvedMedium) -> None:
         """Write the densities that are not there yet."""
@@ -109,6 +121,22 @@ class Varying:
     def filled(self, i: int, key: Any) -> None:
         """Note what the i-th light's table is filled for: when that is recorded, since a frame may be given up before."""
         self._tables[i] = *self._tables[i][:2], key
+
+
+def slabs_of(density: Array) -> Array:
+    """Bound (4, 3) where a grid (Z, Y, X) is not 0, interpolated: the least and the most of indices' x + y, y + z, z + x, and of x - y,
+    y - z, z - x."""
+    full = density != 0
+    out = np.empty((4, 3))
+    for k, (axis, turned) in enumerate(((0, True), (2, True), (1, False))):
+        second, first = np.nonzero(full.any(axis=axis))
+        if not turned:
+            first, second = second, first
+        if not len(first):
+            return np.array([[-UNBOUND] * 3, [UNBOUND] * 3] * 2)
+        total, less = first + second, first - second
+        out[:, k] = total.min() - 2, total.max() + 2, less.min() - 2, less.max() + 2
+    return out
 
 
 def index_rows(matrix: Array, origin: Any) -> Array:
