@@ -15,7 +15,7 @@ from rendercanvas.offscreen import RenderCanvas
 
 from airlight.gpu.device import open_device
 from airlight.pygfx import use_hdr
-from airlight.scenes import Stage, open_scene
+from airlight.scenes import NAMES, Stage, open_scene
 from airlight.scenes import flying as flying_module
 from airlight.scenes import table as table_module
 
@@ -26,6 +26,7 @@ SHOTS = {
     "flying": ("flying", "watch", 0.0),
     "flying-later": ("flying", "watch", 0.45),
     "chase": ("flying", "chase", 0.3),
+    "valley": ("valley", "hill", 0.0),
 }
 TOLERANCE = 1.5  # codes of 255: the greatest mean difference of a tile of 20 x 20 pixels
 ELSEWHERE = {"table": 4.0}  # on drivers other than Mesa's llvmpipe, which drew the goldens: edges a 32nd of a pixel away
@@ -80,9 +81,9 @@ def draw(screen: tuple[RenderCanvas, gfx.WgpuRenderer]) -> Callable[..., Any]:
 
 @pytest.fixture(scope="module")
 def stages() -> dict[str, Stage]:
-    """Both stages, built within 15 seconds of computing each; some 2 s."""
+    """All stages, built within 15 seconds of computing each; some 2 s."""
     built = {}
-    for name in ("table", "flying"):
+    for name in NAMES:
         start = process_time()
         built[name] = open_scene(name)
         assert process_time() - start < 15, name
@@ -261,7 +262,7 @@ def test_the_sun_is_often_in_view(stages: dict[str, Stage], draw: Callable[..., 
 
 
 def test_light_is_of_high_dynamic_range(stages: dict[str, Stage], draw: Callable[..., Any]) -> None:
-    for name in ("table", "flying"):
+    for name in NAMES:
         stage = stages[name]
         camera = next(iter(stage.cameras.values()))
         stage.pose(0.0, camera)

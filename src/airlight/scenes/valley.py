@@ -50,6 +50,12 @@ def _heights() -> Array:
     return np.asarray(ground.mix(np.full((1,), -1.5), h[..., None], smoothstep(aside, 4.0, 11.0))[..., 0])
 
 
+def height_at(x: float, z: float) -> float:
+    """Find the ground's height, m, at a place within it."""
+    i, j = (round((value / SIZE + 0.5) * (CELLS - 1)) for value in (z, x))
+    return float(_heights()[i, j])
+
+
 def _ground(h: Array) -> gfx.Mesh:
     """Build the ground: meadow, darker under the woods, stone where it is steep, wet at the water."""
     patches = 0.5 + 0.5 * np.tanh(ground.noise(CELLS, 43, 1.3, 6))
