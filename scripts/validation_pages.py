@@ -180,7 +180,20 @@ def overview() -> None:
     """The exact walk of each scene whose picture is there, small."""
     shown = [pictures.read(str(path)) for name in VALIDATION if (path := PICTURES / f"validation-{name}.jpg").exists()]
     small = [codes_of(decode_codes(np.ascontiguousarray(one[:, : (one.shape[1] - 2 * pictures.GAP) // 3])), 240) for one in shown]
-    pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(6, small), MOST)
+    whole = [one[np.arange(135) * len(one) // 135][:, np.arange(240) * one.shape[1] // 240] for one in small]  # trials are smaller
+    pictures.write(str(PICTURES / "validation.jpg"), pictures.grid(5, whole), MOST)
+
+
+def summary() -> None:
+    """The figures of media that vary, from their pages, into docs/validation.md."""
+    labels = "exact walk", "64 steps", "16 steps"
+    rows = ["| | |" + "".join(f" {label}: rmse | bias |" for label in labels), "|" + "---|" * (2 + 2 * len(labels))]
+    for name in validating.VARYING:
+        title, *lines = (DOCS / "validation" / f"{name}.md").read_text(encoding="utf-8").splitlines()
+        found = {line.split(" | ")[0][2:]: line.split(" | ")[1:3] for line in lines if line.startswith("| ")}
+        figures = [figure for label in labels for figure in found.get(label, ["", ""])]
+        rows.append(f"| [`{name}`](validation/{name}.md) | {title.partition(': ')[2]} | {' | '.join(figures)} |")
+    put(DOCS / "validation.md", "varying", "\n".join(rows) + "\n")
 
 
 def command(target: Sequence[float], v: Variant) -> str:
@@ -233,6 +246,7 @@ def main() -> None:
             page(name, asked.width, asked.runs)
     if asked.width == WIDTH:  # pictures of a trial are smaller than the others
         overview()
+        summary()
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Measures the scenes of validation and puts the figures into docs/world.md, between its comments validation and end. Twenty minutes;
-needs requirements-validate.lock: python scripts/validation_table.py [SCENE ...], the others' rows stay. Those of media that vary go into
-docs/validation.md, between varying and end."""
+needs requirements-validate.lock: python scripts/validation_table.py [SCENE ...], the others' rows stay."""
 
 import sys
 from pathlib import Path
@@ -22,20 +21,8 @@ WHAT = {
     "dense": "an optical depth of several",
     "mirrored": "nested nodes with mirrored scale",
 }
-VARYING = {
-    "mist-sun": "exponential fog, the sun through foliage",
-    "mist-lamp": "exponential fog, a point light in a cage",
-    "ramp-sun": "linear fog, the sun behind the eye",
-    "ramp-spots": "linear fog that does not end, two spots",
-    "smoke-sun": "a volume in the sun, and its shadow in air",
-    "smoke-spot": "a volume in a spot's light through slats",
-    "in-smoke": "the eye inside a volume",
-    "drift": "noise, two spots",
-    "puffs": "particles, a point light in a cage",
-}
 STEPS = 2000, 500
-FEW_STEPS = 64, 32, 16
-VARYING_HEAD = """\
+HEAD = """\
 | | | exact walk: rmse | bias | 64 steps: rmse | bias | 32 steps: rmse | bias | 16 steps: rmse | bias |
 |---|---|---|---|---|---|---|---|---|---|
 """
@@ -56,26 +43,14 @@ def row(name: str) -> str:
     return f"| `{name}` | {WHAT[name]} | {' | '.join(cells)} |".replace("%", " %")
 
 
-def varying_row(name: str) -> str:
-    drawn, truth, way = validating.exact(name)
-    figures = [*validating.error(drawn.layer, truth, way)]
-    for steps in FEW_STEPS:
-        figures += validating.error(validating.draw(name, *validating.VARYING_SIZE, steps=steps).layer, truth, way)
-    cells = [*(f"{value:.3%}" for value in figures[:2]), *(f"{value:.2%}" for value in figures[2:])]
-    return f"| `{name}` | {VARYING[name]} | {' | '.join(cells)} |".replace("%", " %")
-
-
 def main() -> None:
-    docs = ROOT / "docs"
-    for name in sys.argv[1:] or (*WHAT, *VARYING):
-        varies = name in VARYING
-        page, mark = (docs / "validation.md", "varying") if varies else (docs / "world.md", "validation")
-        head, order = (VARYING_HEAD, VARYING) if varies else (HEAD, WHAT)
-        new = varying_row(name) if varies else row(name)
+    page = ROOT / "docs" / "world.md"
+    for name in sys.argv[1:] or WHAT:
+        new = row(name)
         print(new, flush=True)
-        old = {line.split("`")[1]: line for line in parts(page, mark)[1].splitlines() if line.startswith("| `")}
+        old = {line.split("`")[1]: line for line in parts(page, "validation")[1].splitlines() if line.startswith("| `")}
         rows = old | {name: new}
-        put(page, mark, head + "".join(rows[each] + "\n" for each in order if each in rows))
+        put(page, "validation", HEAD + "".join(rows[each] + "\n" for each in WHAT if each in rows))
 
 
 if __name__ == "__main__":

@@ -4,15 +4,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from calling import call
 
 import airlight
 from airlight.errors import AirlightError
 from airlight.files.volumes import Volume
 from airlight.files.volumes.volume import between
+from airlight.gpu.device import open_device
 from airlight.medium.field import BLENDS, Field
-from airlight.medium.resolve import resolve
+from airlight.medium.resolve import FOGS, resolve
 from airlight.options import March, Medium
 from airlight.reference import field
+from airlight.scatter.march.records import frame_record
+from airlight.scatter.march.varying import Varying
 
 RNG = np.random.default_rng(30)
 BOX = np.array([[-1.0, 0.0, 2.0], [3.0, 2.0, 5.0]])
@@ -102,3 +106,24 @@ def test_what_is_drawn_near_an_origin_has_the_same_density() -> None:
 def test_what_density_refuses(values: dict[str, Any], text: str) -> None:
     with pytest.raises(AirlightError, match=text):
         airlight.density(**{"points": [0, 0, 0]} | values)
+
+
+def test_the_march_has_the_same_density() -> None:
+    """To 1e-5, at places that float32 knows exactly: fog, noise that drifts, grids in their order, from an eye far from the origin."""
+    smoke = volume(RNG.uniform(0, 2, (4, 6, 8)), 0.5, [[1000, -1.5, 0], [1004, 1.5, 2]])
+    fields = [Field(smoke, "add", 1.5), Field(volume(np.full((2, 2, 2), 0.25), 0.5, [[1003, 0, 0], [1005, 2, 2]]), "max")]
+    medium = Medium(fog="exponential", fog_depth=2, noise_amount=2, noise_size=2, wind=(0.5, 0, -0.25), air=0.7)
+    resolved = resolve(medium, March(), "final", 5.0, fields=fields, time=3.0)
+    view, projection = np.eye(4), np.diag([1.5, 2, -1.0, 0])
+    projection[2:, 2:] = [[-1.0, -0.1], [-1.0, 0]]
+    view[:3, 3] = (-1002.0, -0.5, -1.5)
+    place = (RNG.integers(-(2**15), 2**15, (3000, 3)) / 2**13 * [1, 0.5, 0.4]).astype(np.float32)
+    place = (np.round(place * 2**12) / 2**12).astype(np.float32)
+    varying = Varying(open_device())
+    varying.update(view, projection, 64, resolved)
+    bindings = {"frame": frame_record(view, projection, resolved, (64, 36), (64, 36)), "field": varying.record, "voxels": varying.voxels}
+    own = {"FOG": FOGS.index("exponential"), "VARIES": True, "NOISE": True, "GRIDS": 2}
+    found = call("scatter/march/field.wgsl", "density", [place, np.float32(0)], bindings=bindings, constants=own)
+    truth = airlight.density(place - view[:3, 3], 3.0, medium, fields)
+    assert np.ptp(truth) > 2 and truth.min() < 0.2
+    np.testing.assert_allclose(found, truth, rtol=1e-5, atol=1e-5)
