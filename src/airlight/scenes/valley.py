@@ -70,7 +70,7 @@ def _woods(h: Array) -> list[gfx.InstancedMesh]:
     """Plant oaks, thicker on the hills than in the meadows, none in the river."""
     rng = np.random.default_rng(46)
     wood = ground.noise(CELLS, 47, 1.5, 5)
-    matrices = []
+    matrices: list[Array] = []
     while len(matrices) < TREES:
         x, z = rng.uniform(-0.48 * SIZE, 0.48 * SIZE, 2)
         i, j = (round((value / SIZE + 0.5) * (CELLS - 1)) for value in (z, x))
