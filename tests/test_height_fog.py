@@ -12,6 +12,7 @@ from test_tracer import look
 from airlight.compare.scenes import ComparedView
 from airlight.compare.variants import variant
 from airlight.errors import AirlightError
+from airlight.gpu.device import open_device
 from airlight.gpu.structs import struct_dtype
 from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import FOGS, resolve
@@ -19,6 +20,7 @@ from airlight.options import March, Medium
 from airlight.pygfx.casters import Casters
 from airlight.pygfx.casters import height as height_of
 from airlight.reference import height, march, medium, paths, tracer
+from airlight.scatter.march.atlas import solid
 from airlight.scenes import offline, open_scene
 from airlight.scenes.offline import Shot
 
@@ -26,8 +28,16 @@ RNG = np.random.default_rng(18)
 COUNT = 400
 KINDS = FOGS[1:]
 FRAME, LIGHT, RAY = (struct_dtype("scatter/march/walk.wgsl", name) for name in ("Frame", "Light", "Ray"))
-UNUSED = {"field": np.zeros((), struct_dtype("scatter/march/field.wgsl", "Field")), "voxels": np.zeros(4, "f4"), "table": np.zeros(4, "f4")}
+FIELD = struct_dtype("scatter/march/field.wgsl", "Field")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
+
+
+def unused() -> dict[str, Any]:
+    """What the shaders of a march bind for a density that varies."""
+    device = open_device()
+    nothing = solid(device, (1, 1, 1), "r16float")
+    textures = {"atlas": nothing, "table_texture": nothing, "linear": device.sampler()}
+    return {"field": np.zeros((), FIELD), "voxels": np.zeros(4, "f4"), "table": np.zeros(4, "f4"), **textures}
 
 
 def quadrature(low: Any, high: Any, layer: Any, kind: str) -> Any:
@@ -129,11 +139,11 @@ def test_rays_in_the_shader(kind: str, frame: Any, light: Any) -> None:
         more = lit | {"constants": constants(kind) | {"FADES": fades}}
         found = call("scatter/march/ray.wgsl", "directional_integral", [ray, segment], **more)
         close(found, march.directional_integral(ray, segment, frame, light, kind, fades), 2e-4, 1e-4)
-        more["bindings"] = more["bindings"] | UNUSED
+        more["bindings"] = more["bindings"] | unused()
         found = call("scatter/march/lights.wgsl", "integrate_directional", [ray, segment], **more)
         close(found, march.integrate_directional(ray, segment, frame, light, kind, fades), 2e-4, 1e-4)
     if kind == "none":
-        lit["bindings"] = lit["bindings"] | UNUSED
+        lit["bindings"] = lit["bindings"] | unused()
         found = call("scatter/march/lights.wgsl", "integrate_directional", [ray, segment], **lit)
         close(found, march.integrate_directional(ray, segment, frame, light, kind, False), 1e-3, 1e-4)
         return
@@ -157,7 +167,7 @@ def test_lamps_in_the_shader(kind: str, frame: Any, light: Any) -> None:
     found = call("scatter/march/steps.wgsl", "equiangular_integrand", [ray, nearest, angle], **own)
     close(found, march.equiangular_integrand(ray, nearest, angle, frame, light, 0, kind), 5e-3, 1e-3)
     some, parts = slice(0, 60), (ray[:60], nearest[:60], segment[:60], segment[:60])
-    own["bindings"] = own["bindings"] | UNUSED
+    own["bindings"] = own["bindings"] | unused()
     found = call("scatter/march/lights.wgsl", "integrate_in_fog", list(parts), **own)
     truth = march.integrate_in_fog(*parts, frame, light, 0, kind)
     close(found, truth, 2e-3, 2e-3)

@@ -7,6 +7,7 @@ struct Grid {
     factor: f32,                // of the densities
     edge: f32,                  // voxels by which the density reaches beyond the outermost centres
     blend: u32,                 // as BLENDS of field.py
+    corner: vec3f,              // of the first voxel's centre in the atlas, from 0 to 1 along it
 }
 
 const MAX_GRIDS = 8u;
@@ -50,11 +51,7 @@ fn to_next_plane(b: vec3f, a: vec3f) -> f32 {
 
 /// Join a grid's density with what lies there. Twin: reference/grid.py:blended.
 fn blended(before: f32, found: f32, blend: u32) -> f32 {
-    switch blend {
-        case 0u: { return before + found; }
-        case 1u: { return before * found; }
-        case 2u: { return found; }
-        case 3u: { return min(before, found); }
-        default: { return max(before, found); }
-    }
+    let either = select(max(before, found), min(before, found), blend == 3u);
+    let joined = select(before + found, before * found, blend == 1u);
+    return select(select(joined, found, blend == 2u), either, blend > 2u);
 }

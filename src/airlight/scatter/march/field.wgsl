@@ -8,12 +8,15 @@
 override EXACT: bool = true;    // panels end where density has kinks
 override NOISE: bool = false;   // the air varies
 override GRIDS: u32 = 1u;       // how many join it
+override ATLAS: bool = false;   // their voxels are in one texture, too
+override RETURNS: bool = true;  // the cursor goes back
 
 struct Field {
     pixel: f32,                 // m that a pixel is wide, a metre away
     flat_pixel: f32,            // and without perspective
     noise: Noise,
     noise_rows: array<vec4f, 3>, // of the matrix from a place to m along the world's axes from the noise's origin
+    atlas_texel: vec3f,         // of the atlas, which is 1 wide, high and deep
     grids: array<Grid, MAX_GRIDS>,
 }
 
@@ -24,6 +27,8 @@ struct Panel {                  // of a ray, from the cursor on
 
 @group(0) @binding(8) var<uniform> field: Field;
 @group(0) @binding(9) var<storage, read> voxels: array<f32>;
+@group(0) @binding(15) var atlas: texture_3d<f32>;
+@group(0) @binding(16) var linear: sampler;
 
 const MARKS = 16u;              // along a ray, to which the cursor can go back
 const NOISE_CHANGE = 0.7;       // of the noise's exponent, over which a panel may reach
@@ -40,10 +45,13 @@ fn place_at(ray: Ray, t: f32) -> vec3f {
     return ray.origin + t * ray.direction;
 }
 
-/// Interpolate the density of the voxels around an index of a grid.
-fn grid_density(at: vec3f, count: vec3u, first: u32) -> f32 {
+/// Interpolate the density of the voxels around an index of the i-th grid.
+fn grid_density(at: vec3f, i: u32) -> f32 {
+    let count = field.grids[i].count;
+    let first = field.grids[i].first;
     let most = vec3i(count) - 1;
     let held = clamp(at, vec3f(0.0), vec3f(most));
+    if (ATLAS) { return textureSampleLevel(atlas, linear, held * field.atlas_texel + field.grids[i].corner, 0.0).r; }
     let low = min(vec3i(floor(held)), max(most - 1, vec3i(0)));
     let part = held - vec3f(low);
     let step = vec3i(1, i32(count.x), i32(count.x * count.y)) * min(most - low, vec3i(1));
@@ -68,20 +76,18 @@ fn mean_even_density(a: vec3f, b: vec3f) -> f32 {
     return frame.air * mean_height_density(height(a), height(b), layer_of_fog());
 }
 
+/// Join the i-th grid with the density at a place.
+fn with_grid(place: vec3f, before: f32, i: u32) -> f32 {
+    let at = grid_index(field.grids[i].rows, place);
+    let own = field.grids[i].factor * grid_density(at, i);
+    return select(before, blended(before, own, field.grids[i].blend), in_grid_box(at, field.grids[i].count, field.grids[i].edge));
+}
+
 /// Join all grids with the air's density at a place.
 fn with_grids(place: vec3f, air: f32) -> f32 {
     var found = air;
-    if (GRIDS == 0u) { return found; }
-    var i = 0u;
-    loop {
-        let rows = field.grids[i].rows;
-        let count = field.grids[i].count;
-        let at = grid_index(rows, place);
-        let own = field.grids[i].factor * grid_density(at, count, field.grids[i].first);
-        found = select(found, blended(found, own, field.grids[i].blend), in_grid_box(at, count, field.grids[i].edge));
-        i += 1u;
-        continuing { break if i >= GRIDS; }
-    }
+    // Not in a loop, where drivers would read the uniforms anew for each invocation
+    //! each i of 8: if (GRIDS > i) { found = with_grid(place, found, i); }
     return found;
 }
 
@@ -169,7 +175,7 @@ fn panel_length(ray: Ray, panel: Panel) -> vec4f {
 /// Move the cursor, over so much of optical length.
 fn move_cursor(ray: Ray, end: f32, length: f32) {
     cursor = vec2f(end, cursor.y + length);
-    if (marked < MARKS && end * f32(MARKS) >= f32(marked) * ray.reach && end > marks[marked - 1u].x) {
+    if (RETURNS && marked < MARKS && end * f32(MARKS) >= f32(marked) * ray.reach && end > marks[marked - 1u].x) {
         marks[marked] = cursor;
         marked += 1u;
     }

@@ -23,7 +23,7 @@ fn excess(place: vec3f, detail: f32) -> f32 {
 fn fill(@builtin(global_invocation_id) column: vec3u) {
     let count = light.shade_count;
     if (any(column.xy >= count.xy)) { return; }
-    let base = ((column.z * count.y + column.y) * count.x + column.x) * count.z;
+    let base = ((column.z * count.y + column.y) * count.x + column.x) * light.shade_stride;
     filled[base] = 0.0;
     let first = column_place(column, 0.0);
     let way = (column_place(column, f32(count.z - 1u)) - first) / f32(count.z - 1u);

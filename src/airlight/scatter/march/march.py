@@ -70,8 +70,8 @@ class March:
         self._fog: dict[str, int] = {}  # constants of pipelines
         self._varying = Varying(device)
         self._varies = False
-        self._tables: list[Any] = []  # a buffer each light, of what dims it
-        self._fills: list[tuple[int, Any, Any, tuple[int, int, int]]] = []  # tables to be filled: light, for what, pipeline, groups
+        self._tables: list[tuple[Any, Any]] = []  # a buffer and a texture each light, of what dims it
+        self._fills: list[tuple[int, Any, Any, Shade]] = []  # tables to be filled: light, for what, pipeline, where they lie
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
@@ -119,6 +119,7 @@ class March:
         self._fills = []
         if self._varies:
             self._varying.update(view, projection, self.size[0], medium)
+            self._fog["ATLAS"] = bool(self._varying.atlas.corners)
         path = WALK if medium.exact else STEPS
         if path != self._path or len(passes) < len(self._shadows):  # none holds on to the maps of lights that are gone
             self._path = path
@@ -132,7 +133,7 @@ class March:
         self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
         self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
-        self._pipelines, self._tables = [], [self._varying.voxels] * len(passes)
+        self._pipelines, self._tables = [], [(self._varying.voxels, self._varying.no_table)] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
             self._begins.pop(i, None)
@@ -157,7 +158,8 @@ class March:
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
             chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None}
             if self._varies:
-                chosen |= {"TABLE": shade is not None, "EXACT": medium.exact}
+                chosen |= {"TABLE": shade is not None, "EXACT": medium.exact, "TEXTURE": self._tables[i][1] is not self._varying.no_table}
+                chosen["RETURNS"] = medium.exact or (shadow is not None and len(shadow.views) > 1)
             if not medium.exact:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
@@ -166,11 +168,11 @@ class March:
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
-        shade, self._tables[i], key = self._varying.table(i, light, medium, region)
+        shade, buffer, texture, key = self._varying.table(i, light, medium, region)
+        self._tables[i] = buffer, texture
         if shade is not None and key is not None:
             pipeline = self.device.pipeline(SHADE, "fill", ALONE=shade.alone, DIRECTIONAL=light.directional, **self._fog)
-            across, down, _ = shade.count
-            self._fills.append((i, key, pipeline, (-(-across // GROUP), -(-down // GROUP), shade.faces)))
+            self._fills.append((i, key, pipeline, shade))
         return shade
 
     def _fit_tiles(self) -> None:
@@ -204,25 +206,30 @@ class March:
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
         light, frame = self._lights[i], self._own_frames.get(i, self.frame)
-        varying = self._varying.record, self._varying.voxels, self._tables[i]
+        buffer, texture = self._tables[i]
+        varying = self._varying.record, self._varying.voxels, buffer
         exact = self._path == WALK
         spare, profile = _no_profile(self.device), self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
         first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
-        more = first, light, *varying, *panes, *last_one
+        sampled = self._varying.atlas.texture, self.device.sampler(), texture
+        more = first, light, *varying, *panes, *last_one, *sampled
         return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
-        for i, key, pipeline, groups in self._fills:
-            spare, buffers = _spare(self.device), (self._varying.record, self._varying.voxels, self._lights[i], self._tables[i])
-            bind = self._bound(
-                ("shade", i), SHADE, self.frame, self._lights[i], depth, self._shadows[i], spare, self.transmittance, *buffers
-            )
-            compute(encoder, pipeline, bind, groups, "light table", timer)
-            self._varying.filled(i, key)
+        for i, key, pipeline, shade in self._fills:
+            varying, (buffer, texture), light = self._varying, self._tables[i], self._lights[i]
+            held = varying.record, varying.voxels, light, buffer, varying.atlas.texture, self.device.sampler(), varying.no_table
+            where = self.frame, light, depth, self._shadows[i], _spare(self.device), self.transmittance
+            bind = self._bound(("shade", i), SHADE, *where, *held)
+            compute(encoder, pipeline, bind, (-(-shade.count[0] // GROUP), -(-shade.count[1] // GROUP), shade.faces), "light table", timer)
+            if texture is not varying.no_table:
+                layout = {"bytes_per_row": 4 * shade.stride, "rows_per_image": shade.count[0]}
+                encoder.copy_buffer_to_texture({"buffer": buffer, **layout}, {"texture": texture}, shade.texture_size)
+            varying.filled(i, key)
         self._fills = []
         if self._radius is not None:
             self._moments.record(encoder, self._radius, self._drawn, timer)

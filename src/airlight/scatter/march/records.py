@@ -59,7 +59,7 @@ def light_record(
         out["shade_into"] = (view @ np.vstack([shade.into, [0, 0, 0, 1]]))[:3]
         out["shade_count"], out["shade_faces"] = shade.count, shade.faces
         out["shade_near"], out["shade_step"], out["shade_tangent"] = shade.near, shade.step, shade.tangent
-        out["shade_cell"], out["shade_pieces"] = shade.cell, shade.pieces
+        out["shade_cell"], out["shade_pieces"], out["shade_stride"] = shade.cell, shade.pieces, shade.stride
     if shadow is not None:
         out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):

@@ -61,6 +61,7 @@ struct Light {
     shade_tangent: f32,         // of the half angle that a face holds
     shade_cell: f32,            // m of a cell of a directional light's; else radians
     shade_pieces: u32,          // in which density is summed from value to value
+    shade_stride: u32,          // values from a column to the next
     shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
     shade_into: array<vec4f, 3>, // back
     glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl

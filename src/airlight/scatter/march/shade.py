@@ -14,6 +14,7 @@ CELLS_OF_TEXELS = 3 / 64  # along a table, for each texel along a shadow map
 MIN_CELLS, MAX_CELLS = 32, 192
 WIDEST_TANGENT = 1.5  # of the half angle of one face; what is wider takes the six of a cube
 MAX_PIECES = 4  # from value to value
+ALIGNED = 64  # values of which a column takes a multiple, as copies to a texture do
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,19 @@ class Shade:
         return np.asarray(np.linalg.inv(np.vstack([self.rows, [0, 0, 0, 1]]))[:3])
 
     @property
+    def stride(self) -> int:
+        """Count the values from a column to the next."""
+        return -(-self.count[2] // ALIGNED) * ALIGNED
+
+    @property
     def size(self) -> int:
-        """Count the values."""
-        return self.faces * math.prod(self.count)
+        """Count the values, and what is left free between columns."""
+        return self.faces * self.count[0] * self.count[1] * self.stride
+
+    @property
+    def texture_size(self) -> tuple[int, int, int]:
+        """Count the texels of all faces: along a column, across, and down."""
+        return self.count[2], self.count[0], self.faces * self.count[1]
 
     @property
     def key(self) -> tuple[Any, ...]:

@@ -4,8 +4,10 @@
 // the air: of a directional light over a box in its axes, of one with a position over the directions of a face, or of six, and distance.
 //! include "scatter/march/field.wgsl"
 override TABLE: bool = false;   // there is one
+override TEXTURE: bool = false; // and it is in a texture, too
 
 @group(0) @binding(10) var<storage, read> table: array<f32>;
+@group(0) @binding(17) var table_texture: texture_3d<f32>; // along a column, across, and down, face after face
 
 const SHADE_CELLS = 2.0;        // of the table, that a panel may be long in shade
 const WIDEST_PIECE = 0.25;      // of v, t = t0 + h sinh v, that a panel may be long
@@ -54,12 +56,17 @@ fn shade_length(place: vec3f) -> f32 {
     if (cell.w < 0.0) { return 0.0; }
     let count = vec3i(light.shade_count);
     let held = clamp(cell.xyz, vec3f(0.0), vec3f(count - 1));
+    if (TEXTURE) {
+        let size = vec3f(light.shade_count.zxy) * vec3f(1.0, 1.0, f32(light.shade_faces));
+        return textureSampleLevel(table_texture, linear, (held.zxy + vec3f(0.5, 0.5, cell.w * f32(count.y) + 0.5)) / size, 0.0).r;
+    }
     let low = min(vec3i(floor(held)), count - 2);
     let part = held - vec3f(low);
-    let base = ((i32(cell.w) * count.y + low.y) * count.x + low.x) * count.z + low.z;
-    let row = base + count.z * count.x;
-    let first = vec4f(table[base], table[base + count.z], table[row], table[row + count.z]);
-    let second = vec4f(table[base + 1], table[base + count.z + 1], table[row + 1], table[row + count.z + 1]);
+    let stride = i32(light.shade_stride);
+    let base = ((i32(cell.w) * count.y + low.y) * count.x + low.x) * stride + low.z;
+    let row = base + stride * count.x;
+    let first = vec4f(table[base], table[base + stride], table[row], table[row + stride]);
+    let second = vec4f(table[base + 1], table[base + stride + 1], table[row + 1], table[row + stride + 1]);
     let across = mix(first, second, part.z);
     let down = mix(across.xy, across.zw, part.y);
     return mix(down.x, down.y, part.x);

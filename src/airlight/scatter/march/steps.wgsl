@@ -114,6 +114,7 @@ fn first_step(beyond: f32, each: f32, o: f32, n: f32) -> f32 {
 struct Group {                  // of steps
     sum: vec3f,                 // m, of density times transmittance
     slope: vec3f,               // change of the logarithm of what is scattered from the group's begin to its end
+    steps: vec2f,               // t where its first step begins, and m of each; where the density varies
 }
 
 struct Knot {                   // a place of a ray, in fog that depends on height
@@ -139,7 +140,7 @@ var<private> stretch: vec4f;    // a range of t of the ray, and the steps that b
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
-    stretch = vec4f(0.0, far, 0.0, n);
+    stretch = vec4f(far, far, n, n);
     gridded = vec2f(3e38, 0.0);
     if (GRIDS == 0u) { return; }
     var range = gridded;
@@ -150,7 +151,9 @@ fn divide_steps(far: f32, n: f32) {
         i += 1u;
         continuing { break if i >= GRIDS; }
     }
+    if (range.y <= range.x) { return; }
     gridded = range;
+    stretch = vec4f(0.0, far, 0.0, n);
     if (NOISE) { return; }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
     let group = select(4.0, 8.0, n >= MANY_STEPS);
@@ -160,7 +163,7 @@ fn divide_steps(far: f32, n: f32) {
     let groups = max(round(ends * spare / (group * max(outside, 1e-20))), vec2f(1.0));
     let before = select(group * groups.x, 0.0, ends.x <= 0.0);
     let after = select(group * groups.y, 0.0, ends.y <= 0.0);
-    stretch = select(stretch, vec4f(range, before, n - after), range.y > range.x && before + after < n);
+    stretch = select(stretch, vec4f(range, before, n - after), before + after < n);
 }
 
 /// Place the k-th of n steps, or a part of one, along a ray. Twin: reference/march_field.py:step_place.
@@ -219,7 +222,7 @@ fn fog_group(ray: Ray, t: f32) -> Group {
     let apart = knot.whole - start.whole;
     let mean = mean_between(start.seen, knot.seen, frame.sigma_t * abs(apart));
     let thinned = log(max(knot.density, 1e-20) / max(start.density, 1e-20));
-    return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)));
+    return Group(along * mean, clamp(thinned - frame.sigma_t * apart, vec3f(-40.0), vec3f(40.0)), vec2f(0.0));
 }
 
 /// Choose in how many pieces density is sampled from the cursor to `end`, in a group of so many steps: a piece a step in grids.
@@ -231,11 +234,20 @@ fn pieces_of(end: f32, size: f32) -> f32 {
 /// some: there are steps in it.
 fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: bool) -> Group {
     if (!VARIES) { return fog_group(ray, (k + size) * each); }
-    let end = select(cursor.x, step_place(k + size, n, far_end, stretch), some);
+    let start = cursor;
+    let end = select(start.x, step_place(k + size, n, far_end, stretch), some);
     let along = step_length(ray, end, o, pieces_of(end, size), size).x;
-    let found = lit_part(ray, end, cursor.y, along);
     move_cursor(ray, end, along);
-    return Group(found, -frame.sigma_t * passed);
+    let before = knot;
+    see_knot(start.y + along + light_length(place_at(ray, end)));
+    let apart = frame.sigma_t * (knot.whole - before.whole);
+    return Group(along * mean_between(before.seen, knot.seen, abs(apart)), -apart, vec2f(start.x, (end - start.x) / size));
+}
+
+/// Note what of a directional light is seen from the knot on, by way of it, where so much of optical length lies along that way.
+fn see_knot(whole: f32) {
+    knot.whole = whole;
+    knot.seen = transmittance(whole, frame.sigma_t);
 }
 
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
@@ -255,7 +267,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     let last = last_stretch(i, ray, 1.0);
     var weight = each * mean_transmittance(frame.sigma_t * each) * exp(-frame.sigma_t * each * k);
     var total = vec3f(0.0);
-    if (VARIES) { enter_light(ray, step_place(k, n, far_end, stretch), each); }
+    if (VARIES) {
+        enter_light(ray, step_place(k, n, far_end, stretch), each);
+        see_knot(cursor.y + kept);
+    }
     if (FOG != EVEN && !VARIES) {
         var passed_by = 0.0;
         if (CASCADES) { passed_by = optical_length(ray, k * each); }
@@ -264,17 +279,19 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
+        var samples = vec2f(0.0); // t of the group's step 0, and m of a step
         if (VARIES || FOG != EVEN) {
             let size = group_size(k, n, stretch.zw);
             let group = begin_group(ray, k, size, each, o, n, k < end);
             fade = exp(group.slope / size);
             weight = group.sum / sum_of_powers(fade, size);
+            samples = vec2f(group.steps.x - k * group.steps.y, group.steps.y);
             stop = min(k + size, end);
         }
         loop {
             // Look up the sample's visibility
             var sample = (k + o) * each;
-            if (VARIES) { sample = step_place(k + o, n, far_end, stretch); }
+            if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
             if (GLASS) { share *= light_left(i, at.xy, at.z); }

@@ -12,6 +12,7 @@ from airlight.medium.field import BLENDS
 from airlight.medium.noise import noise_record
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
+from airlight.scatter.march.atlas import Atlas, filters, solid
 from airlight.scatter.march.shade import Shade, fit_shade
 
 FIELD = struct_dtype("scatter/march/field.wgsl", "Field")
@@ -22,19 +23,22 @@ Array = np.ndarray
 class Varying:
     """Holds the buffers of a march through a density that varies.
 
-    record: of scatter/march/field.wgsl's Field. voxels: all grids' densities, float32, one after the other.
+    record: of scatter/march/field.wgsl's Field. voxels: all grids' densities, float32, one after the other. atlas: of them, for steps.
     """
 
     def __init__(self, device: Device) -> None:
         self.device = device
         self.record = device.buffer(size=FIELD.itemsize, uniform=True)
         self.voxels = device.buffer(size=16)
+        self.atlas = Atlas(device)
+        self.no_table = solid(device, (1, 1, 1), "r16float")  # stands where a light's is in no texture
         self._held: list[tuple[Any, int]] = []  # densities that were written, and their first voxels
-        self._tables: list[tuple[Any, Any]] = []  # a buffer of each light, and what is in it
+        self._tables: list[tuple[Any, Any, Any]] = []  # a buffer of each light, a texture of the same, and what is in them
 
     def update(self, view: Any, projection: Any, width: int, medium: ResolvedMedium) -> None:
         """Write what the next march sees: view (4, 4) from what is drawn to view space; width: pixels across. Raises AirlightError."""
         self._write_voxels(medium)
+        self.atlas.update([] if medium.exact else [field.volume.density for field in medium.fields])
         out = np.zeros((), FIELD)
         rays, flat = eye_rays(projection)
         wide = abs(float(rays[0])) / width
@@ -49,6 +53,11 @@ class Varying:
             at["rows"] = (index_rows(field.volume.matrix, medium.origin) @ into)[:3]
             at["count"], at["first"] = field.volume.density.shape[::-1], first
             at["factor"], at["edge"], at["blend"] = field.factor, field.volume.edge, BLENDS.index(field.blend)
+        if self.atlas.corners:
+            texel = 1 / np.array(self.atlas.texture.size, float)
+            out["atlas_texel"] = texel
+            for at, corner in zip(out["grids"], self.atlas.corners):
+                at["corner"] = (np.array(corner) + 0.5) * texel
         self.device.queue.write_buffer(self.record, 0, out.tobytes())
 
     def _write_voxels(self, medium: ResolvedMedium) -> None:
@@ -72,16 +81,17 @@ class Varying:
                 self.device.queue.write_buffer(self.voxels, 4 * first, np.ascontiguousarray(density, np.float32))
         self._held = [(density, int(first)) for density, first in zip(wanted, ends[:-1], strict=True)]
 
-    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, Any]:
-        """Fit the i-th light's table: (where it lies, its buffer, None or what it has to be filled for, see `filled`). region: (2, 3), as
-        it is drawn, where the air varies."""
+    def table(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Array | None) -> tuple[Shade | None, Any, Any, Any]:
+        """Fit the i-th light's table: (where it lies, its buffer, its texture, None or what they have to be filled for, see `filled`). The
+        texture is `no_table` for the exact walk, and where samplers do not interpolate. region: (2, 3), as it is drawn, where the air
+        varies."""
         box = bounds(medium, region)
         shade = None if box is None else fit_shade(light, medium, box)
         while len(self._tables) <= i:
-            self._tables.append((self.device.buffer(size=16), None))
-        buffer, had = self._tables[i]
+            self._tables.append((self.device.buffer(size=16), self.no_table, None))
+        buffer, texture, had = self._tables[i]
         if shade is None:
-            return None, buffer, None
+            return None, buffer, self.no_table, None
         m = medium.settings
         noise = (m.noise_amount, medium.noise_size, m.noise_octaves, m.noise_seed, *((*m.wind, medium.time) if any(m.wind) else ()))
         air = medium.air, m.fog, medium.fog_base, medium.fog_depth, m.fog_above, medium.origin, noise
@@ -89,12 +99,16 @@ class Varying:
         key = shade.key, light.directional, None if shade.alone else air, grids
         if buffer.size != 4 * shade.size:
             buffer, had = self.device.buffer(size=4 * shade.size), None
-        self._tables[i] = buffer, had
-        return shade, buffer, None if had == key else key
+        if medium.exact or not filters(self.device):
+            texture = self.no_table
+        elif texture.size != shade.texture_size:
+            texture, had = solid(self.device, shade.texture_size, "r32float"), None
+        self._tables[i] = buffer, texture, had
+        return shade, buffer, texture, None if had == key else key
 
     def filled(self, i: int, key: Any) -> None:
         """Note what the i-th light's table is filled for: when that is recorded, since a frame may be given up before."""
-        self._tables[i] = self._tables[i][0], key
+        self._tables[i] = *self._tables[i][:2], key
 
 
 def index_rows(matrix: Array, origin: Any) -> Array:
