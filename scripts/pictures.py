@@ -5,6 +5,7 @@ webp OUT FPS IN...       frames as an animated WebP
 border OUT               occluders that cross the border: region 1 and 1.2; needs the package's tests
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
+points OUT PAGE          the particles that the program in a page of docs/ writes
 guide OUT PAGE           what the program in a page of docs/ draws
 looks OUT IN...          photographs, a row each, in all looks
 turned DEGREES           prints a place to look at
@@ -173,9 +174,19 @@ def streaks(out: str) -> None:
     write(out, grid(3, [encoded(bare + layer) for layer in layers] + [encoded(layer) for layer in layers]), 150_000)
 
 
+def program_of(page: str) -> str:
+    """The first program in a page of docs/."""
+    return re.findall(r"```python\n(.*?)```", Path("docs", page).read_text(encoding="utf-8"), re.DOTALL)[0]
+
+
+def points(out: str, page: str) -> None:
+    """The particles that the program in a page of docs/ writes to fire.npz."""
+    exec(compile(program_of(page).replace("fire.npz", out), page, "exec"), {})
+
+
 def guide(out: str, page: str) -> None:
     """What the program in a page of docs/ draws."""
-    program = re.findall(r"```python\n(.*?)```", Path("docs", page).read_text(encoding="utf-8"), re.DOTALL)[0]
+    program = program_of(page)
     names: dict = {}
     exec(compile(program, page, "exec"), names)
     write(out, names["picture"][..., :3], 150_000)
@@ -222,7 +233,7 @@ def turned(degrees: str) -> None:
     print(f"{12 + 100 * math.sin(angle):.2f},15,{106 - 100 * math.cos(angle):.2f}")
 
 
-COMMANDS = (jpeg, webp, border, behind, streaks, guide, looks, turned)
+COMMANDS = (jpeg, webp, border, behind, streaks, points, guide, looks, turned)
 
 if __name__ == "__main__":
     {command.__name__: command for command in COMMANDS}[sys.argv[1]](*sys.argv[2:])

@@ -37,6 +37,22 @@ fog() { # docs/world.md
     put jpeg $to/fog.jpg 1 "$work/fog.png"
 }
 
+air() { # docs/fog.md
+    render valley --quality final -o "$work/valley.png"
+    render slats --volume "examples/volumes/smoke.npz;bounds=-1.75,0,-1.8,0.05,2.9,0" --sigma-t 20 --albedo 0.97 --air 0.004 \
+        --anisotropy 0.3 --eye=-1.5,0.9,4.6 --target=-0.2,1.35,-1 --fov 32 --quality final -o "$work/smoke.png"
+    put jpeg $to/valley.jpg 1 "$work/valley.png"
+    put jpeg $to/smoke.jpg 1 "$work/smoke.png"
+    $airlight view valley --screenshot $to/fog-viewer.jpg -y
+    put points "$work/fire.npz" fog.md
+    local small=(valley --width 426 --height 240)
+    render "${small[@]}" --noise-amount 5 --noise-size 25 --time 4 -o "$work/kind.1.png"
+    render "${small[@]}" --fog none --noise-amount 0 --air 0 --basin-level 5 -o "$work/kind.2.png"
+    render "${small[@]}" --particles "$work/fire.npz" --air 1 -o "$work/kind.3.png"
+    render "${small[@]}" --sun-extinction none -o "$work/kind.4.png"
+    put jpeg $to/fog-kinds.jpg 2 "$work"/kind.?.png
+}
+
 glass() { # docs/world.md
     $python scripts/glass_room.py "$work/glass-room.glb"
     render "$work/glass-room.glb" --method march --quality final --sigma-t 0.12 --albedo 0.95 --anisotropy 0.35 --max-distance 15 \
@@ -130,7 +146,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer fog glass scenes animation guide world validation vesper hx depth border turning streaks adaptation)
+all=(photographs comparison viewer air fog glass scenes animation guide world validation vesper hx depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 FILE = Path(__file__).parent.parent / "examples" / "volumes" / "smoke.npz"
-SHAPE, BOUNDS = (64, 128, 64), np.array([[-0.8, 0.0, -0.8], [0.8, 3.2, 0.8]])
+SHAPE, BOUNDS = (80, 144, 80), np.array([[-0.8, 0.0, -0.8], [0.8, 3.2, 0.8]])
 CELLS, TILE = 64, 1.9  # of the flow's period, and its length, m
 RISE, STEP, STEPS = 0.6, 0.08, 90  # m/s, s
-WICK = 0.06  # its radius, m
+WICK = 0.075  # its radius, m
 
 
 def flow(seed: int) -> np.ndarray:
@@ -20,7 +20,8 @@ def flow(seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     k = np.stack(np.meshgrid(*[np.fft.fftfreq(CELLS, 1 / CELLS)] * 3, indexing="ij"))
     f = np.sqrt((k**2).sum(axis=0))
-    potential = np.fft.fftn(rng.standard_normal((3, CELLS, CELLS, CELLS)), axes=(1, 2, 3)) * np.where((f > 0) & (f < 14), np.maximum(f, 1) ** -3.1, 0)
+    share = np.where((f > 0) & (f < 14), np.maximum(f, 1) ** -2.7, 0)
+    potential = np.fft.fftn(rng.standard_normal((3, CELLS, CELLS, CELLS)), axes=(1, 2, 3)) * share
     curl = np.fft.ifftn(1j * np.cross(k, potential, axis=0), axes=(1, 2, 3)).real
     return np.moveaxis(curl / curl.std(), 0, -1)
 
@@ -43,7 +44,7 @@ def smoke() -> np.ndarray:
     density, alive, turning = np.zeros(len(at)), np.arange(len(at)), flow(7)
     for k in range(STEPS):
         here = at[alive]
-        wild = 0.17 * np.clip(here[:, 1:2] / 1.3, 0, 1) ** 1.4  # laminar at first
+        wild = 0.19 * np.clip(here[:, 1:2] / 1.0, 0, 1) ** 1.2  # laminar at first
         velocity = wild * looked_up(turning, here + (0, 0.35 * k * STEP, 0))
         velocity[:, 1] += RISE
         velocity[:, [0, 2]] += 0.12 * here[:, [0, 2]] * np.clip(here[:, 1:2], 0.1, 1)  # it widens
@@ -54,8 +55,11 @@ def smoke() -> np.ndarray:
         density[alive[done]] = np.exp(-0.5 * r2) * np.exp(-0.10 * k * STEP)
         alive = alive[~done & (np.hypot(here[:, 0], here[:, 2]) < 1.6)]
     density = density.reshape(SHAPE[::-1])
-    for axis in range(3):  # no finer than the voxels can show
-        density = (np.roll(density, 1, axis) + 2 * density + np.roll(density, -1, axis)) / 4
+    for _ in range(3):  # no finer than the voxels can show: along z, y and x in turn
+        padded = np.pad(density, ((1, 1), (0, 0), (0, 0)), "edge")
+        density = np.moveaxis((padded[:-2] + 2 * padded[1:-1] + padded[2:]) / 4, 0, 2)
+    aside, up = np.maximum(np.abs(x), np.abs(z)[:, None]) / x[-1], y / y[-1]
+    density *= np.clip(4 - 4 * aside, 0, 1)[:, None, :] * np.clip(3 - 3 * up, 0, 1)[None, :, None]  # so that no face cuts it
     return density
 
 

@@ -59,7 +59,7 @@ def view(
     particles: Sequence[str],
     **_: Any,
 ) -> None:
-    """Show a picture or a 3-D scene (table, flying, a scene of validation, a .glb, .gltf, .obj, .ply or .stl file) live, with a panel."""
+    """Show a picture or a 3-D scene (table, flying, valley, one of validation, a .glb, .gltf, .obj, .ply, .stl file) live, with a panel."""
     values = gather(ctx, preset, medium)
     if volume or particles:
         values = {"method": FOR_MEDIUM} | values

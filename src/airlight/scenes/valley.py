@@ -50,6 +50,12 @@ def _heights() -> Array:
     return np.asarray(ground.mix(np.full((1,), -1.5), h[..., None], smoothstep(aside, 4.0, 11.0))[..., 0])
 
 
+def height_at(x: float, z: float) -> float:
+    """Find the ground's height, m, at a place within it."""
+    i, j = (round((value / SIZE + 0.5) * (CELLS - 1)) for value in (z, x))
+    return float(_heights()[i, j])
+
+
 def _ground(h: Array) -> gfx.Mesh:
     """Build the ground: meadow, darker under the woods, stone where it is steep, wet at the water."""
     patches = 0.5 + 0.5 * np.tanh(ground.noise(CELLS, 43, 1.3, 6))
@@ -64,7 +70,7 @@ def _woods(h: Array) -> list[gfx.InstancedMesh]:
     """Plant oaks, thicker on the hills than in the meadows, none in the river."""
     rng = np.random.default_rng(46)
     wood = ground.noise(CELLS, 47, 1.5, 5)
-    matrices = []
+    matrices: list[Array] = []
     while len(matrices) < TREES:
         x, z = rng.uniform(-0.48 * SIZE, 0.48 * SIZE, 2)
         i, j = (round((value / SIZE + 0.5) * (CELLS - 1)) for value in (z, x))
