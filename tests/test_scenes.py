@@ -15,9 +15,8 @@ from rendercanvas.offscreen import RenderCanvas
 
 from airlight.gpu.device import open_device
 from airlight.pygfx import use_hdr
-from airlight.scenes import NAMES, Stage, open_scene
+from airlight.scenes import NAMES, Stage, landscape, open_scene
 from airlight.scenes import flying as flying_module
-from airlight.scenes import landscape
 from airlight.scenes import table as table_module
 
 SIZE = (320, 180)

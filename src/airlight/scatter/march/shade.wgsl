@@ -10,8 +10,10 @@ override TEXTURE: bool = false; // and it is in a texture, too
 @group(0) @binding(17) var table_texture: texture_3d<f32>; // along a column, across, and down, face after face
 
 const SHADE_CELLS = 2.0;        // of the table, that a panel may be long in shade
+const BORDER_SHARE = 0.25;      // of a ray's way through the border of a spot's cone, that a panel may be long
 const WIDEST_PIECE = 0.25;      // of v, t = t0 + h sinh v, that a panel may be long
 
+var<private> cone_range: vec2f; // of t of the ray, in a spot's cone
 var<private> shaded: vec2f;     // range of t of the ray, in which a table may hold something
 var<private> passed: f32;       // m, what the optical length from the light to the eye grew by over the part that was last
 var<private> kept: f32;         // m, the optical length from the light to where the cursor is
@@ -137,8 +139,10 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
     if (!DIRECTIONAL) {
         let v = asinh((t - nearest.x) / nearest.y) + WIDEST_PIECE;
         long = nearest.x + 0.5 * nearest.y * (exp(v) - exp(-v)) - t;
-        if (CONE && t < full.x) { long = min(long, full.x - t); }
-        if (CONE && t < full.y) { long = min(long, full.y - t); }
+        // A cone's border, where the light falls from all to nothing, takes a few panels
+        if (CONE && t < full.x) { long = min(long, min(full.x - t, max(BORDER_SHARE * (full.x - cone_range.x), 1e-5 * t))); }
+        if (CONE && t >= full.x && t < full.y) { long = min(long, full.y - t); }
+        if (CONE && t >= full.y) { long = min(long, max(BORDER_SHARE * (cone_range.y - full.y), 1e-5 * t)); }
     }
     if (TABLE && !panel.varies && t < shaded.y) {
         let cell = light.shade_cell * select(max(length(vec2f(t - nearest.x, nearest.y)), light.shade_near), 1.0, DIRECTIONAL);

@@ -210,6 +210,7 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach + around.x); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     range.y = max(range.x, range.y);
+    if (VARIES) { cone_range = range; }
     let full = full_cone_range(ray, range);
     var total = vec3f(0.0);
     segment_count = 0u;
