@@ -122,6 +122,7 @@ def test_the_march_has_the_same_density() -> None:
     varying = Varying(open_device())
     varying.update(view, projection, 64, resolved)
     bindings = {"frame": frame_record(view, projection, resolved, (64, 36), (64, 36)), "field": varying.record, "voxels": varying.voxels}
+    bindings |= {"atlas": varying.atlas.texture, "linear": open_device().sampler()}  # which are read in steps alone
     own = {"FOG": FOGS.index("exponential"), "VARIES": True, "NOISE": True, "GRIDS": 2}
     found = call("scatter/march/field.wgsl", "density", [place, np.float32(0)], bindings=bindings, constants=own)
     truth = airlight.density(place - view[:3, 3], 3.0, medium, fields)

@@ -39,6 +39,7 @@ def frame() -> Any:
     out = np.zeros((), FRAME)
     out["sigma_t"], out["sigma_s"] = (0.1, 0.2, 0.05), (0.09, 0.1, 0.05)
     out["size"], out["pixels"] = (12, 7), (37, 23)
+    out["sun_glow"], out["glow_concentration"] = 0.3, 40.0
     return out
 
 

@@ -13,10 +13,14 @@ import airlight
 from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image
-from airlight.jobs.densities import add_density, put_densities
+from airlight.files.volumes import Volume
+from airlight.jobs.densities import add_density, put_densities, suit
+from airlight.jobs.frames import tell_idle
 from airlight.jobs.volume_text import FileVolume, VolumeText, read_volume_text
 from airlight.medium.field import Field, as_field
+from airlight.options import March, Medium, Parameters, build
 from airlight.scenes import open_scene
+from airlight.scenes.offline import Shot, Studio
 
 BALL = np.ones((6, 6, 6), np.float32)
 BOUNDS = np.array([[0.0, 1, 0], [2, 3, 2]])
@@ -148,3 +152,61 @@ def test_a_public_volume_is_a_field() -> None:
     volume = airlight.particles(np.zeros((1, 3)), 0.5, 2.0, cells=16)
     field = as_field(volume)
     assert isinstance(field, Field) and field.volume is volume and as_field(field) is field
+
+
+def test_what_lies_in_the_air_is_seen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without an extinction of the user's or the scene's, one follows from the densest way through it; what is not seen is told."""
+    stage = open_scene("slats")
+    put_densities(stage, [str(stored(tmp_path))], [])
+    del stage.settings["sigma_t"]
+    suit(stage, {}, 128)
+    assert stage.settings["sigma_t"] == (1.0, 1.0, 1.0) and "an optical depth of 2" in capsys.readouterr().err
+    suit(stage, {"sigma_t": (0.3, 0.3, 0.3)}, 128)
+    assert not capsys.readouterr().err
+    with pytest.warns(AirlightWarning, match=r"an optical depth of 0\.02; give ;factor=100 behind"):
+        suit(stage, {"sigma_t": (0.01, 0.01, 0.01)}, 128)
+    with pytest.warns(AirlightWarning, match="fog and noise are of the air.*give --air 1"):
+        suit(stage, {"fog": "linear", "sigma_t": (1.0, 1.0, 1.0)}, 128)
+    put_densities(stage, [], [])
+    stage.fields = [Field(stage.fields[0].field().volume, "add", 0.0)]
+    with pytest.warns(AirlightWarning, match="hold no density, and beside them there is no air"):
+        suit(stage, {}, 128)
+
+
+@pytest.mark.parametrize(
+    ("written", "values", "line"),
+    [
+        (("fog_depth", "fog_base"), {}, "--fog-base, --fog-depth do nothing without --fog$"),
+        (("fog_above",), {"fog": "exponential"}, "--fog-above does nothing without --fog linear"),
+        (("wind",), {}, "--wind does nothing without --noise-amount"),
+        (("basin_density",), {}, "--basin-density does nothing without --basin-level"),
+    ],
+)
+def test_what_does_nothing_is_told(written: tuple[str, ...], values: dict[str, Any], line: str) -> None:
+    with pytest.warns(AirlightWarning, match=line):
+        tell_idle(frozenset(written), Medium(**values))
+
+
+def test_what_does_something_is_not_told(recwarn: pytest.WarningsRecorder) -> None:
+    medium = Medium(fog="linear", fog_depth=2.0, fog_above=0.1, noise_amount=1.0, wind=(1.0, 0.0, 0.0), basin_level=1.0)
+    tell_idle(frozenset({"fog", "fog_depth", "fog_above", "noise_size", "wind", "basin_density"}), medium)
+    tell_idle(frozenset({"wind"}), Medium(), numbered=True)
+    assert not recwarn.list
+
+
+def test_a_grid_of_ones_is_even_air() -> None:
+    """In the exact walk of spots, whose cones' borders are narrow, and in steps."""
+    matrix = np.diag([25.0, 25, 25, 1])
+    matrix[:3, 3] = -37.5
+    ones = Volume(np.ones((4, 4, 4), np.float32), matrix, 0.5, "")
+    stage = open_scene("two-spots")
+    built = build(stage.settings | {"method": "march", "quality": "final", "air": 1.0})
+    for steps in ("exact", 16):
+        march = March(steps=steps, shadow_size=512)
+        studio = Studio(stage, Shot(48, 27, samples=1), built[Parameters], medium=built[Medium], march=march)
+        layers = []
+        for fields in ([], [Field(ones, "multiply")]):
+            studio.shafts.fields = fields
+            layers.append(studio.frame(layer=True).layer[..., :3])
+        even, ones_there = layers
+        assert np.abs(ones_there - even).max() < 0.01 * even.mean() and abs(ones_there.mean() / even.mean() - 1) < 2e-4

@@ -22,7 +22,7 @@ from airlight.lights import ImageLight, as_lights
 from airlight.look.apply import apply as apply_look
 from airlight.look.near import NEAR_RANGE, check_range
 from airlight.luminance import luminance
-from airlight.medium.field import Field
+from airlight.medium.field import as_field
 from airlight.medium.resolve import resolve as medium_of_scene
 from airlight.messages import nearest
 from airlight.notebook_image import shown
@@ -303,17 +303,21 @@ def density(
     points: Any,
     time: float = 0.0,
     medium: Medium | None = None,
-    fields: Sequence[Field] = (),
+    fields: Sequence[Any] = (),
     radius: float | None = None,
     height: float | None = None,
 ) -> npt.NDArray[np.float64]:
     """Evaluate the density of a medium, (...) float64: the factor of its coefficients, which shaders agree with to 1e-5.
 
-    points: (..., 3) world, m, y up. time: s, of wind. medium: None for one of the defaults. fields: densities on grids, in order.
+    points: (..., 3) world, m, y up. time: s, of wind. medium: None for one of the defaults. fields: densities on grids, in order: Volumes,
+    or Fields that say how they join what lies there.
     radius, height: of the scene, m, from which what is unset follows, as of `LightShafts`; an unset fog_depth is a tenth of the height,
     which without it is twice the radius, and an unset noise_size an eighth of the radius. Raises AirlightError.
     """
+    if not isinstance(medium, Medium | None):
+        raise AirlightError(f"medium {medium!r}: give an airlight.options.Medium")
     m = Medium() if medium is None else medium
+    fields = [found for found in map(as_field, fields) if found is not None]
     places = np.asarray(points, float)
     if places.shape[-1:] != (3,):
         raise AirlightError(f"points of shape {places.shape}: give (..., 3), x, y and z in metres")

@@ -220,9 +220,13 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     more = {"lamps": request.adds_lamps, "up": o["up"]}
     stage = open_scene(source, o["environment"], o["seed"], o["animation"], o["scene_of_file"], **more)
     base = stage.settings | values
-    from airlight.jobs.densities import put_densities
+    from airlight.jobs.densities import put_densities, suit
 
-    put_densities(stage, request.volume, request.particles, float(request.fps), build(base)[Medium].particle_cells)
+    cells = build(base)[Medium].particle_cells
+    put_densities(stage, request.volume, request.particles, float(request.fps), cells)
+    if request.volume or request.particles:
+        suit(stage, values, cells)
+    base = stage.settings | values
     say_offer(stage, o["written"])
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)

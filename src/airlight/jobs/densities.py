@@ -3,11 +3,16 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.files.volumes import FORMATS as OF_VOLUMES
 from airlight.jobs.particle_text import load_particles, read_particle_text
 from airlight.jobs.volume_text import FileVolume, read_volume_text, tell_apart
 from airlight.medium.field import as_field
+from airlight.medium.resolve import OPTICAL_DEPTH
+from airlight.messages import say
+
+SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
+LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
 
 if TYPE_CHECKING:
     from airlight.scenes import Stage
@@ -46,6 +51,33 @@ def _put(stage: "Stage", density: Any, cells: int) -> None:
     if field is not None and field.volume.density.any():
         tell_apart(field, stage.center, stage.radius)
     stage.fields.append(density)
+
+
+def suit(stage: "Stage", values: dict[str, Any], cells: int) -> None:
+    """Choose an extinction by which what lies in a stage's air is seen, where neither the stage nor the values have one, and there is no
+    other air; tell what would not be seen."""
+    fields = [field for field in (as_field(one, cells) for one in stage.fields) if field is not None]
+    if not fields:
+        return
+    known = stage.settings | values
+    longest = max(field.longest for field in fields)
+    if longest == 0:
+        warn("the volumes and particles hold no density" + ("" if known.get("air") else ", and beside them there is no air: give --air 1"))
+        return
+    if known.get("air") is None and (known.get("fog", "none") != "none" or known.get("noise_amount", 0) > 0):
+        warn("fog and noise are of the air, of which there is none beside volumes and particles: give --air 1 for both")
+    if known.get("sigma_t") is None and not known.get("air"):
+        sigma = float(f"{SEEN_DEPTH / longest:.2g}")
+        stage.settings["sigma_t"] = (sigma,) * 3
+        say(f"sigma_t {sigma:g} 1/m, by which the densest way through the volumes and particles has an optical depth of {SEEN_DEPTH:g}")
+        return
+    sigma = max(known["sigma_t"]) if known.get("sigma_t") is not None else OPTICAL_DEPTH / (2 * stage.radius)
+    if 0 < sigma * longest < LEAST_DEPTH:
+        factor = float(f"{SEEN_DEPTH / (sigma * longest):.1g}")
+        warn(
+            f"the volumes and particles are hardly seen: the densest way through them has an optical depth of {sigma * longest:.2g}; "
+            f"give ;factor={factor:g} behind their names, or a larger --sigma-t"
+        )
 
 
 def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], method: str) -> None:

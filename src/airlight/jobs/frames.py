@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.jobs import tasks
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
@@ -202,6 +202,21 @@ def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> N
             raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
 
 
+def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False) -> None:
+    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame."""
+    lacks = {
+        "--fog": medium.fog == "none" and {"fog_base", "fog_depth", "fog_above"},
+        "--fog linear": medium.fog == "exponential" and {"fog_above"},
+        "--noise-amount": medium.noise_amount == 0 and {"noise_size", "noise_octaves", "noise_seed"} | (set() if numbered else {"wind"}),
+        "--basin-level": medium.basin_level is None and {"basin_density"},
+        "--sun-glow": medium.sun_glow == 0 and {"sun_glow_size"},
+    }
+    for needed, idle in lacks.items():
+        written = [f"--{name.replace('_', '-')}" for name in sorted(idle or ()) if name in explicit]
+        if written:
+            warn(f"{', '.join(written)} {'does' if len(written) == 1 else 'do'} nothing without {needed}")
+
+
 def _open(r: FramesRequest) -> "Stage":
     """Open the scene."""
     from airlight.scenes import open_scene
@@ -263,6 +278,13 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
+    from airlight.jobs.densities import put_densities, refuse_without_medium, suit
+
+    cells = build(stage.settings | values)[Medium].particle_cells
+    if METHODS[(stage.settings | values).get("method", Parameters().method)].has_units:
+        put_densities(stage, r.volume, r.particles, float(r.fps), cells)
+        if r.volume or r.particles:
+            suit(stage, values, cells)
     built = build(stage.settings | values)
     parameters, method = built[Parameters], METHODS[built[Parameters].method]
     refuse_meaningless(r.explicit, parameters.method, _chooser(r, values, stage))
@@ -270,11 +292,10 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
-    from airlight.jobs.densities import put_densities, refuse_without_medium
-
     if not method.has_units:
         refuse_without_medium(r.volume, r.particles, parameters.method)
-    put_densities(stage, r.volume, r.particles, float(r.fps), built[Medium].particle_cells)
+    else:
+        tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)))
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
     told.step("setting up")

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.messages import nearest
@@ -25,6 +28,13 @@ class Field:
     volume: Volume
     blend: str = "add"
     factor: float = 1.0
+
+    @cached_property
+    def longest(self) -> float:
+        """Find the greatest optical length straight through the grid along one of its axes, m."""
+        edges = np.linalg.norm(self.volume.matrix[:3, :3], axis=0)[::-1]
+        sums = (self.volume.density.sum(axis=axis).max() * edge for axis, edge in enumerate(edges))
+        return self.factor * float(max(sums))
 
     def __post_init__(self) -> None:
         if self.blend not in BLENDS:

@@ -12,7 +12,7 @@ import numpy as np
 from airlight.errors import AirlightError, MachineError, NotAPicture
 from airlight.files import Picture, read_image, write_image
 from airlight.gpu.device import shared_device
-from airlight.jobs.densities import add_density, put_densities
+from airlight.jobs.densities import add_density, put_densities, suit
 from airlight.options import chosen_look, refuse_look
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 from airlight.scenes import is_scene
@@ -144,6 +144,8 @@ class Viewer:
             state.opening = tuple(f"--{name}={value}" for name, value in chosen.items() if value is not None)
             if path == state.source and any(self._densities):
                 state.opening += put_densities(stage, *self._densities, cells=state.medium.particle_cells)
+                suit(stage, st.values(state), state.medium.particle_cells)
+                st.set_values(state, {"sigma_t": stage.settings.get("sigma_t")} | st.values(state))
             self.picture, state.is_image, state.candidates, state.ask = None, False, (), ""
         state.source, state.debug, state.split, state.passes, state.allowed = path, None, None, [], {}
         state.sources = tuple(dict.fromkeys((*state.sources, path)))

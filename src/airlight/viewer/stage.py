@@ -206,6 +206,8 @@ class SceneView:
         distance = max(float((self.stage.center - np.asarray(eye.eye)) @ ahead), 0.1 * self.stage.radius)
         eye.target = triple(np.asarray(eye.eye) + distance * ahead)
         resolve_medium(state, float(np.linalg.norm(self.stage.center - eye.eye)), self.stage.radius)
+        if self.stage.fields:
+            state.doubt = ""  # what lies in the air may well be seen
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
             state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
