@@ -66,7 +66,7 @@ def _telling(say: Any, work: Work, lines: int) -> Callable[[str], None]:
 Part = tuple[Callable[..., list[dict[str, Any]]], float, int]
 WHOLE: tuple[Part, ...] = (
     (measure.methods, 160, 60), (measure.rivals, 40, 6), (measure.extras, 60, 12), (look, 30, 12), (scenes, 60, 12), (world, 150, 18),
-    (media, 40, 8),
+    (media, 50, 10),
 )  # fmt: skip
 QUICK: tuple[Part, ...] = (
     (partial(measure.methods, runs=3, lights=["inside"], lengths=[(0.926, 3.24)]), 12, 5),

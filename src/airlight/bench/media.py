@@ -17,11 +17,13 @@ SUNS = {"beside": 50.0, "behind": 150.0}  # degrees from the way the camera look
 APART = ("merge", "light table")  # what is not the light's cost: putting it on the picture, and what stays while nothing moves
 CELLS = 128  # along the sides of a volume
 AHEAD, RADIUS = 12.0, 4.0  # m from the camera to the ball, and of it: it is in front of 35 % of the picture
+PANES, PANE_SIZE = 16, 0.11  # things that are seen through, and their sides, of their distance: a quarter of the picture in all
 CASES: dict[str, dict[str, Any]] = {
     EVEN: {},
     "exponential fog": {"fog": "exponential"},
     "noise, 3 octaves": {"noise_amount": 2.0, "noise_octaves": 3},
     f"volume, {CELLS}^3": {"air": 1.0},
+    f"{PANES} panes": {},
 }
 
 
@@ -37,6 +39,21 @@ def smoke(centre: Any, radius: float) -> Any:
     return Volume(density, between(bounds, density.shape), 0.5, "")
 
 
+def put_panes(scene: Any, camera: Any) -> None:
+    """Hang PANES squares of glass before a camera, 4 by 4, some behind others."""
+    import pygfx as gfx
+
+    right, up, back = np.asarray(camera.world.matrix, float)[:3, :3].T
+    for k in range(PANES):
+        away = 4.0 + k
+        material = gfx.MeshBasicMaterial(color=(0.6, 0.8, 0.9), opacity=0.25, alpha_mode="blend", side="both")
+        pane = gfx.Mesh(gfx.plane_geometry(PANE_SIZE * away, PANE_SIZE * away), material)
+        pane.world.matrix = camera.world.matrix
+        across, along = (k % 4 - 1.5) * 0.19 * away, (k // 4 - 1.5) * 0.12 * away
+        pane.world.position = np.asarray(camera.world.position) - away * back + across * right + along * up
+        scene.add(pane)
+
+
 def _replay(angle: float, case: str) -> Any:
     """Film the foliage with a case's medium."""
     from airlight.scenes import open_scene
@@ -45,9 +62,11 @@ def _replay(angle: float, case: str) -> Any:
 
     stage = open_scene("foliage-beside")
     built = build(stage.settings | {"method": "march", "quality": "normal"} | CASES[case])
+    camera = next(iter(stage.cameras.values()))
+    stage.pose(0.0, camera)
+    if case.endswith("panes"):
+        put_panes(stage.scene, camera)
     if case.startswith("volume"):
-        camera = next(iter(stage.cameras.values()))
-        stage.pose(0.0, camera)
         stage.fields = [smoke(np.add(camera.world.position, AHEAD * np.array(camera.world.forward)), RADIUS)]
     shot = Shot(*SIZE, samples=1, lights=(sun_at(stage, angle),))
     found = Replay(Studio(stage, shot, built[Parameters], medium=built[Medium], march=built[March]))

@@ -14,6 +14,7 @@ from airlight.options import March, Medium
 from airlight.options.declare import as_text
 
 OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
+FOG_OPTICAL_DEPTH = 3.0  # the same at the density of its base, of fog that thins out with height: few rays stay down there
 MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
 VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
@@ -138,7 +139,8 @@ def resolve(
     height: of the scene, m; None: as much as it is wide. fields, time: see ResolvedMedium. basin: air of
     lowlands, which joins after all fields, and leaves the air's own density as it would be without.
     """
-    sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (OPTICAL_DEPTH / (2 * radius),) * 3, float)
+    across = OPTICAL_DEPTH if medium.fog == "none" else FOG_OPTICAL_DEPTH
+    sigma_t = np.array(medium.sigma_t if medium.sigma_t is not None else (across / (2 * radius),) * 3, float)
     air = medium.air if medium.air is not None else 0.0 if fields else 1.0
     if not fields and basin is None:  # where there is nothing but air its density is one of the coefficients
         sigma_t, air = sigma_t * air, 1.0

@@ -11,7 +11,7 @@ class Medium(Options, group="medium"):
     sigma_t: RGB | None = rgb(
         None,
         "extinction: the part of the light that is lost on a metre, to absorption and scattering; unset: an optical depth of 0.5 "
-        "across the scene",
+        "across the scene, with fog of 3",
         PBR + ", 11.1", "1/m", ge=0, le=1e6, slider=(0, 1), log=True,
     )
     albedo: RGB = rgb((0.9, 0.9, 0.9), "the part of what is lost that is scattered, sigma_s / sigma_t", PBR + ", 11.1", ge=0, le=1)
