@@ -17,7 +17,7 @@ SUNS = {"beside": 50.0, "behind": 150.0}  # degrees from the way the camera look
 APART = ("merge", "light table")  # what is not the light's cost: putting it on the picture, and what stays while nothing moves
 CELLS = 128  # along the sides of a volume
 AHEAD, RADIUS = 12.0, 4.0  # m from the camera to the ball, and of it: it is in front of 35 % of the picture
-PANES, PANE_SIZE = 16, 0.11  # things that are seen through, and their sides, of their distance: a quarter of the picture in all
+PANES, PANE_SIZE = 16, 0.11  # things that are seen through, and their sides, of their distance: a sixth of the picture in all
 CASES: dict[str, dict[str, Any]] = {
     EVEN: {},
     "exponential fog": {"fog": "exponential"},
@@ -40,7 +40,7 @@ def smoke(centre: Any, radius: float) -> Any:
 
 
 def put_panes(scene: Any, camera: Any) -> None:
-    """Hang PANES squares of glass before a camera, 4 by 4, some behind others."""
+    """Hang PANES squares of glass before a camera, 4 by 4, each farther than the one before."""
     import pygfx as gfx
 
     right, up, back = np.asarray(camera.world.matrix, float)[:3, :3].T
