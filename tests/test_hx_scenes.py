@@ -42,6 +42,7 @@ def test_moments_are_made_anew_only_where_something_moves(monkeypatch: pytest.Mo
         made.clear()
 
 
+@pytest.mark.slow
 def test_a_lights_own_density_in_a_program() -> None:
     """It may change at any time, and does nothing to surfaces."""
     room = Hall()

@@ -60,6 +60,7 @@ def test_a_layer_of_a_density_that_varies_is_softened_by_the_lengths_of_rays() -
     assert np.array_equal(soft[..., 3], plain[..., 3]) and np.ptp(plain[..., 3]) > 1
 
 
+@pytest.mark.slow
 def test_without_a_light_steps_see_as_much_of_the_density() -> None:
     exact, steps = (march_of([], air(steps=steps, ambient=(0.1, 0.1, 0.1), **NOISY)) for steps in ("exact", 64))
     for found, truth in zip(steps[:2], exact[:2], strict=True):
