@@ -215,7 +215,8 @@ def test_surfaces_are_drawn_anew_only_where_they_look_otherwise(scene: Driver, m
     assert anew(lambda: setattr(state.lights[0], "color", (0.2, 0.4, 1.0))) == 1
     moved = scene.viewer.scene.camera.world.position + (0.1, 0.0, 0.0)
     assert anew(lambda: setattr(scene.viewer.scene.camera.world, "position", moved)) == 1
-    assert anew(lambda: st.set_values(state, {"method": "march", "steps": 16})) == 0
+    assert anew(lambda: st.set_values(state, {"method": "march", "steps": 16})) == 1  # what is seen through waits for the medium
+    assert anew(lambda: st.set_values(state, {"method": "march", "steps": 16, "sigma_t": (0.3, 0.3, 0.3)})) == 0
 
 
 @pytest.mark.parametrize("look", ["smart", "classic"])
