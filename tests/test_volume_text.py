@@ -210,3 +210,9 @@ def test_a_grid_of_ones_is_even_air() -> None:
             layers.append(studio.frame(layer=True).layer[..., :3])
         even, ones_there = layers
         assert np.abs(ones_there - even).max() < 0.01 * even.mean() and abs(ones_there.mean() / even.mean() - 1) < 2e-4
+
+
+def test_a_volume_alone_is_not_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = stored(tmp_path)
+    assert main(["view", str(path)]) == 2
+    assert f"`airlight view table --volume {path}`" in capsys.readouterr().err
