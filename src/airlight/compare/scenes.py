@@ -205,8 +205,11 @@ def compare(
         if v.medium in found:
             continue
         work.part(f"truth {len(found) + 1} of {media}", TRUTH_DRAWINGS)
-        layer, about = view.truth(view.resolved(v), against, work)
+        medium = view.resolved(v)
+        layer, about = view.truth(medium, against, work)
         true, where = layer.radiance, rule.clear(layer.path_length)
+        if medium.air == 0:  # where there is nothing nothing can be wrong
+            where &= true.any(axis=2)
         if not where.any():
             raise AirlightError(f"{view.stage.name}: every pixel lies at an edge of depth; compare at a larger size")
         mean = float(true[where].mean())
