@@ -321,6 +321,7 @@ def test_a_light_has_a_medium_of_its_own(kind: str, steps: Any) -> None:
     np.testing.assert_allclose(layer([(own, shadow)], medium)[..., :3], layer([(lamp, shadow)], scaled)[..., :3], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_lights_with_and_without_their_own_add_up_with_ambient_light_once() -> None:
     sun, spot = cast("sun"), cast("spot")
     own = [(dataclasses.replace(lamp, density=3.0, extinction=0.5), shadow) for lamp, shadow in (sun, spot)]

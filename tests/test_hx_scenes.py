@@ -22,6 +22,7 @@ def hall(still: Any) -> Hall:
     return made
 
 
+@pytest.mark.slow
 def test_moments_are_made_anew_only_where_something_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
     compute = variance.compute
