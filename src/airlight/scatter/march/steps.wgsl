@@ -23,6 +23,7 @@ const GOLDEN_ANGLE = 2.3999632; // radians
 
 const IN_GRIDS = 4.0;           // steps of a group there
 const LEAST_STEPS = 2.0;        // of a part of a ray
+const LAMP_GROUP = 4.0;         // steps of a group of a light with a position, at most: angles are far from lengths
 const MANY_STEPS = 64.0;        // from which on groups of them are of 8 or 16, else of 4
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
@@ -374,7 +375,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         var stop = end;
         if (VARIES) {
-            let size = group_size(k, n, stretch.zw);
+            let size = min(group_size(k, n, stretch.zw), LAMP_GROUP);
             group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
             stop = min(k + size, end);
         } else if (GLASS) {
