@@ -14,8 +14,7 @@ from airlight.cli import main
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image
 from airlight.files.volumes import Volume
-from airlight.jobs.densities import add_density, put_densities, suit
-from airlight.jobs.frames import tell_idle
+from airlight.jobs.densities import add_density, put_densities, suit, tell_idle
 from airlight.jobs.volume_text import FileVolume, VolumeText, read_volume_text
 from airlight.medium.field import Field, as_field
 from airlight.options import March, Medium, Parameters, build

@@ -66,7 +66,9 @@ def view(
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
     check_source(source)
-    if source.lower().endswith((".vdb", ".npz", ".npy", ".vol", ".csv")):
+    from airlight.jobs.densities import of_density
+
+    if of_density(source):
         option_of = "--particles" if source.lower().endswith(".csv") else "--volume"
         raise AirlightError(f"{source}: lies in the air of a scene: show one with it, as by `airlight view table {option_of} {source}`")
     from airlight.files import check_output, write_image

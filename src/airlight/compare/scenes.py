@@ -57,6 +57,8 @@ class ComparedView:
         first.frame(*self.moment)
         self.device, self.camera, self.lights = first.shafts.device, first.studio.camera, first.shafts.lights
         self.hidden = first.shafts.exclude
+        self._casters = Casters(self.device, stage.scene, self.lights, self.hidden)
+        self._basin = Basin(self._casters)
         self.set_up = first.studio.set_up
         with self.set_up():
             self.punctual = punctual_lights(self.lights, self._exposure.pre)
@@ -80,9 +82,8 @@ class ComparedView:
     def resolved(self, v: Variant) -> ResolvedMedium:
         """Settle its medium, in the scale of what is drawn."""
         with self.set_up():
-            casters = Casters(self.device, self.stage.scene, self.lights, self.hidden)
             quality, radius, fields, time = v.parameters.quality, self.stage.radius, self.stage.fields, self.moment[0]
-            medium = settle(v.medium, v.march, quality, radius, fields, time, casters.gather(), Basin(casters), self.camera)
+            medium = settle(v.medium, v.march, quality, radius, fields, time, self._casters.gather(), self._basin, self.camera)
         return medium if self._exposure is None else medium.exposed(self._exposure.pre)
 
     def replay(self, v: Variant) -> Replay:

@@ -10,6 +10,7 @@ from airlight.jobs.volume_text import FileVolume, read_volume_text, tell_apart
 from airlight.medium.field import as_field
 from airlight.medium.resolve import OPTICAL_DEPTH
 from airlight.messages import say
+from airlight.options import Medium
 
 SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
 LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
@@ -85,3 +86,18 @@ def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], meth
     given = "--volume" if volumes else "--particles" if particles else None
     if given is not None:
         raise AirlightError(f"{given} means nothing with method {method}: leave it out, or use --method march")
+
+
+def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False) -> None:
+    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame."""
+    lacks = {
+        "--fog": medium.fog == "none" and {"fog_base", "fog_depth", "fog_above"},
+        "--fog linear": medium.fog == "exponential" and {"fog_above"},
+        "--noise-amount": medium.noise_amount == 0 and {"noise_size", "noise_octaves", "noise_seed"} | (set() if numbered else {"wind"}),
+        "--basin-level": medium.basin_level is None and {"basin_density"},
+        "--sun-glow": medium.sun_glow == 0 and {"sun_glow_size"},
+    }
+    for needed, idle in lacks.items():
+        written = [f"--{name.replace('_', '-')}" for name in sorted(idle or ()) if name in explicit]
+        if written:
+            warn(f"{', '.join(written)} {'does' if len(written) == 1 else 'do'} nothing without {needed}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError, warn
+from airlight.errors import AirlightError
 from airlight.jobs import tasks
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
@@ -202,21 +202,6 @@ def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> N
             raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
 
 
-def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False) -> None:
-    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame."""
-    lacks = {
-        "--fog": medium.fog == "none" and {"fog_base", "fog_depth", "fog_above"},
-        "--fog linear": medium.fog == "exponential" and {"fog_above"},
-        "--noise-amount": medium.noise_amount == 0 and {"noise_size", "noise_octaves", "noise_seed"} | (set() if numbered else {"wind"}),
-        "--basin-level": medium.basin_level is None and {"basin_density"},
-        "--sun-glow": medium.sun_glow == 0 and {"sun_glow_size"},
-    }
-    for needed, idle in lacks.items():
-        written = [f"--{name.replace('_', '-')}" for name in sorted(idle or ()) if name in explicit]
-        if written:
-            warn(f"{', '.join(written)} {'does' if len(written) == 1 else 'do'} nothing without {needed}")
-
-
 def _open(r: FramesRequest) -> "Stage":
     """Open the scene."""
     from airlight.scenes import open_scene
@@ -278,7 +263,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
-    from airlight.jobs.densities import put_densities, refuse_without_medium, suit
+    from airlight.jobs.densities import put_densities, refuse_without_medium, suit, tell_idle
 
     cells = build(stage.settings | values)[Medium].particle_cells
     if METHODS[(stage.settings | values).get("method", Parameters().method)].has_units:

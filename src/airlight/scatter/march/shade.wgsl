@@ -1,4 +1,4 @@
-// What dims a light on its way through a density that varies, and the light that is scattered into a ray there.
+// Dims a light on its way through a density that varies, and integrates what of it is scattered into a ray there.
 //
 // A table of each light holds, along columns that run with its rays, what the optical length from the light is more than the closed form of
 // the air: of a directional light over a box in its axes, of one with a position over the directions of a face, or of six, and distance.
