@@ -137,22 +137,20 @@ var<private> far_end: f32;      // m of the ray, up to where steps go
 var<private> gridded: vec2f;    // range of t of the ray in which there are grids
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
+/// Widen the range of t in which there are grids by that of one, up to `far`.
+fn widen_gridded(one: vec2f, far: f32) {
+    gridded = select(gridded, vec2f(min(gridded.x, one.x), max(gridded.y, min(one.y, far))), one.y > one.x);
+}
+
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
     stretch = vec4f(far, far, n, n);
     gridded = vec2f(3e38, 0.0);
     if (GRIDS == 0u) { return; }
-    var range = gridded;
-    var i = 0u;
-    loop {
-        let one = grid_ranges[i];
-        range = select(range, vec2f(min(range.x, one.x), max(range.y, min(one.y, far))), one.y > one.x);
-        i += 1u;
-        continuing { break if i >= GRIDS; }
-    }
+    //! each i of 8: if (GRIDS > i) { widen_gridded(crossings[i].range, far); }
+    let range = gridded;
     if (range.y <= range.x) { return; }
-    gridded = range;
     stretch = vec4f(0.0, far, 0.0, n);
     if (NOISE) { return; }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
@@ -207,7 +205,7 @@ fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: boo
     let along = step_length(ray, end, o, pieces_of(end, size), size).x;
     move_cursor(ray, end, along);
     let before = knot;
-    see_knot(start.y + along + light_length(place_at(ray, end)));
+    see_knot(start.y + along + light_length(ray, end));
     let apart = frame.sigma_t * (knot.whole - before.whole);
     return Group(along * mean_between(before.seen, knot.seen, abs(apart)), -apart, vec2f(start.x, (end - start.x) / size));
 }
@@ -304,7 +302,7 @@ fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, som
     let long = ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) / size - 0.01);
     let along = step_length(ray, range.y, o, max(pieces_of(range.y, size), long), size);
     move_cursor(ray, range.y, along.x);
-    kept = light_length(place_at(ray, range.y));
+    kept = light_length(ray, range.y);
     return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
 }
 
