@@ -80,9 +80,9 @@ def test_places_in_a_lights_table(kind: str) -> None:
     rows = np.column_stack([turn, [2, 3, 1]]) * (2.0 if sun else 1.0)
     light["shade_rows"], light["shade_into"] = rows, np.linalg.inv(np.vstack([rows, [0, 0, 0, 1]]))[:3]
     own: Any = {"bindings": {"light": light}, "constants": {"DIRECTIONAL": sun}}
-    place = single(3)
-    found = call(SHADE, "shade_cell", [place], **own)
-    truth = grid.shade_cell(place, light, sun)
+    q = grid.grid_index(light["shade_rows"], single(3)).astype(np.float32)
+    found = call(SHADE, "shade_cell", [q], **own)
+    truth = grid.shade_cell(q, light, sun)
     assert (truth[:, 3] >= 0).mean() > 0.02 and ((found[:, 3] >= 0) == (truth[:, 3] >= 0)).mean() > 0.995
     near = np.abs(truth[:, :3]).max(axis=1) < 100
     close(found[near, :3], truth[near, :3], 1e-3, 1e-3)
@@ -92,7 +92,7 @@ def test_places_in_a_lights_table(kind: str) -> None:
     placed = call("scatter/march/fill_shade.wgsl", "column_place", [column, k], **own)
     close(placed, grid.column_place(column, k, light, sun), 1e-4, 1e-4)
     within = np.all((column[:, :2] > 0) & (column[:, :2] < 8), axis=1)
-    again = grid.shade_cell(placed, light, sun)[within]
+    again = grid.shade_cell(grid.grid_index(light["shade_rows"], placed), light, sun)[within]
     np.testing.assert_allclose(again, np.column_stack([column[:, :2], k, column[:, 2]])[within], rtol=1e-3, atol=1e-3)
 
 

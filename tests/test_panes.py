@@ -20,6 +20,7 @@ gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
+from airlight.pygfx.glass_maps import GlassMaps  # noqa: E402
 from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 from airlight.scenes import open_scene  # noqa: E402
 from airlight.scenes.offline import Shot, Studio  # noqa: E402
@@ -456,6 +457,53 @@ def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, step
     bright = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved, dims=False).radiance
     wrong = np.sqrt(np.mean((layer - truth) ** 2)) / truth.mean()
     assert wrong < 0.015 < 0.1 < np.sqrt(np.mean((bright - truth) ** 2)) / truth.mean()
+
+
+def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    stage.scene = gfx.Scene()
+    stage.scene.add(mesh(square(40, 20, (0, 0, -9)), color="#000"))
+    pane = mesh(square(3, 3, (-2.3, 1.5, -5), 90), color="#000", opacity=0.6, alpha_mode="blend")
+    stage.scene.add(pane)
+    drawn: list[int] = []
+    draw = GlassMaps._draw_view
+    monkeypatch.setattr(GlassMaps, "_draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
+    shafts = shining(stage, SUN_BESIDE, 64)
+    before = stage.seen(shafts)[1]
+    drawn.clear()
+    np.testing.assert_array_equal(stage.seen(shafts)[1], before)
+    assert not drawn
+    texture = gfx.Texture(np.full((4, 4, 4), 255, np.uint8), dim=2)
+
+    def fade() -> None:
+        pane.material.opacity = 0.2
+
+    def move() -> None:
+        pane.local.x = 0.4
+
+    def bend() -> None:
+        pane.geometry.positions.data[:, 1] -= 0.5
+        pane.geometry.positions.update_range()
+
+    def cover() -> None:
+        pane.geometry.texcoords = gfx.Buffer(np.zeros((len(pane.geometry.positions.data), 2), np.float32))
+        pane.material.map = gfx.TextureMap(texture)
+
+    def repaint() -> None:
+        texture.data[..., 3] = 100
+        texture.update_full()
+
+    def hide() -> None:
+        pane.visible = False
+
+    for change in (fade, move, bend, cover, repaint, hide):
+        change()
+        stage.renderer.effect_passes = [shafts]
+        found = stage.seen(shafts)[1]
+        truth = stage.seen(shining(stage, SUN_BESIDE, 64))[1]
+        np.testing.assert_array_equal(found, truth, change.__name__)
+        assert change is cover or np.abs(found - before).max() > 1e-3 * before.max(), change.__name__
+        before = found
 
 
 @pytest.mark.slow

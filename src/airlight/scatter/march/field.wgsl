@@ -137,17 +137,18 @@ fn enter_field(ray: Ray) {
     marks[0] = cursor;
     marked = 1u;
     if (NOISE) { noise_line = mat2x3f(grid_index(field.noise_rows, ray.origin), grid_step(field.noise_rows, ray.direction)); }
-    //! each i of 8: if (GRIDS > i) { crossings[i] = cross_grid(ray, i); }
+    //! each i of 8: if (GRIDS > i) { enter_grid(ray, i); }
 }
 
 /// Find where a ray is in the i-th grid.
-fn cross_grid(ray: Ray, i: u32) -> Crossing {
+fn enter_grid(ray: Ray, i: u32) {
     let rows = field.grids[i].rows;
     let b = grid_index(rows, ray.origin);
     let a = grid_step(rows, ray.direction);
     let range = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
     let summed = clip_to_slabs(b + b.yzx, a + a.yzx, range, field.grids[i].low_sums, field.grids[i].high_sums);
-    return Crossing(b, a, clip_to_slabs(b - b.yzx, a - a.yzx, summed, field.grids[i].low_differences, field.grids[i].high_differences));
+    let within = clip_to_slabs(b - b.yzx, a - a.yzx, summed, field.grids[i].low_differences, field.grids[i].high_differences);
+    crossings[i] = Crossing(b, a, within);
 }
 
 /// Find how far from t a ray's height leaves the part of fog over which a panel may reach. Twin: reference/march_field.py:fog_ahead.

@@ -20,15 +20,7 @@ struct Ray {
 
 /// Find the pixel of the picture at whose centre a pixel of what is computed is sampled. Twin: reference/march.py:sampled_pixel.
 fn sampled_pixel(p: vec2u) -> vec2u {
-    let numerator = (2u * p + 1u) * frame.pixels;
-    return min(quotient(numerator, 2u * frame.size), frame.pixels - 1u);
-}
-
-/// Divide whole numbers below 2^31, to a quotient below 2^20: what is found by floats is mended, as no CPU divides several of them at once.
-fn quotient(a: vec2u, b: vec2u) -> vec2u {
-    let near = vec2i(vec2f(a) / vec2f(b));
-    let rest = vec2i(a) - near * vec2i(b);
-    return vec2u(near + select(vec2i(0), vec2i(1), rest >= vec2i(b)) - select(vec2i(0), vec2i(1), rest < vec2i(0)));
+    return min((2u * p + 1u) * frame.pixels / (2u * frame.size), frame.pixels - 1u);
 }
 
 /// Make the camera's ray of a pixel of what is computed.
