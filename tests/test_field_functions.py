@@ -167,18 +167,18 @@ def test_share_that_is_scattered() -> None:
     close(found, march.scattered_share(d, cosine, axis, light, 1), 1e-4, 1e-6)
 
 
-def test_light_of_a_lamp_in_a_group_of_steps() -> None:
-    frame, light, group = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros(COUNT, struct_dtype(STEPS, "LampGroup"))
+def test_light_of_a_lamp_in_a_step() -> None:
+    frame, light, step = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros(COUNT, struct_dtype(STEPS, "LampStep"))
     frame["sigma_t"], frame["sigma_s"], frame["air"] = (0.1, 0.2, 0.05), (0.09, 0.1, 0.05), 0.6
     light["intensity"], light["position"], light["axis"], light["lobes"] = (3, 2, 1), (1, 2, -2), (0, 0, 1), (0.5, -0.3, 0.25)
     light["cone_offset"] = 1.0
-    group["range"], group["lengths"] = np.sort(single(2, low=0, high=9), axis=1), np.abs(single(2))
-    group["excess"] = single(low=-0.3, high=2)
+    step["range"], step["lengths"] = np.sort(single(2, low=0, high=9), axis=1), np.abs(single(2))
+    step["excess"] = single(low=-0.3, high=2)
     ray = np.zeros(COUNT, RAY)
     direction = single(3)
     ray["origin"], ray["direction"] = single(3), direction / np.linalg.norm(direction, axis=1, keepdims=True)
     nearest = march.nearest_approach(ray, light).astype(np.float32)
     angle = single(low=-1.2, high=1.2)
     own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"VARIES": True, "PHASE": 1}}
-    found = call(STEPS, "in_lamp_group", [ray, nearest, group, angle], **own)
-    close(found, march_field.in_lamp_group(ray, nearest, group, angle, frame, light, 1, "none"), 2e-3, 1e-5)
+    found = call(STEPS, "in_lamp_step", [ray, nearest, step, angle], **own)
+    close(found, march_field.in_lamp_step(ray, nearest, step, angle, frame, light, 1, "none"), 2e-3, 1e-5)

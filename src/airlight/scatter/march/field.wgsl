@@ -212,12 +212,10 @@ fn move_cursor(ray: Ray, end: f32, length: f32) {
     }
 }
 
-/// Integrate density from the cursor over so many steps, in equal pieces with a sample in each, at a part of it: m; and the mean density of the
-/// samples, less that of the air's closed form there. Samples have the detail that is left over a step, since those of pixels side by side lie
-/// at other places of all steps.
-fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, steps: f32) -> vec2f {
+/// Integrate density from the cursor to `end`, in equal pieces with a sample in each, at a part of it: m; and the mean density of the samples,
+/// less that of the air's closed form there. detail: m, over which noise is averaged at the least.
+fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, detail: f32) -> vec2f {
     let piece = (end - cursor.x) / pieces;
-    let detail = (end - cursor.x) / steps;
     var more = 0.0;
     var k = 0.0;
     loop {
@@ -251,7 +249,7 @@ fn seek(ray: Ray, t: f32, each: f32) {
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
             let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
-            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, 1.0).x);
+            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, select(0.0, end - cursor.x, DIRECTIONAL)).x);
         }
         continuing { break if cursor.x >= t; }
     }
