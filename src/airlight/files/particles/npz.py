@@ -9,7 +9,7 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.files.particles.columns import DENSITY, RADIUS, Particles, check_count
 from airlight.files.volumes.arrays import MAX_MEMBERS, ZIP_ERRORS, ZIP_MAGIC, read_header
-from airlight.messages import nearest
+from airlight.messages import counted, nearest
 
 MAGIC = ZIP_MAGIC
 POSITIONS = ("positions", "position", "points", "vertices", "xyz", "P")
@@ -66,5 +66,6 @@ def _array(archive: zipfile.ZipFile, name: str, path: str, axes: int) -> np.ndar
 def _of_each(archive: zipfile.ZipFile, name: str, count: int, path: str) -> np.ndarray:
     values = _array(archive, name, path, 1)
     if len(values) not in (1, count):
-        raise AirlightError(f"{path}: has {count} positions, but {len(values)} values of {name!r}; save one for each, or one for all")
+        there = f"{counted(count, 'position')}, but {counted(len(values), 'value')} of {name!r}"
+        raise AirlightError(f"{path}: has {there}; save one for each, or one for all")
     return np.array(np.broadcast_to(values, (count,)))
