@@ -179,6 +179,7 @@ def test_what_lies_in_the_air_is_seen(tmp_path: Path, capsys: pytest.CaptureFixt
         (("fog_above",), {"fog": "exponential"}, "--fog-above does nothing without --fog linear"),
         (("wind",), {}, "--wind does nothing without --noise-amount"),
         (("basin_density",), {}, "--basin-density does nothing without --basin-level"),
+        (("sun_extinction",), {"sun_extinction": "all", "noise_amount": 2.0}, "--sun-extinction does nothing without --fog, --volume or"),
     ],
 )
 def test_what_does_nothing_is_told(written: tuple[str, ...], values: dict[str, Any], line: str) -> None:
@@ -190,6 +191,8 @@ def test_what_does_something_is_not_told(recwarn: pytest.WarningsRecorder) -> No
     medium = Medium(fog="linear", fog_depth=2.0, fog_above=0.1, noise_amount=1.0, wind=(1.0, 0.0, 0.0), basin_level=1.0)
     tell_idle(frozenset({"fog", "fog_depth", "fog_above", "noise_size", "wind", "basin_density"}), medium)
     tell_idle(frozenset({"wind"}), Medium(), numbered=True)
+    tell_idle(frozenset({"sun_extinction"}), Medium(sun_extinction="all"), alone=False)
+    tell_idle(frozenset({"sun_extinction"}), Medium(sun_extinction="all", fog="linear"))
     assert not recwarn.list
 
 

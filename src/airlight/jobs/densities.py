@@ -88,13 +88,15 @@ def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], meth
         raise AirlightError(f"{given} means nothing with method {method}: leave it out, or use --method march")
 
 
-def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False) -> None:
-    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame."""
+def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False, alone: bool = True) -> None:
+    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame. alone: there are
+    none, and no particles."""
     lacks = {
         "--fog": medium.fog == "none" and {"fog_base", "fog_depth", "fog_above"},
         "--fog linear": medium.fog == "exponential" and {"fog_above"},
         "--noise-amount": medium.noise_amount == 0 and {"noise_size", "noise_octaves", "noise_seed"} | (set() if numbered else {"wind"}),
         "--basin-level": medium.basin_level is None and {"basin_density"},
+        "--fog, --volume or --particles": alone and medium.fog == "none" and medium.basin_level is None and {"sun_extinction"},
         "--sun-glow": medium.sun_glow == 0 and {"sun_glow_size"},
     }
     for needed, idle in lacks.items():

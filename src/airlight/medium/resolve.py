@@ -61,8 +61,11 @@ class ResolvedMedium:
 
     @property
     def sun_extinction(self) -> str:
-        """Tells what dims a sun's light: none, volumes, or all. Unset it is all where what is above a place has an end."""
+        """Tells what dims a sun's light: none, volumes, or all. Unset it is all where what is above a place has an end. Air without an end
+        dims no sun, nor does noise in it: all is then of what else lies there."""
         m = self.settings
+        if m.sun_extinction == "all" and m.fog == "none" and m.noise_amount > 0 and self.air > 0:
+            return "volumes" if self.fields else "none"
         ends = self.air == 0 or m.fog == "exponential" or (m.fog == "linear" and m.fog_above == 0)
         unset = "all" if ends else "volumes" if self.fields else "none"
         return unset if m.sun_extinction is None else m.sun_extinction
