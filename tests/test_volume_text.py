@@ -47,10 +47,10 @@ def test_what_is_written() -> None:
         ("a.vdb;factor=", "cannot read 'factor='"),
         ("a.vdb;blend=plus", "blend is 'plus' .*use add, multiply, replace, min, max"),
         ("a.vdb;up=x", "up is 'x' .*use y, z"),
-        ("a.vdb;factor=-1", "factor is -1 .*give 0 or more"),
+        ("a.vdb;factor=-1", "factor is -1 .*give a number of 0 to 1e.09"),
         ("a.vdb;factor=nan", "factor is nan .*give a number"),
-        ("a.vdb;scale=0", "scale is 0 .*give more than 0"),
-        ("a.npy;bounds=0,1,2", "bounds is 0,1,2 .*give six numbers, x0,y0,z0,x1,y1,z1"),
+        ("a.vdb;scale=0", "scale is 0 .*give a number of 1e-09 to 1e.09"),
+        ("a.npy;bounds=0,1,2", "bounds is 0,1,2 .*give numbers, x0,y0,z0,x1,y1,z1"),
         ("a.vdb;factor=1;factor=2", "factor stands twice"),
         ("dust.csv", "holds particles, not a volume; give it by --particles"),
     ],
@@ -69,7 +69,7 @@ def test_a_file_is_read_once_and_follows_the_frame(tmp_path: Path) -> None:
     for frame in (1, 2, 3, 9):
         found.frame = frame
         fields[frame] = as_field(found)
-    assert fields[1] is fields[2] and fields[3] is fields[9]
+    assert fields[1] is fields[2] and fields[3] is fields[9] is as_field(found, 64)
     assert (fields[2].factor, fields[2].blend) == (2, "max") and fields[3].volume.density.max() == 3
     with pytest.raises(AirlightError, match="did you mean 'add'"):
         Field(fields[2].volume, "ad")
