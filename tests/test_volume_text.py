@@ -81,6 +81,9 @@ def test_what_lies_outside_the_scene_is_told(tmp_path: Path) -> None:
     with pytest.warns(AirlightWarning, match=r"smoke\.npz: lies outside the scene, at 500, 501, 500 to 502, 503, 502 m"):
         words = put_densities(stage, [str(far)], [])
     assert words == (f"--volume={far}",) and len(stage.fields) == 1
+    with pytest.warns(AirlightWarning, match=r"outside the scene, at 1000000, 1, 0 to 1000002, 3, 2 m"):
+        add_density(stage, str(stored(tmp_path, "map.npz", bounds=BOUNDS + (1e6, 0, 0))), 32)
+    stage.fields.pop()
     near = stored(tmp_path, "near.npz")
     assert add_density(stage, str(near), 32) == (f"--volume={near}",) and len(stage.fields) == 2
 

@@ -59,7 +59,11 @@ def tell_apart(field: Field, centre: Any, radius: float) -> None:
     nearest_place = np.clip(np.asarray(centre, float), low, high)
     if np.linalg.norm(nearest_place - centre) <= radius:
         return
-    box = " to ".join(", ".join(f"{v:.4g}" for v in corner) for corner in (low, high))
-    middle = ", ".join(f"{v:.4g}" for v in np.asarray(centre, float))
+    box, middle = f"{_place(low)} to {_place(high)}", _place(np.asarray(centre, float))
     cure = "it may need a scale, or up=z" if field.volume.path else "move it"
     warn(f"{field.volume.path or 'a volume'}: lies outside the scene, at {box} m, which is {radius:.4g} m around {middle}; {cure}")
+
+
+def _place(point: np.ndarray) -> str:
+    """Write a place (3,), m, to a metre at least: also far from the origin, as in coordinates of maps."""
+    return ", ".join(f"{v:.4g}" if abs(v) < 1e4 else f"{v:.0f}" for v in point)
