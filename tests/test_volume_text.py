@@ -86,6 +86,8 @@ def test_what_lies_outside_the_scene_is_told(tmp_path: Path) -> None:
     stage.fields.pop()
     near = stored(tmp_path, "near.npz")
     assert add_density(stage, str(near), 32) == (f"--volume={near}",) and len(stage.fields) == 2
+    dust = stored(tmp_path, "dust.npz", density=np.ones(2), positions=np.zeros((2, 3)), radius=np.ones(2))
+    assert add_density(stage, str(dust), 32) == (f"--particles={dust}",) and stage.fields[-1].field(32).volume.mass > 0
 
 
 def render(folder: Path, *more: str, out: str = "out.exr") -> tuple[int, Path]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, warn
 from airlight.files.volumes import FORMATS as OF_VOLUMES
+from airlight.jobs.density_text import npz_kind
 from airlight.jobs.particle_text import load_particles, read_particle_text
 from airlight.jobs.volume_text import FileVolume, read_volume_text, tell_apart
 from airlight.medium.field import as_field
@@ -35,7 +36,7 @@ def put_densities(
 def add_density(stage: "Stage", path: str, cells: int) -> tuple[str, ...]:
     """Put the volume or the particles of a file into a stage's air, beside what lies there; give the option that asks for it. Raises
     AirlightError."""
-    if path.lower().endswith(tuple(OF_VOLUMES)):
+    if path.lower().endswith(tuple(OF_VOLUMES)) and npz_kind(path) != "particles":
         _put(stage, FileVolume(read_volume_text(path)), cells)
         return (f"--volume={path}",)
     _put(stage, load_particles(read_particle_text(path), stage.scene, cells), cells)

@@ -1,11 +1,13 @@
 """Reads densities as a user writes them, `SOURCE;key=value;...`, whatever they are of; and follows numbered files with the frame."""
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from airlight.errors import AirlightError
+from airlight.files.particles.npz import kind_of
 from airlight.files.volumes import file_of_frame
 from airlight.medium.field import Field
 from airlight.messages import nearest
@@ -69,10 +71,12 @@ class Grammar:
 
 
 class FileDensity:
-    """Gives the density of a file, of numbered files (`smoke.####.vdb`) that of `frame`, which may be set. Whoever derives from it reads;
-    `baked`: into as many cells as are asked for."""
+    """Gives the density of a file, of numbered files (`smoke.####.vdb`) that of `frame`, which may be set.
 
-    baked = False
+    Whoever derives from it reads. kind: what it is a density of. baked: whether into as many cells as are asked for.
+    """
+
+    kind, baked = "volume", False
 
     def __init__(self, path: str, frame: int = 1) -> None:
         self.path, self.frame = path, frame
@@ -84,9 +88,18 @@ class FileDensity:
         path = file_of_frame(self.path, self.frame)
         known = path, cells if self.baked else 0
         if self._field is None or self._known != known:
+            found = npz_kind(path)
+            if found not in (None, self.kind):
+                a, other = ("a ", "") if found == "volume" else ("", "a ")
+                raise AirlightError(f"{path}: holds {a}{found}, not {other}{self.kind}; give it by --{found}")
             self._field, self._known = self._read(path, cells), known
         return self._field
 
     def _read(self, path: str, cells: int) -> Field:
         """Read a file. cells: along the longest side of the grid, where one is made."""
         raise NotImplementedError
+
+
+def npz_kind(path: str) -> str | None:
+    """Tell of what a file is whose name may be a volume's and particles' alike: "particles" or "volume"; None where that is not known."""
+    return kind_of(path) if path.lower().endswith(".npz") and os.path.isfile(path) else None

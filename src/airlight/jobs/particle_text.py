@@ -58,7 +58,7 @@ def read_particle_text(text: str) -> ParticleText:
 class FileParticles(FileDensity):
     """Gives the density of a file's particles, or of the frame's; of no particles 0."""
 
-    draw, baked = False, True
+    draw, kind, baked = False, "particles", True
 
     def __init__(self, written: ParticleText, frame: int = 1) -> None:
         super().__init__(written.source, frame)

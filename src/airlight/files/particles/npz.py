@@ -15,6 +15,24 @@ MAGIC = ZIP_MAGIC
 POSITIONS = ("positions", "position", "points", "vertices", "xyz", "P")
 
 
+def kind_of(path: str) -> str | None:
+    """Tell by the shape of its density, or of its positions, of what an .npz is: "particles" or "volume"; None where they do not say."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = [info.filename.removesuffix(".npy") for info in archive.infolist()]
+            points = next((name for name in POSITIONS if name in names), None)
+            told = next((name for name in ("density", points) if name in names), None)
+            if told is None:
+                return None
+            with archive.open(f"{told}.npy") as member:
+                axes = len(read_header(member, path).shape)
+    except (AirlightError, *ZIP_ERRORS):
+        return None
+    if told == "density" and axes > 2:
+        return "volume"
+    return "particles" if points is not None and axes == (1 if told == "density" else 2) else None
+
+
 def read(file: BinaryIO, path: str) -> Particles:
     """Read `positions` (N, 3), or x, y and z (N,), with `radius` and `density` (N,), or one for all, beside them. Raises AirlightError."""
     try:
