@@ -13,6 +13,7 @@ from airlight.medium.resolve import OPTICAL_DEPTH
 from airlight.messages import say
 from airlight.options import Medium
 
+FILES = (*OF_VOLUMES, ".csv")  # of densities, that are nothing else
 SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
 LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
 
@@ -45,7 +46,7 @@ def add_density(stage: "Stage", path: str, cells: int) -> tuple[str, ...]:
 
 def of_density(path: str) -> bool:
     """Tell whether a file, by its name, holds a volume or particles, and nothing that is shown by itself."""
-    return path.lower().endswith((*OF_VOLUMES, ".csv"))
+    return path.lower().endswith(FILES)
 
 
 def _put(stage: "Stage", density: Any, cells: int) -> None:
