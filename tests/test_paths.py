@@ -14,7 +14,7 @@ from airlight.lights.point import PointLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.field import Field
-from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.options import March, Medium
 from airlight.reference import field, paths, tracer
 from airlight.reference import medium as twin
@@ -230,6 +230,16 @@ def test_what_dims_a_sun_can_be_chosen() -> None:
     np.testing.assert_array_equal(paths.sun_length(at, towards, made(air=0.5)), 0)
     volumes = paths.sun_length(at, towards, made(own, air=0.5, sun_extinction="volumes"))
     np.testing.assert_allclose(volumes, paths.optical_length(at, at + 20 * towards, made(own)), rtol=1e-9)
+
+
+def test_fog_of_no_air_is_told() -> None:
+    """Beside fields the air is empty unless it is said to be; told where it is unset and something is asked of it."""
+    own = Field(rough())
+    for asked in ({"fog": "linear"}, {"noise_amount": 1.0}):
+        assert "air = 1" in (doubt(made(own, **asked), 5.0, 5.0) or "")
+        said = (made(own, **asked, air=0.0), made(own, **asked, air=0.5), made(**asked))
+        assert [doubt(one, 5.0, 5.0) for one in said] == [None] * 3
+    assert doubt(made(own, wind=(1, 0, 0)), 5.0, 5.0) is None
 
 
 def test_noise_in_air_without_an_end_dims_no_sun() -> None:

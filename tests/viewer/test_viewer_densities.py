@@ -21,6 +21,10 @@ def test_a_volume_that_is_opened_lies_in_the_air(scene: Driver, tmp_path: Path, 
     assert "lies in the air now" in state.message and state.parameters.method == "march"
     assert np.abs(smoky - plain).max() > 10
     assert f"--volume={path}" in command.options(state)
+    assert not state.doubt
+    st.set_values(state, st.values(state) | {"fog": "linear"})
+    scene.frame(2)
+    assert "give it a density, air = 1" in state.doubt
     state.requests.append(("open", str(tmp_path / "none.vdb")))
     scene.frame(2)
     assert "none.vdb" in state.message and command.options(state).count(f"--volume={path}") == 1
