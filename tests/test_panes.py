@@ -1,8 +1,6 @@
 """What is seen through, in a medium: each fragment is fogged at its own distance, whatever the order, the blending and the steps."""
 
-import logging
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -98,18 +96,6 @@ class Stage(PassStage):
         """The picture and its layer, (H, W, 3)."""
         self.draw()
         return self.renderer.snapshot()[..., :3].astype(float), self.texels(shafts.layer)[..., :3].astype(float)
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
-    kept.reset()
-    yield kept
-    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
 def composite(*given: tuple[float, float, float]) -> tuple[float, float]:
