@@ -517,9 +517,11 @@ def test_what_is_left_behind_is_its_twin() -> None:
     np.testing.assert_array_equal(found, panes.left_behind(depth, surfaces, passed))
 
 
-def test_few_steps_share_a_look_up() -> None:
+@pytest.mark.parametrize("sun", [True, False])
+def test_few_steps_share_a_look_up(sun: bool) -> None:
     n = np.arange(1, 129, dtype=np.float32)
-    np.testing.assert_array_equal(call("scatter/march/steps.wgsl", "dimmed_steps", [n]), panes.dimmed_steps(n))
+    found = call("scatter/march/steps.wgsl", "dimmed_steps", [n], constants={"DIRECTIONAL": sun})
+    np.testing.assert_array_equal(found, panes.dimmed_steps(n, sun))
 
 
 # ---------------------------------------------------------------- functions of shaders

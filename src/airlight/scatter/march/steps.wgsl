@@ -217,7 +217,7 @@ fn see_knot(whole: f32) {
 
 /// Choose how many steps take what is left of a light from one look-up. Twin: reference/panes.py:dimmed_steps.
 fn dimmed_steps(n: f32) -> f32 {
-    return select(1.0, select(2.0, 8.0, n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
+    return select(1.0, select(2.0, select(4.0, 8.0, DIRECTIONAL), n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
 }
 
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
