@@ -250,6 +250,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         begin_fog(ray, k * each, passed_by);
     }
     var left = 1.0; // of the light, behind what dims it
+    var looked = false; // in this group, at its first step that is lit: beside a window's glass there may be a dark wall without any
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -262,10 +263,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             samples = vec2f(group.steps.x - k * group.steps.y, group.steps.y);
             stop = min(k + size, end);
         } else if (GLASS) {
-            let size = dimmed_steps(f32(light_storage.steps));
-            let middle = line.b.xyz + (k + o * size) * each * line.a.xyz;
-            left = light_left(i, middle.xy, middle.z);
-            stop = min(k + size, end);
+            looked = false;
+            stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
         }
         loop {
             // Look up the sample's visibility
@@ -273,7 +272,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
-            if (GLASS && (VARIES || FOG != EVEN)) { left = light_left(i, at.xy, at.z); }
+            if (GLASS && share > 0.0 && (VARIES || FOG != EVEN || !looked)) {
+                left = light_left(i, at.xy, at.z);
+                looked = true;
+            }
             share *= left;
             // Weigh it where cascades blend
             if (CASCADES) {
@@ -336,6 +338,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     }
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
     var left = 1.0;
+    var looked = false; // as for a directional light
     var group = LampGroup(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
@@ -346,17 +349,18 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
             stop = min(k + size, end);
         } else if (GLASS) {
-            let size = dimmed_steps(f32(light_storage.steps));
-            let middle = line.b + (nearest.x + nearest.y * tangent(start + (k + o * size) * each)) * line.a;
-            left = select(light_left(i, middle.xy / middle.w, middle.z / middle.w), 1.0, middle.w <= 0.0);
-            stop = min(k + size, end);
+            looked = false;
+            stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
         }
         loop {
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
             var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-            if (GLASS && VARIES) { left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
+            if (GLASS && share > 0.0 && (VARIES || !looked)) {
+                left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
+                looked = true;
+            }
             share *= left;
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
