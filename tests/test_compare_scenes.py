@@ -164,11 +164,11 @@ def test_a_truth_without_some_glass_says_so_in_a_line(monkeypatch):
     kept = panes[1].material.alpha_mode, panes[2].material.alpha_mode
     try:
         panes[1].material.alpha_mode, panes[2].material.alpha_mode = "multiply", "add"  # of which one adds light alone
-        with pytest.warns(AirlightWarning, match="ray tracer's truth is without 1 thing that is seen through .mesh., .*--against walk"):
+        with pytest.warns(AirlightWarning, match="truth of the ray tracer lacks 1 thing that is seen through .mesh.: .*--against walk"):
             assert "5 of its meshes" in here.truth(medium, "tracer")[1]
         mitsuba = types.SimpleNamespace(layer=lambda *what: (Layer(*[np.ones((36, 64, 3))] * 2, np.ones((36, 64))), 0.0))
         monkeypatch.setattr(scenes, "mitsuba", mitsuba)
-        with pytest.warns(AirlightWarning, match="Mitsuba's truth is without 6 things that are seen through .*--against walk"):
+        with pytest.warns(AirlightWarning, match="truth of Mitsuba lacks 6 things that are seen through: .*--against walk"):
             here.truth(medium, "mitsuba")
     finally:
         panes[1].material.alpha_mode, panes[2].material.alpha_mode = kept

@@ -167,7 +167,7 @@ class ComparedView:
             panes, unknown = [], []
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
         if against == "mitsuba":
-            _tell_lacking("Mitsuba's truth", [*[None] * len(panes), *unknown], "which is given no glass")
+            _tell_lacking("Mitsuba", len(panes) + len(unknown), "is given no glass")
             layer, noise = mitsuba.layer(view, projection, size, seen, self.punctual, medium, casting)
             where = rule.clear(layer.path_length)
             alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
@@ -177,7 +177,7 @@ class ComparedView:
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
-        _tell_lacking("the ray tracer's truth", unknown, "which knows triangles of an even opacity")
+        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity", unknown)
         layer = seen_through.layer(view, projection, size, seen, panes, self.punctual, medium, casting, work.share)
         glass = f", {len(panes)} of its meshes seen through" if panes else ""
         about = f"by a float64 ray tracer over the scene's {count:,} triangles{glass}, which has the exact lit segments of each ray"
@@ -198,12 +198,12 @@ class ComparedView:
         return Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3]), about
 
 
-def _tell_lacking(whose: str, lacking: Sequence[str | None], why: str) -> None:
-    """Say in a line what of a scene a truth is without: names of what is seen through, None where none is needed."""
-    if lacking:
-        names = ", ".join(dict.fromkeys(name for name in lacking if name is not None))
-        count = f"{len(lacking)} {'thing that is' if len(lacking) == 1 else 'things that are'} seen through"
-        warn(f"{whose} is without {count}{f' ({names})' if names else ''}, {why}; --against walk has all")
+def _tell_lacking(tracer: str, count: int, why: str, names: Sequence[str] = ()) -> None:
+    """Say in a line that a truth lacks so many things of a scene that are seen through."""
+    if count:
+        what = f"{count} {'thing that is' if count == 1 else 'things that are'} seen through"
+        called = f" ({', '.join(dict.fromkeys(names))})" if names else ""
+        warn(f"the truth of {tracer} lacks {what}{called}: it {why}; --against walk has all")
 
 
 def compare(
