@@ -250,7 +250,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         begin_fog(ray, k * each, passed_by);
     }
     var left = 1.0; // of the light, behind what dims it
-    var looked = false; // in this group, at its first step that is lit: beside a window's glass there may be a dark wall without any
+    var looked = false; // in this group, at a step that is lit as those since are: beside a window's glass there may be a dark wall
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -272,10 +272,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
-            if (GLASS && share > 0.0 && (VARIES || FOG != EVEN || !looked)) {
-                left = light_left(i, at.xy, at.z);
-                looked = true;
-            }
+            if (GLASS && share > 0.0 && (VARIES || FOG != EVEN || !looked)) { left = light_left(i, at.xy, at.z); }
+            looked = share > 0.0;
             share *= left;
             // Weigh it where cascades blend
             if (CASCADES) {
@@ -357,10 +355,8 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
             var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-            if (GLASS && share > 0.0 && (VARIES || !looked)) {
-                left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
-                looked = true;
-            }
+            if (GLASS && share > 0.0 && (VARIES || !looked)) { left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
+            looked = share > 0.0;
             share *= left;
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
