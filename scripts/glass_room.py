@@ -16,17 +16,6 @@ PANES = ((0.95, 0.35, 0.12), (0.15, 0.45, 0.9), (0.98, 0.75, 0.15), (0.25, 0.75,
 
 
 class Room(Scene):
-    def glass(self, r: float, g: float, b: float, alpha: float) -> int:
-        """Glass of a colour that is seen through, from both sides."""
-        surface = {"baseColorFactor": [r, g, b, alpha], "metallicFactor": 0, "roughnessFactor": 0.08}
-        return self.writer.add("materials", pbrMetallicRoughness=surface, doubleSided=True, alphaMode="BLEND")
-
-    def pane(self, glass: int, place: Any, width: float, height: float, rotation: Any) -> None:
-        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * (width / 2, height / 2, 1)
-        normals = np.tile([0.0, 0.0, 1.0], (4, 1))
-        mesh = self.writer.mesh(corners, [0, 1, 2, 0, 2, 3], glass, NORMAL=normals)
-        self.node(mesh=mesh, translation=place, rotation=rotation)
-
     def turned(self, paint: int, place: Any, outline: Any) -> None:
         """What a line of (radius, height) makes when it is turned about the vertical."""
         line = np.array(outline, float)

@@ -45,7 +45,7 @@ VARIANTS = {
     "`article`": "method=article",
     "`article-prose`": "method=article-prose",
 }
-IN_FIELDS = {
+FEW_STEPS = {  # of media that vary, and of what is seen through
     "exact walk": VARIANTS["exact walk"],
     "500 steps": VARIANTS["500 steps"],
     "64 steps": "method=march,quality=final,steps=64",
@@ -142,10 +142,10 @@ def by_mitsuba(name: str) -> str:
 
 def page(name: str, width: int, runs: int) -> None:
     stage = open_scene(name)
-    in_field = name in validating.VARYING
-    width = round(width * VARYING_SHARE) if in_field else width
+    width = round(width * VARYING_SHARE) if name in validating.VARYING else width
+    texts = FEW_STEPS if name in validating.VARYING + validating.SEEN_THROUGH else VARIANTS
     view = scenes.ComparedView(stage, Shot(width, width * 9 // 16, samples=1))
-    chosen = {label: variant(text, stage.settings, True) for label, text in (IN_FIELDS if in_field else VARIANTS).items()}
+    chosen = {label: variant(text, stage.settings, True) for label, text in texts.items()}
     chosen = {label: v for label, v in chosen.items() if view.lacks(v) is None}
     result = scenes.compare(view, list(chosen.values()), against="tracer", runs=runs, say=said)
     exact, truth = result.rows[0], result.truths[0]
@@ -185,10 +185,10 @@ def overview() -> None:
 
 
 def summary() -> None:
-    """The figures of media that vary, from their pages, into docs/validation.md."""
+    """The figures of media that vary, and of glass, from their pages, into docs/validation.md."""
     labels = "exact walk", "64 steps", "16 steps"
     rows = ["| | |" + "".join(f" {label}: rmse | bias |" for label in labels), "|" + "---|" * (2 + 2 * len(labels))]
-    for name in validating.VARYING:
+    for name in validating.VARYING + validating.SEEN_THROUGH:
         title, *lines = (DOCS / "validation" / f"{name}.md").read_text(encoding="utf-8").splitlines()
         found = {line.split(" | ")[0][2:]: line.split(" | ")[1:3] for line in lines if line.startswith("| ")}
         figures = [figure for label in labels for figure in found.get(label, ["", ""])]

@@ -60,6 +60,17 @@ class Scene:
         surface = {"baseColorFactor": [r, g, b, 1], "metallicFactor": 0, "roughnessFactor": rough}
         return self.writer.add("materials", pbrMetallicRoughness=surface, doubleSided=True)
 
+    def glass(self, r: float, g: float, b: float, alpha: float) -> int:
+        """Glass of a colour that is seen through, from both sides."""
+        surface = {"baseColorFactor": [r, g, b, alpha], "metallicFactor": 0, "roughnessFactor": 0.08}
+        return self.writer.add("materials", pbrMetallicRoughness=surface, doubleSided=True, alphaMode="BLEND")
+
+    def pane(self, glass: int, place: Any, width: float, height: float, rotation: Any) -> None:
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * (width / 2, height / 2, 1)
+        normals = np.tile([0.0, 0.0, 1.0], (4, 1))
+        mesh = self.writer.mesh(corners, [0, 1, 2, 0, 2, 3], glass, NORMAL=normals)
+        self.node(mesh=mesh, translation=place, rotation=rotation)
+
     def node(self, parent: int | None = None, **more: Any) -> int:
         for name in ("translation", "rotation", "scale"):
             if name in more:
@@ -304,6 +315,41 @@ def mirrored() -> None:
     s.save("mirrored")
 
 
+def panes() -> None:
+    """The sun through tall windows of a hall, some of smoked glass, and a spot, across screens of glass that stand one behind the other."""
+    s = Scene()
+    wall, frame = s.paint(0.26, 0.24, 0.22), s.paint(0.035, 0.032, 0.03)
+    s.room(wall, (-3, 0, -7), (1.6, 3.6, 4), "floor back right top front")
+    s.box(wall, (-5.5, 1.35, -1.5), (0.1, 2.7, 16))
+    x, y0, y1, edges = -3.05, 0.8, 3.1, np.array([-5.4, -4.4, -3.4, -2.4, -1.4, -0.4, 0.6, 1.6, 2.4, 3.4])
+    s.box(wall, (x, y0 / 2, -1.5), (0.1, y0, 11.2))
+    s.box(wall, (x, (y1 + 3.7) / 2, -1.5), (0.1, 3.7 - y1, 11.2))
+    for z0, z1 in np.append(np.append(-7.1, edges), 4.1).reshape(-1, 2):
+        s.box(wall, (x, (y0 + y1) / 2, (z0 + z1) / 2), (0.1, y1 - y0, z1 - z0))
+    for k, (z0, z1) in enumerate(edges.reshape(-1, 2)):
+        s.box(frame, (x, (y0 + y1) / 2, (z0 + z1) / 2), (0.06, y1 - y0, 0.05))
+        if k % 2 == 0:
+            smoked = s.glass(0.2, 0.2, 0.22, (0.5, 0.0, 0.65, 0.0, 0.3)[k])
+            s.pane(smoked, (x, (y0 + y1) / 2, (z0 + z1) / 2), z1 - z0, y1 - y0, turn("y", 90))
+    screens = (
+        ((-0.65, 1.0), 2.1, 0.3, (0.15, 0.75, 0.7), -20),
+        ((-0.2, -1.2), 2.2, 0.35, (0.95, 0.5, 0.08), -28),
+        ((-1.0, -2.9), 2.6, 0.5, (0.12, 0.35, 0.85), -12),
+        ((0.2, -5.2), 2.6, 0.3, (0.8, 0.15, 0.25), -24),
+    )
+    for (across, z), width, alpha, colour, degrees in screens:
+        middle = np.array([across, 1.2, z])
+        side = np.array([math.cos(math.radians(degrees)), 0, -math.sin(math.radians(degrees))]) * width / 2
+        s.pane(s.glass(*colour, alpha), middle, width, 2.4, turn("y", degrees))
+        for post in (-side, side):
+            s.box(frame, middle + post, (0.03, 2.4, 0.03), turn("y", degrees))
+        s.box(frame, middle + (0, 1.2, 0), (width + 0.03, 0.03, 0.03), turn("y", degrees))
+    s.light("directional", (1.0, 0.86, 0.64), 34, (-0.76, 0.6, 0.2), (0, 0, 0))
+    s.light("spot", (0.5, 0.72, 1.0), 300, (1.4, 3.3, -6.2), (-0.7, 0.5, -0.4), inner=12, outer=19)
+    s.camera("hall", (1.1, 1.6, 3.9), (-1.0, 1.35, -2.4), 44)
+    s.save("panes")
+
+
 if __name__ == "__main__":
-    for make in (slats, foliage, cage, two_spots, window, headlamp, dense, mirrored):
+    for make in (slats, foliage, cage, two_spots, window, headlamp, dense, mirrored, panes):
         make()

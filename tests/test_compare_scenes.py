@@ -3,6 +3,7 @@
 import re
 import sys
 import types
+import warnings
 from functools import lru_cache
 
 import numpy as np
@@ -15,17 +16,18 @@ from tags import Tags
 from airlight.cli import cli, main
 from airlight.compare import page, rule, scenes, words
 from airlight.compare.variants import IN_SCENES, usual, variant
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, AirlightWarning
 from airlight.files import read_image
 from airlight.gpu.device import shared_device
 from airlight.options import Composite
+from airlight.pygfx.panes import is_seen_through
 from airlight.reference import tracer
 from airlight.reference.medium import Layer
 from airlight.scatter.methods import of_medium
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot
 from airlight.scenes.replay import Replay
-from airlight.scenes.triangles import world_triangles
+from airlight.scenes.triangles import world_panes, world_triangles
 
 SIZE = (64, 36)
 EXACT = "method=march,steps=exact,resolution=1,shadow_size=2048"
@@ -125,17 +127,51 @@ def test_the_factor_is_the_one_that_fits_best():
     assert best > 0 and off(best) < min(off(0.98 * best), off(1.02 * best))
 
 
-@pytest.mark.parametrize("text", [EXACT, EXACT + ",extinction=false,view_transform=none", EXACT + ",adapt=0.7,mix=0.5"])
-def test_the_truth_is_composited_as_the_renderer_does(text):
-    v = chosen(text)[0]
-    replay = view().replay(v)
-    frame = replay.frame(*view().moment, layer=True)
+OTHERWISE = EXACT + ",extinction=false,view_transform=none", EXACT + ",adapt=0.7,mix=0.5"
+GLASS = pytest.param("panes", EXACT, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("name", "text"), [*(("window", text) for text in (EXACT, *OTHERWISE)), GLASS])
+def test_the_truth_is_composited_as_the_renderer_does(name, text):
+    here, v = view(name), chosen(text, name=name)[0]
+    replay = here.replay(v)
+    frame = replay.frame(*here.moment, layer=True)
     layer = Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3])
-    mine = view().composited(layer, v)
+    mine = here.composited(layer, v)
     off = np.abs(mine - frame.pixels().clip(0, 1))
     assert np.ptp(mine) > 0.2 and off.max() < 0.03 and off.mean() < 0.002
-    without = view().composited(layer._replace(radiance=0 * layer.radiance), v)
+    without = here.composited(layer._replace(radiance=0 * layer.radiance), v)
     assert np.abs(without - frame.pixels().clip(0, 1)).mean() > 5 * off.mean()
+
+
+@pytest.mark.slow
+def test_glass_is_in_the_truth_where_it_is_in_the_picture():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = scenes.compare(view("panes"), chosen(EXACT, EXACT + ",transparency=none", name="panes"), runs=1)
+    assert [row.rmse < 0.01 and abs(row.bias) < 0.005 for row in found.rows] == [True, True]
+    assert ["386 triangles, 7 of its meshes seen through," in truth.about for truth in found.truths] == [True, False]
+    assert np.abs(found.truths[0].layer - found.truths[1].layer).mean() > 0.1 * found.truths[1].layer.mean()
+
+
+def test_a_truth_without_some_glass_says_so_in_a_line(monkeypatch):
+    here = view("panes")
+    panes = [thing for thing in here.stage.scene.iter() if getattr(thing, "material", None) is not None and is_seen_through(thing)]
+    medium = here.resolved(chosen(EXACT, name="panes")[0])
+    found, unknown = world_panes(here.stage.scene, here.lights, panes[:1])
+    assert [pane.dims for pane in found] == [False] + [True] * 6 and unknown == []
+    assert sorted(round(1 - pane.passed, 3) for pane in found) == [0.3, 0.3, 0.3, 0.35, 0.5, 0.5, 0.65]
+    kept = panes[1].material.alpha_mode, panes[2].material.alpha_mode
+    try:
+        panes[1].material.alpha_mode, panes[2].material.alpha_mode = "multiply", "add"  # of which one adds light alone
+        with pytest.warns(AirlightWarning, match="truth of the ray tracer lacks 1 thing that is seen through .mesh.: .*--against walk"):
+            assert "5 of its meshes" in here.truth(medium, "tracer")[1]
+        mitsuba = types.SimpleNamespace(layer=lambda *what: (Layer(*[np.ones((36, 64, 3))] * 2, np.ones((36, 64))), 0.0))
+        monkeypatch.setattr(scenes, "mitsuba", mitsuba)
+        with pytest.warns(AirlightWarning, match="truth of Mitsuba lacks 6 things that are seen through: .*--against walk"):
+            here.truth(medium, "mitsuba")
+    finally:
+        panes[1].material.alpha_mode, panes[2].material.alpha_mode = kept
 
 
 def test_the_cost_is_that_of_the_passes_that_make_light():
@@ -150,9 +186,13 @@ def test_the_cost_is_that_of_the_passes_that_make_light():
         assert row.ms == pytest.approx(sum(ms for _, ms in row.parts)) and min(ms for _, ms in row.parts) > 0
     assert [row.copies for row in rows[:3]] == pytest.approx([row.ms / result("window").copy_ms for row in rows[:3]])
     assert re.fullmatch(r"[\d.]+ copies \([\d.]+ ms: shadow maps [\d.]+, march [\d.]+\)", words.cost(rows[0]))
-    assert [scenes.part_of(label) for label in ("merge", "adapt", "prepass", "upsample", "march sun", "epipolar scan")] == [
+    labels = "merge", "adapt", "panes", "glass", "pane spans", "prepass", "upsample", "march sun", "epipolar scan"
+    assert [scenes.part_of(label) for label in labels] == [
         None,
         None,
+        None,
+        "shadow maps",
+        "march",
         "source",
         "march",
         "march",

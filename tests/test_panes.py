@@ -1,5 +1,6 @@
 """What is seen through, in a medium: each fragment is fogged at its own distance, whatever the order, the blending and the steps."""
 
+import itertools
 import math
 from typing import Any
 
@@ -10,6 +11,7 @@ from calling import call
 from airlight.files.volumes import Volume
 from airlight.gpu.structs import struct_dtype
 from airlight.medium.field import Field
+from airlight.medium.resolve import resolve
 from airlight.options import March, Medium, Parameters, SceneOptions, build
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference import panes, profile, tracer
@@ -396,6 +398,59 @@ def test_panes_before_a_shaft_of_light(stage: Stage, sent: SceneLight, steps: An
     assert np.sqrt(np.mean((alone - truth.radiance)[near] ** 2)) > 5 * least * truth.radiance[near].mean() * (1 if resolution == 1 else 0.2)
 
 
+FEW = 24, 14  # pixels
+
+
+def by_subsets(view: Any, projection: Any, solid: np.ndarray, glass: list[panes.Pane], lights: Any, medium: Any) -> np.ndarray:
+    """The light seen through panes that a ray meets once at most, by a tracer that knows none. Of panes that let p_i pass, v_i being 0
+    where one would hide the light if it were opaque, else 1, the product of p_i + (1 - p_i) v_i is left: a sum over subsets."""
+
+    def lit(seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        total: Any = 0.0
+        for opaque in itertools.product((False, True), repeat=len(glass)):
+            share = math.prod(1 - pane.passed if hides else pane.passed for pane, hides in zip(glass, opaque, strict=True))
+            hiding = [pane.triangles for pane, hides in zip(glass, opaque, strict=True) if hides]
+            one = tracer.layer(view, projection, FEW, seen, lights, medium, np.concatenate([solid, *hiding]))
+            total = total + share * one.radiance
+        return total, one.path_length
+
+    behind, way = lit(solid)
+    before = [lit(np.concatenate([solid, pane.triangles])) for pane in glass]
+    order = np.argsort([-t for _, t in before], axis=0)[..., None]
+    passed = np.array([np.where(t < way, pane.passed, 1.0) for (_, t), pane in zip(before, glass, strict=True)])[..., None]
+    air = np.take_along_axis(np.array([light for light, _ in before]), order, axis=0)
+    return profile.seen_through(behind, np.zeros_like(air), np.take_along_axis(passed, order, axis=0), air, np.ones_like(air))
+
+
+@pytest.mark.parametrize("more", [{}, {"fog": "exponential", "fog_base": -1.0, "fog_depth": 2.0}])
+def test_the_tracer_of_panes_is_the_sum_over_subsets_of_opaque_ones(more: Any) -> None:
+    camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    solid = np.concatenate([square(40, 20, (0, 0, -9)), square(6, 9, (-3.5, 0, -8.5), 90)])
+    traced = [panes.Pane(square(5, 2, (0.4, 0.2, -4.5), 55), 0.65), panes.Pane(square(3, 4, (0.8, 0, -6.5), -20), 0.5)]
+    air = Medium(sigma_t=(0.1, 0.07, 0.05), anisotropy=0.3, max_distance=30.0, ambient=(0.1, 0.2, 0.3), **more)
+    medium = resolve(air, March(), "final", 8.0)
+    matrices = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
+    lights = punctual_lights([SUN_BESIDE, LAMP])
+    found = panes.layer(*matrices, FEW, solid, traced, lights, medium).radiance
+    np.testing.assert_allclose(found, by_subsets(*matrices, solid, traced, lights, medium), rtol=1e-6)
+
+
+def test_a_pane_has_sides_and_faces() -> None:
+    """Twice through two triangles, whose common edge the middle ray meets; only its front is seen, but it dims from both."""
+    medium = resolve(Medium(sigma_t=(SIGMA,) * 3, albedo=(ALBEDO,) * 3, phase="isotropic", max_distance=WALL), March(), "final", 8.0)
+    camera = gfx.OrthographicCamera(32, 18, depth_range=(0, 50))
+    matrices = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
+    above = punctual_lights([SceneLight(direction=(0, 1, 0), strength=LUX * PHASE * 4 * math.pi)])
+    faces = np.concatenate([square(100, 100, (0, 0, -t)) for t in (3, 6)])
+    for side, panes_seen in (("both", 2), ("front", 2), ("back", 0)):
+        found = panes.layer(*matrices, (3, 3), np.zeros((0, 3, 3)), [panes.Pane(faces, 0.5, side=side)], above, medium).radiance
+        parts = [(0, 3, 1.0), (3, 6, 0.5), (6, WALL, 0.25)] if panes_seen else [(0, WALL, 1.0)]
+        np.testing.assert_allclose(found, sum(left * (light(end) - light(begin)) for begin, end, left in parts))
+    roof = panes.Pane(lying(12, 3, 6), 0.5, side="back")
+    found = panes.layer(*matrices, (3, 3), np.zeros((0, 3, 3)), [roof], above, medium).radiance
+    np.testing.assert_allclose(found, light(WALL) - 0.5 * (light(6) - light(3)))
+
+
 # ---------------------------------------------------------------- light through panes
 
 
@@ -440,7 +495,8 @@ def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, step
     view, projection = np.asarray(camera.view_matrix, float), np.asarray(camera.projection_matrix, float)
     traced = [panes.Pane(one, 1 - a) for one, a in zip(glass, alphas, strict=True)]
     truth = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved).radiance
-    bright = panes.layer(view, projection, SIZE, solid, traced, punctual_lights([moved]), resolved, dims=False).radiance
+    clear = [panes.Pane(one.triangles, one.passed, dims=False) for one in traced]
+    bright = panes.layer(view, projection, SIZE, solid, clear, punctual_lights([moved]), resolved).radiance
     wrong = np.sqrt(np.mean((layer - truth) ** 2)) / truth.mean()
     assert wrong < 0.015 < 0.1 < np.sqrt(np.mean((bright - truth) ** 2)) / truth.mean()
 
@@ -452,8 +508,8 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
     pane = mesh(square(3, 3, (-2.3, 1.5, -5), 90), color="#000", opacity=0.6, alpha_mode="blend")
     stage.scene.add(pane)
     drawn: list[int] = []
-    draw = GlassMaps._draw_view
-    monkeypatch.setattr(GlassMaps, "_draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
+    draw = GlassMaps.draw_view
+    monkeypatch.setattr(GlassMaps, "draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
     shafts = shining(stage, SUN_BESIDE, 64)
     before = stage.seen(shafts)[1]
     drawn.clear()
@@ -492,6 +548,19 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
         before = found
 
 
+@pytest.mark.parametrize("sent", [pytest.param(SUN_BESIDE, id="sun"), pytest.param(LAMP, id="lamp", marks=pytest.mark.slow)])
+def test_few_steps_are_as_dim_as_many_behind_windows(stage: Stage, sent: SceneLight) -> None:
+    """Narrow windows with a pane each: of steps that share a look-up many a one lies in the dark, where nothing dims."""
+    stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    stage.scene = gfx.Scene()
+    stage.scene.add(mesh(np.concatenate([square(40, 20, (0, 0, -9)), *(square(0.8, 9, (-4, 0, -k), 90) for k in range(10))]), color="#000"))
+    for k in range(9):
+        stage.scene.add(mesh(square(0.2, 9, (-4, 0, -k - 0.5), 90), color="#000", opacity=0.8, alpha_mode="blend"))
+    beside = SceneLight(position=(-6.0, 0.5, -4.0), strength=30.0) if sent is LAMP else sent
+    few, many = (stage.seen(shining(stage, beside, steps))[1].mean() for steps in (64, "exact"))
+    assert few == pytest.approx(many, rel=0.08)  # half as much again, and twice as much, by a look-up anywhere in a group
+
+
 @pytest.mark.slow
 def test_the_exact_walk_comes_to_an_end_on_short_segments() -> None:
     """Of foliage many lit segments are shorter than the digits of t tell apart; light that a pane dims is the same in steps."""
@@ -515,6 +584,17 @@ def test_what_is_left_behind_is_its_twin() -> None:
     depth = RNG.uniform(0, 1, 200).astype(np.float32)
     found = call("scatter/march/walk.wgsl", "left_behind", [depth, surfaces, passed])
     np.testing.assert_array_equal(found, panes.left_behind(depth, surfaces, passed))
+
+
+def test_the_step_that_stands_for_the_lit_ones_is_its_twin() -> None:
+    lit = np.concatenate([[0, 1, 0x8000, 0xFFFF], RNG.integers(0, 1 << 16, 4092)]).astype(np.uint32)
+    part = RNG.uniform(0, 0.999, len(lit)).astype(np.float32)
+    found = call("scatter/march/steps.wgsl", "lit_step", [lit, part])
+    assert (found == panes.lit_step(lit, part)).mean() > 0.999
+    assert ((lit[1:] >> found[1:].astype(np.uint32)) & 1).all()  # those are lit
+    all_parts = (np.arange(1000, dtype=np.float32) + 0.5) / 1000
+    counts = np.bincount(panes.lit_step(np.full(1000, 0b100110, np.uint32), all_parts).astype(int), minlength=6)
+    np.testing.assert_allclose(counts, [0, 333, 333, 0, 0, 334], atol=1)
 
 
 @pytest.mark.parametrize("sun", [True, False])

@@ -13,9 +13,9 @@ from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot, Studio
 
 
-@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp", "mist-lamp"])
+@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp", "mist-lamp", "panes"])
 def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
-    width = 64 if name in validating.VARYING else 96
+    width = 64 if name in validating.VARYING + validating.SEEN_THROUGH else 96
     drawn = validating.draw(name, width, width * 9 // 16, shadow_size=2048)
     rmse, bias = validating.error(drawn.layer, *drawn.traced())
     assert rmse < 0.0095 + 0.1 * edge_error()  # edges of shadows
@@ -34,7 +34,7 @@ def test_every_scene_is_that_of_the_tracer(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("name", [name for name in VALIDATION if name not in validating.VARYING])
+@pytest.mark.parametrize("name", [name for name in VALIDATION if name not in validating.VARYING + validating.SEEN_THROUGH])
 def test_every_scene_is_that_of_mitsuba(name: str) -> None:
     for tracers in (False, True):
         found = validating.error_by_mitsuba(name, tracers)

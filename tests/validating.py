@@ -10,14 +10,15 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import March, Medium, Parameters, build
 from airlight.pygfx.punctual import punctual_lights
-from airlight.reference import mitsuba, tracer
+from airlight.reference import mitsuba, panes
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot, Studio
-from airlight.scenes.triangles import world_triangles
+from airlight.scenes.triangles import world_panes, world_triangles
 
 SIZE = 480, 270
 # whose media vary in space
 VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs"
+SEEN_THROUGH = ("panes",)  # with glass, which Mitsuba is not given
 VARYING_SIZE = 160, 90  # of their pictures, whose truth takes some ten times as long
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller
 SPP = {True: 1024, False: 6000}  # Mitsuba's rays of a pixel for a sun, and for a lamp, whose own way through the medium is a game of chance
@@ -35,11 +36,12 @@ class Drawn:
     casting: np.ndarray
     lamps: list[PunctualLight]
     air: ResolvedMedium
+    glass: list[panes.Pane]
 
     def traced(self) -> tuple[np.ndarray, np.ndarray]:
         """(H, W, 3) the true light, and (H, W) metres of the rays."""
         height, width = self.layer.shape[:2]
-        found = tracer.layer(self.view, self.projection, (width, height), self.seen, self.lamps, self.air, self.casting)
+        found = panes.layer(self.view, self.projection, (width, height), self.seen, self.glass, self.lamps, self.air, self.casting)
         return found.radiance, found.path_length
 
 
@@ -61,9 +63,11 @@ def draw(name: str, width: int, height: int, **values: object) -> Drawn:
     studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], medium=built[Medium], march=built[March])
     layer = studio.frame(layer=True).layer[..., :3].astype(float)
     seen, casting = world_triangles(stage.scene, stage.lights)
+    glass, unknown = world_panes(stage.scene, stage.lights)
+    assert not unknown
     camera = studio.camera
     medium, matrices = studio.shafts.resolved_medium, (camera.view_matrix.copy(), camera.projection_matrix.copy())
-    return Drawn(layer, *matrices, seen, casting, punctual_lights(stage.lights), medium)
+    return Drawn(layer, *matrices, seen, casting, punctual_lights(stage.lights), medium, glass)
 
 
 def without_worst(off: np.ndarray, among: np.ndarray) -> np.ndarray:

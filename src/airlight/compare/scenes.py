@@ -26,7 +26,8 @@ from airlight.pygfx.casters import Casters
 from airlight.pygfx.medium_effect import settle
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
-from airlight.reference import mitsuba, tracer
+from airlight.reference import mitsuba
+from airlight.reference import panes as seen_through
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
 from airlight.reference.tone import displayed
@@ -35,7 +36,7 @@ from airlight.scenes import Stage
 from airlight.scenes.exposure import Exposure
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.replay import Replay
-from airlight.scenes.triangles import world_triangles
+from airlight.scenes.triangles import world_panes, world_triangles
 
 Array = npt.NDArray[Any]
 MAX_TRACED = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
@@ -62,6 +63,8 @@ class ComparedView:
         self.set_up = first.studio.set_up
         with self.set_up():
             self.punctual = punctual_lights(self.lights, self._exposure.pre)
+            known, unknown = world_panes(stage.scene, self.lights, self.hidden)
+        self.has_panes = bool(known or unknown)
         self.in_view = first.studio.shafts.is_lit
         picture = first.studio.read(first.textures["color_tex"].texture, np.float16)
         self.surfaces = picture[..., :3].astype(np.float32)  # (H, W, 3) linear, before any light in the air
@@ -114,13 +117,21 @@ class ComparedView:
     def composited(self, layer: Layer, v: Variant) -> Array:
         """Composite (H, W, 3) the surfaces seen through the layer of the variant's medium, as a display shows it."""
         share = v.medium.extinction_share if v.medium.extinction else 0.0
-        transmittance = reference.share_of_dimming(layer.transmittance, share)
-        color = reference.through_medium(self.surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
+        transmittance, surfaces = reference.share_of_dimming(layer.transmittance, share), self.surfaces
+        if self.has_panes and v.medium.transparency == "layers":  # each of them lies behind air of its own
+            transmittance, surfaces = np.ones(3), self._through_dark_air(v.medium)
+        color = reference.through_medium(surfaces, layer.radiance, transmittance, 1.0 if v.composite.mix is None else v.composite.mix)
         exposure = Exposure() if self._exposure is None else self._exposure
         color = (color * (2.0 ** (exposure.ev if v.in_scene.ev is None else v.in_scene.ev) / exposure.pre)).astype(np.float32)
         if v.composite.adapt > 0:
             adapt(color, measure_ramp(np.asarray(color @ REC709_F32)), v.composite.adapt)
         return np.asarray(displayed(color, v.in_scene.view_transform).clip(0, 1), np.float32)
+
+    def _through_dark_air(self, medium: Medium) -> Array:
+        """Draw (H, W, 3) the surfaces through a medium that scatters nothing."""
+        dark = msgspec.structs.replace(medium, albedo=(0.0,) * 3, ambient=(0.0,) * 3)
+        frame = self._studio(Parameters(method=FOR_MEDIUM), medium=dark, march=March(steps="exact"), linear=True).frame(*self.moment)
+        return frame.pixels() * np.float32(1.0 if self._exposure is None else self._exposure.pre)
 
     def doubt(self, layer: Layer, v: Variant) -> str | None:
         """Word one line where the variant's medium, of a true layer, hides the scene or is not seen; else None."""
@@ -145,25 +156,32 @@ class ComparedView:
         try:
             with self.set_up():
                 seen, casting = world_triangles(self.stage.scene, self.lights, self.hidden)
+                panes, unknown = world_panes(self.stage.scene, self.lights, self.hidden)
                 view, projection = self.camera.view_matrix.copy(), self.camera.projection_matrix
                 medium = medium.seen_from(current_origin())
         except AirlightError as error:
             if against is not None:
                 raise AirlightError(f"--against {against}: {error}; or use --against walk") from None
             return self._walked(medium, f"since the ray tracer knows triangles only ({str(error).partition(';')[0]})")
+        if medium.settings.transparency == "none":
+            panes, unknown = [], []
         count, size = max(len(seen), len(casting)), (self.shot.width, self.shot.height)
-        what = seen, self.punctual, medium, casting
         if against == "mitsuba":
-            layer, noise = mitsuba.layer(view, projection, size, *what)
+            _tell_lacking("Mitsuba", len(panes) + len(unknown), "is given no glass")
+            layer, noise = mitsuba.layer(view, projection, size, seen, self.punctual, medium, casting)
             where = rule.clear(layer.path_length)
             alone = rule.errors(layer.radiance + noise, layer.radiance, where).rmse if where.any() else 0.0
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
+        count += sum(len(pane.triangles) for pane in panes)
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
-        layer = tracer.layer(view, projection, size, *what, work.share)
-        return layer, f"by a float64 ray tracer over the scene's {count:,} triangles, which has the exact lit segments of each ray"
+        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity", unknown)
+        layer = seen_through.layer(view, projection, size, seen, panes, self.punctual, medium, casting, work.share)
+        glass = f", {len(panes)} of its meshes seen through" if panes else ""
+        about = f"by a float64 ray tracer over the scene's {count:,} triangles{glass}, which has the exact lit segments of each ray"
+        return layer, about
 
     def _walked(self, medium: ResolvedMedium, why: str) -> tuple[Layer, str]:
         cascades = CASCADES if any(light.directional for light in self.punctual) else 1
@@ -178,6 +196,14 @@ class ComparedView:
         assert frame.layer is not None and frame.layer_transmittance is not None
         about = f"by the exact walk with shadow maps of {side} texels, {why}: what shadow maps miss, it misses too"
         return Layer(frame.layer[..., :3], frame.layer_transmittance, frame.layer[..., 3]), about
+
+
+def _tell_lacking(tracer: str, count: int, why: str, names: Sequence[str] = ()) -> None:
+    """Say in a line that a truth lacks so many things of a scene that are seen through."""
+    if count:
+        what = f"{count} {'thing that is' if count == 1 else 'things that are'} seen through"
+        called = f" ({', '.join(dict.fromkeys(names))})" if names else ""
+        warn(f"the truth of {tracer} lacks {what}{called}: it {why}; --against walk has all")
 
 
 def compare(
@@ -260,13 +286,13 @@ WHOLE = "whole"  # the part of a cost that has no parts
 
 def part_of(label: str) -> str | None:
     """Tell to which part of the light's cost a pass belongs; None: to none, it puts the light on the picture."""
-    if label in ("merge", "adapt"):
+    if label in ("merge", "adapt", "panes"):
         return None
     if label in ("mask", "look", "prepass"):
         return "source"
-    if label.startswith(("march", "upsample")):
+    if label.startswith(("march", "upsample", "pane spans")):
         return "march"
-    return "shadow maps" if label == "shadows" else label if label in of_medium() else "shafts"
+    return "shadow maps" if label in ("shadows", "glass") else label if label in of_medium() else "shafts"
 
 
 def _costs(view: ComparedView, variants: Sequence[Variant], runs: int, work: Work) -> tuple[float, list[dict[str, float]]]:

@@ -1,12 +1,12 @@
 """Traces the layer of a medium behind, between and before panes that are seen through, as ground truth: by the tracer, in float64.
 
-A pane dims light that passes it by its opacity. Of panes i that let p_i pass, v_i being 0 where one would hide the light if it were opaque,
-else 1, the product of p_i + (1 - p_i) v_i is left of it: a sum over subsets of the panes, in each of which these are opaque.
+Each face of a pane leaves a share of the light that passes it, of a lamp's on its way into the air and of the air's on its way to the eye.
+So rays are cut where they meet faces, and where they enter what faces hide from a light; a segment between counts by the product of what
+the faces before it leave. Of panes that are opaque this is what `tracer` does itself, by which `tests/test_panes.py` holds it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,17 +15,22 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.reference import tracer
 from airlight.reference.medium import Layer
-from airlight.reference.profile import seen_through
 
 Array = tracer.Array
+SAME = 1e-9  # of a distance, by which two that belong to one face may differ
 
 
 @dataclass(frozen=True)
 class Pane:
-    """Describes what a ray meets once at most: triangles (N, 3, 3), world, and the share of light that it lets through, 0..1."""
+    """Describes what is seen through: triangles (N, 3, 3), world, and the share of light that each face lets through, 0..1.
+
+    dims: whether it dims lights, which both sides do. side: on which the eye sees it, "front", "back" or "both".
+    """
 
     triangles: Array
     passed: float
+    dims: bool = True
+    side: str = "both"
 
 
 def left_behind(depth: Any, surfaces: Any, left: Any) -> Array:
@@ -42,6 +47,59 @@ def dimmed_steps(n: Any, directional: bool) -> Array:
     return np.where(n >= 64, 8.0 if directional else 4.0, np.where(n >= 32, 2.0, 1.0))
 
 
+class _Division:
+    """Divides segments of rays where panes dim what is seen, or a light: as `tracer.layer` asks."""
+
+    def __init__(self, panes: Sequence[Pane], lights: Sequence[PunctualLight]) -> None:
+        self.panes = panes
+        self.volumes = [[(tracer.shadow_volumes(pane.triangles, light), pane.passed) for pane in panes if pane.dims] for light in lights]
+
+    def __call__(self, tile: tracer.Tile, number: int | None, segments: tracer.Segments) -> Iterator[tuple[float, tracer.Segments]]:
+        met = [(*self._seen_behind(tile, pane), pane.passed) for pane in self.panes]
+        for volumes, passed in [] if number is None else self.volumes[number]:
+            met.append((*tracer.hidden(tile.origin, tile.ray, tile.reach, tracer.in_reach(tile, *volumes)), passed))
+        low, high, left = (np.concatenate(parts, axis=1) for parts in zip(*((a, b, np.full(a.shape, p)) for a, b, p in met), strict=True))
+        # Keep of each ray what dims a part of it
+        dims = low < high
+        order = np.argsort(~dims, axis=1, kind="stable")[:, : int(dims.sum(axis=1).max(initial=0))]
+        low, high, left, dims = (np.take_along_axis(x, order, axis=1) for x in (low, high, left, dims))
+        left = np.where(dims, left, 1.0)
+        # Cut the segments, and weigh each part by all that dims it
+        which, start, end = segments
+        marks = np.column_stack([start, low[which], high[which], end])
+        marks = np.sort(np.clip(marks, start[:, None], end[:, None]), axis=1)
+        row, column = np.nonzero(marks[:, 1:] > marks[:, :-1])
+        which, start, end = which[row], marks[row, column], marks[row, column + 1]
+        middle = (start + end)[:, None] / 2
+        shares = np.where((low[which] < middle) & (middle < high[which]), left[which], 1.0).prod(axis=1).round(12)
+        for share in np.unique(shares[shares > 0]).tolist():
+            some = shares == share
+            yield share, (which[some], start[some], end[some])
+
+    @staticmethod
+    def _seen_behind(tile: tracer.Tile, pane: Pane) -> tuple[Array, Array]:
+        """Finds (R, K) from where to where rays run behind faces of a pane."""
+        faces = pane.triangles[tracer.in_beam(pane.triangles, tile.beam)]
+        low = tracer.hit_distances(tile.origin, tile.ray, faces, tile.near, tile.reach)
+        if pane.side != "both":
+            to_eye = -tile.ray @ np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]).T
+            low = np.where((to_eye > 0) == (pane.side == "front"), low, np.inf)
+        low = np.sort(low, axis=1)
+        with np.errstate(invalid="ignore"):
+            again = np.diff(low, axis=1, prepend=-1.0) < SAME * low  # through an edge that two share
+        low = np.where(again, np.inf, low)
+        return low, np.broadcast_to(tile.reach[:, None], low.shape)
+
+
+def lit_step(lit: Any, part: Any) -> Array:
+    """Chooses one of 16 steps to stand for all that are lit: its number. lit: a bit each; part: 0..1."""
+    lit = np.asarray(lit, np.uint32)
+    bits = (lit[..., None] >> np.arange(16, dtype=np.uint32)) & 1
+    wanted = np.floor(np.asarray(part, float) * bits.sum(axis=-1))
+    found = (bits.cumsum(axis=-1) > wanted[..., None]).argmax(axis=-1)
+    return np.where(lit == 0, 15, found).astype(float)
+
+
 def layer(
     view: Any,
     projection: Any,
@@ -51,39 +109,11 @@ def layer(
     lights: Sequence[PunctualLight],
     medium: ResolvedMedium,
     casters: Array | None = None,
-    dims: bool = True,
+    told: Callable[[float], None] = lambda share: None,
 ) -> Layer:
     """Computes the layer of a medium as `tracer.layer`, seen through panes. triangles, casters: without these.
 
-    dims: whether the panes dim light. The transmittance is the medium's alone, up to what is solid.
+    The transmittance is the medium's alone, up to what is solid.
     """
-    solid = np.asarray(triangles, float).reshape(-1, 3, 3)
-    casting = solid if casters is None else np.asarray(casters, float).reshape(-1, 3, 3)
-    shades = panes if dims else ()
-
-    def lit(seen: Array) -> Layer:
-        """Sums over the subsets of panes that hide light. seen: what ends rays."""
-        found = None
-        for opaque in product((False, True), repeat=len(shades)):
-            share = float(np.prod([1 - pane.passed if hides else pane.passed for pane, hides in zip(shades, opaque, strict=True)]))
-            hiding = [pane.triangles for pane, hides in zip(shades, opaque, strict=True) if hides]
-            one = tracer.layer(view, projection, size, seen, lights, medium, np.concatenate([casting, *hiding]))
-            radiance = share * one.radiance + (0 if found is None else found.radiance)
-            found = Layer(radiance, one.transmittance, one.path_length)
-        assert found is not None
-        return found
-
-    behind = lit(solid)
-    if not panes:
-        return behind
-    before = [lit(np.concatenate([solid, pane.triangles])) for pane in panes]
-    met = [one.path_length < behind.path_length for one in before]
-    order = np.argsort(np.stack([-one.path_length for one in before]), axis=0)
-
-    def sorted_by_distance(values: list[Array]) -> Array:
-        return np.asarray(np.take_along_axis(np.stack(values), order[..., None], axis=0))
-
-    passed = sorted_by_distance([np.where(hit, pane.passed, 1.0)[..., None] for hit, pane in zip(met, panes, strict=True)])
-    air = sorted_by_distance([one.radiance for one in before])
-    radiance = seen_through(behind.radiance, np.zeros_like(air), passed, air, np.ones_like(air))
-    return Layer(radiance, behind.transmittance, behind.path_length)
+    more = {"divide": _Division(panes, lights)} if panes else {}
+    return tracer.layer(view, projection, size, triangles, lights, medium, casters, told, **more)

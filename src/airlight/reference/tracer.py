@@ -7,8 +7,8 @@ t + d = t0 + h e^v, dt / d^2 = dv / (h cosh v), and every phase function is anal
 anisotropy.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,12 +21,31 @@ from airlight.reference.medium import Layer, glow_between, transmittance, transm
 from airlight.reference.medium import phase as phase_of
 
 Array = npt.NDArray[Any]
+Segments = tuple[Array, Array, Array]  # (n,) rays, and where on each a segment starts and ends, m
 TILE_PX = 16  # pixels, of a tile for which triangles are chosen
 PANEL_WIDTH = 1.0  # of v, and nodes of Gauss's rule on it
 NODES = np.polynomial.legendre.leggauss(12)
 VARIED_PANEL_WIDTH, VARIED_NODES = 0.3, np.polynomial.legendre.leggauss(3)  # where panels are short anyway
 BARYCENTRIC_SLACK = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
 MIN_APPROACH_METRES = 1e-9  # m: a ray is no nearer to a light
+
+
+class Tile(NamedTuple):
+    """Holds rays of a part of a picture: (R, 3) origins and directions, (R,) where they begin and end, m, and what encloses them."""
+
+    origin: Array
+    ray: Array
+    near: Array
+    reach: Array
+    beam: tuple[Array, Array]
+
+
+# Divides segments by the share of their light that reaches the eye; of a light's number, or None: of what is around
+Divide = Callable[[Tile, int | None, Segments], Iterable[tuple[float, Segments]]]
+
+
+def _undivided(tile: Tile, number: int | None, segments: Segments) -> Iterable[tuple[float, Segments]]:
+    return ((1.0, segments),)
 
 
 def layer(
@@ -38,12 +57,13 @@ def layer(
     medium: ResolvedMedium,
     casters: Array | None = None,
     told: Callable[[float], None] = lambda share: None,
+    divide: Divide = _undivided,
 ) -> Layer:
     """Computes the layer of a medium: radiance that it scatters to the eye, transmittance, and the distance to which these are summed.
 
     view, projection: (4, 4) of the camera; size: (width, height), one ray through the centre of each pixel. triangles: (N, 3, 3), world,
     what the eye sees; casters: (M, 3, 3) what hides light, None: the same. Both sides of them do.
-    told: is called with the share that is done.
+    told: is called with the share that is done. divide: tells what dims light besides the medium, as `panes` does.
     """
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
@@ -62,18 +82,19 @@ def layer(
             u, v = np.array([[columns[0], columns[-1] + 1], [rows[0], rows[-1] + 1]]) / [[width], [height]]
             start, side, length = camera_rays(into, projection, u[[0, 1, 1, 0]], v[[0, 0, 1, 1]])
             beam = start, side * length[:, None]
-            t = _hits(origin, ray, triangles[_in_beam(triangles, beam)], near * slope, far * slope)
+            t = _hits(origin, ray, triangles[in_beam(triangles, beam)], near * slope, far * slope)
             t = np.minimum(t, medium.max_distance)
             along = None if paths.is_even(medium) else paths.Lengths(origin, ray, t, medium)
             length = t if along is None else along.total
-            radiance = medium.sigma_s * medium.ambient * transmittance_integral(length, medium.sigma_t)
-            for light, (planes, corners, edges) in zip(lights, volumes):
-                chosen = np.flatnonzero(_in_beam(corners, beam, edges))
-                chosen = chosen[_meets(planes[chosen], beam, float(t.max()))]
+            tile = Tile(origin, ray, near * slope, t, beam)
+            radiance = np.zeros((len(t), 3))
+            for share, segments in divide(tile, None, (np.arange(len(t)), np.zeros_like(t), t)):
+                radiance += share * _from_around(*segments, medium, along, len(t))
+            for number, (light, volume) in enumerate(zip(lights, volumes, strict=True)):
                 end = np.minimum(t, medium.sun_reach) if light.directional else t
-                own = light.own_medium(medium)
-                scattered = in_scattered(origin, ray, *lit(origin, ray, end, planes[chosen]), light, own, along and along.of(own))
-                radiance = radiance + light.fade(into[:3, 3], medium) * scattered
+                own, fade = light.own_medium(medium), light.fade(into[:3, 3], medium)
+                for share, segments in divide(tile, number, lit(origin, ray, end, in_reach(tile, *volume))):
+                    radiance += share * fade * in_scattered(origin, ray, *segments, light, own, along and along.of(own))
             found[where], reach[where] = radiance.reshape(len(rows), -1, 3), t.reshape(len(rows), -1)
             lengths[where] = length.reshape(len(rows), -1)
     return Layer(found, transmittance(lengths, medium.sigma_t), reach)
@@ -100,7 +121,7 @@ def _depths(projection: Any) -> tuple[float, float]:
     return max(float(min(ends)), 0.0), float(max(ends))
 
 
-def _in_beam(corners: Array, beam: tuple[Array, Array], travel: Array | None = None) -> Array:
+def in_beam(corners: Array, beam: tuple[Array, Array], travel: Array | None = None) -> Array:
     """Selects, (K,) bool, hulls of corners (K, 3, 3), and of rays from them along travel (K, 3, 3), that may meet what 4 rays enclose."""
     origin, ray = beam
     middle = (origin + ray).mean(axis=0)
@@ -115,9 +136,12 @@ def _in_beam(corners: Array, beam: tuple[Array, Array], travel: Array | None = N
 
 
 def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) -> Array:
-    """Finds (R,) the distance along each ray to the first triangle from near to far; inf where there is none. Moeller and Trumbore 1997."""
-    if not len(triangles):
-        return np.full(len(ray), np.inf)
+    """Finds (R,) the distance along each ray to the first triangle from near to far; inf where there is none."""
+    return np.asarray(hit_distances(origin, ray, triangles, near, far).min(axis=1, initial=np.inf))
+
+
+def hit_distances(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) -> Array:
+    """Finds (R, K) distances along rays to triangles (K, 3, 3) from near to far; inf where one is not met. Moeller and Trumbore 1997."""
     a, e, f = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         p = np.cross(ray[:, None], f)
@@ -129,7 +153,7 @@ def _hits(origin: Array, ray: Array, triangles: Array, near: Array, far: Array) 
         t = np.einsum("rkj,kj->rk", q, f) * scale
         within = (t >= near[:, None]) & (t <= far[:, None])
         inside = within & (u >= -BARYCENTRIC_SLACK) & (v >= -BARYCENTRIC_SLACK) & (u + v <= 1 + BARYCENTRIC_SLACK)
-    return np.asarray(np.where(inside, t, np.inf).min(axis=1))
+    return np.asarray(np.where(inside, t, np.inf))
 
 
 # ---------------------------------------------------------------- what is lit
@@ -163,8 +187,14 @@ def _meets(planes: Array, beam: tuple[Array, Array], reach: float) -> Array:
     return np.asarray(np.all(np.any(planes[:, :, :3] @ ends.T + planes[:, :, 3:] > 0, axis=2), axis=1))
 
 
-def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, Array, Array]:
-    """Finds the lit segments of rays, from 0 to reach (R,), in none of the volumes (K, 4, 4): (n,) the ray of each, its start and end."""
+def in_reach(tile: Tile, planes: Array, corners: Array, edges: Array) -> Array:
+    """Selects, (M, 4, 4), the planes of shadow volumes that rays of a tile may meet, see `shadow_volumes`."""
+    planes = planes[in_beam(corners, tile.beam, edges)]
+    return np.asarray(planes[_meets(planes, tile.beam, float(tile.reach.max()))])
+
+
+def hidden(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, Array]:
+    """Finds (R, K) where rays, from 0 to reach (R,), enter the volumes (K, 4, 4), and leave them: before that, if they meet them not."""
     low, high = np.zeros((len(ray), len(planes))), np.repeat(reach[:, None], len(planes), axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         for i in range(4):
@@ -172,6 +202,12 @@ def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> tuple[Array, 
             root = -at / grows
             low = np.where(grows > 0, np.maximum(low, root), np.where((grows == 0) & (at <= 0), np.inf, low))
             high = np.where(grows < 0, np.minimum(high, root), high)
+    return low, high
+
+
+def lit(origin: Array, ray: Array, reach: Array, planes: Array) -> Segments:
+    """Finds the lit segments of rays, from 0 to reach (R,), in none of the volumes (K, 4, 4)."""
+    low, high = hidden(origin, ray, reach, planes)
     dark = low < high
     most = int(dark.sum(axis=1).max(initial=0))
     order = np.argsort(np.where(dark, low, np.inf), axis=1)[:, :most]
@@ -189,6 +225,15 @@ def phase(cosine: Array, medium: ResolvedMedium, light: PunctualLight) -> Array:
     """Evaluates the medium's phase function, 1/sr, for a light; cosine 1: looking into the light."""
     kind, *lobes = medium.lobes(light.anisotropy)
     return phase_of(cosine, lobes, kind)
+
+
+def _from_around(which: Array, start: Array, end: Array, medium: ResolvedMedium, along: paths.Lengths | None, count: int) -> Array:
+    """Integrates (count, 3) radiance of ambient light over segments."""
+    if not np.any(medium.ambient):
+        return np.zeros((count, 3))
+    low, high = (start, end) if along is None else (along.to(which, start), along.to(which, end))
+    parts = np.exp(-low[:, None] * medium.sigma_t) * transmittance_integral(high - low, medium.sigma_t)
+    return medium.sigma_s * medium.ambient * _summed(parts, which, count)
 
 
 def in_scattered(

@@ -21,6 +21,7 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "in-smoke": ("dense", "front"),
     "drift": ("two-spots", "front"),
     "puffs": ("cage", "room"),
+    "panes": ("panes", "hall"),
 }
 MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
 FILES = (".glb", ".gltf", *MESHES)

@@ -22,3 +22,13 @@ fn light_left(i: u32, position: vec2f, depth: f32) -> f32 {
     let left = left_behind(depth, surfaces, vec4f(unpack2x16unorm(found.z), unpack2x16unorm(found.w)));
     return select(left, 1.0, any(within != texel));
 }
+
+/// Choose one of up to 16 steps to stand for all that are lit, each as likely: its number. lit: a bit each; part: 0..1. Beside the glass of a window
+/// there may be a dark wall, where nothing dims the light. Twin: reference/panes.py:lit_step.
+fn lit_step(lit: u32, part: f32) -> f32 {
+    var left = u32(part * f32(countOneBits(lit)));
+    var first = 0u;
+    var few = 0u;
+    //! each k of 4: few = countOneBits((lit >> first) & ((1u << (8u >> k)) - 1u)); first += select(0u, 8u >> k, left >= few); left -= select(0u, few, left >= few);
+    return f32(min(first, 15u));
+}

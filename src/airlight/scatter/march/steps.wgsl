@@ -246,7 +246,6 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         if (CASCADES) { passed_by = optical_length(ray, k * each); }
         begin_fog(ray, k * each, passed_by);
     }
-    var left = 1.0; // of the light, behind what dims it
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -259,19 +258,18 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             samples = vec2f(group.steps.x - k * group.steps.y, group.steps.y);
             stop = min(k + size, end);
         } else if (GLASS) {
-            let size = dimmed_steps(f32(light_storage.steps));
-            let middle = line.b.xyz + (k + o * size) * each * line.a.xyz;
-            left = light_left(i, middle.xy, middle.z);
-            stop = min(k + size, end);
+            stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
         }
+        // Where something dims the light, one step of the group stands for all
+        let first = k;
+        var sum = vec3f(0.0);
+        var lit = 0u;
         loop {
             // Look up the sample's visibility
             var sample = (k + o) * each;
             if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
-            if (GLASS && (VARIES || FOG != EVEN)) { left = light_left(i, at.xy, at.z); }
-            share *= left;
             // Weigh it where cascades blend
             if (CASCADES) {
                 let away = select((k + o) * ahead, -ray.direction.z * sample, VARIES) - ray.origin.z;
@@ -281,10 +279,21 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
                 share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
             }
             // Add the step's integral of transmittance
-            total += select(vec3f(0.0), weight * share, k < end);
+            let found = select(vec3f(0.0), weight * share, k < end);
+            if (GLASS) {
+                sum += found;
+                lit |= select(0u, 1u << u32(k - first), share > 0.0 && k < end);
+            } else {
+                total += found;
+            }
             weight *= fade;
             k += 1.0;
             continuing { break if k >= stop; }
+        }
+        if (GLASS) {
+            let one = first + lit_step(lit, fract(37.618034 * o + 0.618034 * first)) + o;
+            let at = line.b.xyz + min(select(one * each, samples.x + one * samples.y, VARIES), last) * line.a.xyz;
+            total += sum * light_left(i, at.xy, at.z);
         }
         continuing { break if k >= end; }
     }
@@ -333,7 +342,6 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         end = select(0.0, first_step(equiangular_angle(nearest, line.range.y) - start, each, o, n), line.range.y > line.range.x);
     }
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
-    var left = 1.0;
     var step = LampStep(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
@@ -343,18 +351,16 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             step = begin_lamp_step(ray, nearest, start + (k + 1.0) * each, o, k < end);
             stop = min(k + 1.0, end);
         } else if (GLASS) {
-            let size = dimmed_steps(f32(light_storage.steps));
-            let middle = line.b + (nearest.x + nearest.y * tangent(start + (k + o * size) * each)) * line.a;
-            left = select(light_left(i, middle.xy / middle.w, middle.z / middle.w), 1.0, middle.w <= 0.0);
-            stop = min(k + size, end);
+            stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
         }
+        let first = k;
+        var sum = vec3f(0.0);
+        var lit = 0u;
         loop {
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-            var share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
-            if (GLASS && VARIES) { left = select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0); }
-            share *= left;
+            let share = select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
             if (VARIES) {
@@ -362,9 +368,20 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             } else {
                 scattered = equiangular_integrand(ray, nearest, angle);
             }
-            total += select(vec3f(0.0), scattered * share, k < end);
+            let found = select(vec3f(0.0), scattered * share, k < end);
+            if (GLASS) {
+                sum += found;
+                lit |= select(0u, 1u << u32(k - first), share > 0.0 && k < end);
+            } else {
+                total += found;
+            }
             k += 1.0;
             continuing { break if k >= stop; }
+        }
+        if (GLASS) {
+            let angle = start + (first + lit_step(lit, fract(37.618034 * o + 0.618034 * first)) + o) * each;
+            let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
+            total += sum * select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
         }
         continuing { break if k >= end; }
     }
