@@ -587,14 +587,20 @@ def test_what_is_left_behind_is_its_twin() -> None:
 
 
 def test_the_step_that_stands_for_the_lit_ones_is_its_twin() -> None:
-    lit = np.concatenate([[0, 1, 0x8000, 0xFFFF], RNG.integers(0, 1 << 16, 4092)]).astype(np.uint32)
-    part = RNG.uniform(0, 0.999, len(lit)).astype(np.float32)
-    found = call("scatter/march/steps.wgsl", "lit_step", [lit, part])
-    assert (found == panes.lit_step(lit, part)).mean() > 0.999
-    assert ((lit[1:] >> found[1:].astype(np.uint32)) & 1).all()  # those are lit
-    all_parts = (np.arange(1000, dtype=np.float32) + 0.5) / 1000
-    counts = np.bincount(panes.lit_step(np.full(1000, 0b100110, np.uint32), all_parts).astype(int), minlength=6)
-    np.testing.assert_allclose(counts, [0, 333, 333, 0, 0, 334], atol=1)
+    lit = RNG.uniform(size=(2048, 8)) < 0.5
+    lit[:, 3] |= ~lit.any(axis=1)
+    list = np.zeros(len(lit), np.uint32)
+    for k in range(8):
+        given = [list, np.full(len(lit), k, np.uint32)]
+        found = call("scatter/march/steps.wgsl", "with_lit", given)
+        np.testing.assert_array_equal(found, panes.with_lit(*given))
+        list = np.where(lit[:, k], found, list).astype(np.uint32)
+    count, part = lit.sum(axis=1).astype(np.float32), RNG.uniform(0, 0.999, len(lit)).astype(np.float32)
+    chosen = call("scatter/march/steps.wgsl", "lit_step", [list, count, part])
+    np.testing.assert_array_equal(chosen, panes.lit_step(list, count, part))
+    assert lit[np.arange(len(lit)), chosen.astype(int)].all()
+    as_often = [np.bincount(panes.lit_step(list[i], count[i], (np.arange(840) + 0.5) / 840).astype(int), minlength=8) for i in range(20)]
+    np.testing.assert_allclose(as_often, lit[:20] * 840 / count[:20, None], atol=1)
 
 
 @pytest.mark.parametrize("sun", [True, False])

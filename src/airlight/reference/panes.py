@@ -91,13 +91,15 @@ class _Division:
         return low, np.broadcast_to(tile.reach[:, None], low.shape)
 
 
-def lit_step(lit: Any, part: Any) -> Array:
-    """Chooses one of 16 steps to stand for all that are lit: its number. lit: a bit each; part: 0..1."""
-    lit = np.asarray(lit, np.uint32)
-    bits = (lit[..., None] >> np.arange(16, dtype=np.uint32)) & 1
-    wanted = np.floor(np.asarray(part, float) * bits.sum(axis=-1))
-    found = (bits.cumsum(axis=-1) > wanted[..., None]).argmax(axis=-1)
-    return np.where(lit == 0, 15, found).astype(float)
+def with_lit(list: Any, k: Any) -> Array:
+    """Notes in lists of steps that are lit, three bits each, that the k-th is."""
+    return np.asarray(list, np.uint32) << np.uint32(3) | np.asarray(k, np.uint32)
+
+
+def lit_step(list: Any, count: Any, part: Any) -> Array:
+    """Chooses one of so many steps of a list to stand for all; part: 0..1."""
+    at = np.floor(np.asarray(part, np.float32) * np.asarray(count, np.float32)).astype(np.uint32)
+    return (np.asarray(list, np.uint32) >> np.uint32(3) * at & np.uint32(7)).astype(float)
 
 
 def layer(

@@ -4,6 +4,8 @@ override GLASS: bool = false;   // there are such surfaces
 
 @group(0) @binding(13) var<storage, read> glass: array<vec4u>; // see GlassMaps
 
+const MOST_DIMMED = 8.0;        // steps of a group, of which one stands for all
+
 /// Find what is left of a light at a depth, behind surfaces at four depths, each nearer to the light than the next, and behind as many of them,
 /// so much. Twin: reference/panes.py:left_behind.
 fn left_behind(depth: f32, surfaces: vec4f, left: vec4f) -> f32 {
@@ -23,12 +25,13 @@ fn light_left(i: u32, position: vec2f, depth: f32) -> f32 {
     return select(left, 1.0, any(within != texel));
 }
 
-/// Choose one of up to 16 steps to stand for all that are lit, each as likely: its number. lit: a bit each; part: 0..1. Beside the glass of a window
-/// there may be a dark wall, where nothing dims the light. Twin: reference/panes.py:lit_step.
-fn lit_step(lit: u32, part: f32) -> f32 {
-    var left = u32(part * f32(countOneBits(lit)));
-    var first = 0u;
-    var few = 0u;
-    //! each k of 4: few = countOneBits((lit >> first) & ((1u << (8u >> k)) - 1u)); first += select(0u, 8u >> k, left >= few); left -= select(0u, few, left >= few);
-    return f32(min(first, 15u));
+/// Note in a list of steps that are lit, of a group of MOST_DIMMED at most, three bits each, that the k-th is. Twin: reference/panes.py:with_lit.
+fn with_lit(list: u32, k: u32) -> u32 {
+    return (list << 3u) | k;
+}
+
+/// Choose one of so many steps of such a list to stand for all, each as likely; part: 0..1. Beside the glass of a window there may be a dark wall,
+/// where nothing dims the light. Twin: reference/panes.py:lit_step.
+fn lit_step(list: u32, count: f32, part: f32) -> f32 {
+    return f32((list >> (3u * u32(part * count))) & 7u);
 }

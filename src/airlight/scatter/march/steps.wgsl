@@ -251,7 +251,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         var stop = end;
         var samples = vec2f(0.0); // t of the group's step 0, and m of a step
         if (VARIES || FOG != EVEN) {
-            let size = group_size(k, n, stretch.zw);
+            var size = group_size(k, n, stretch.zw);
+            if (GLASS) { size = min(size, MOST_DIMMED); }
             let group = begin_group(ray, k, size, each, o, n, k < end);
             fade = exp(group.slope / size);
             weight = group.sum / sum_of_powers(fade, size);
@@ -264,6 +265,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         let first = k;
         var sum = vec3f(0.0);
         var lit = 0u;
+        var count = 0.0;
+        var own = 0u;
         loop {
             // Look up the sample's visibility
             var sample = (k + o) * each;
@@ -282,7 +285,10 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             let found = select(vec3f(0.0), weight * share, k < end);
             if (GLASS) {
                 sum += found;
-                lit |= select(0u, 1u << u32(k - first), share > 0.0 && k < end);
+                let is_lit = share > 0.0 && k < end;
+                lit = select(lit, with_lit(lit, own), is_lit);
+                count += f32(is_lit);
+                own += 1u;
             } else {
                 total += found;
             }
@@ -291,7 +297,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             continuing { break if k >= stop; }
         }
         if (GLASS) {
-            let one = first + lit_step(lit, fract(37.618034 * o + 0.618034 * first)) + o;
+            let one = first + lit_step(lit, count, fract(37.618034 * o + 0.618034 * first)) + o;
             let at = line.b.xyz + min(select(one * each, samples.x + one * samples.y, VARIES), last) * line.a.xyz;
             total += sum * light_left(i, at.xy, at.z);
         }
@@ -356,6 +362,8 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         let first = k;
         var sum = vec3f(0.0);
         var lit = 0u;
+        var count = 0.0;
+        var own = 0u;
         loop {
             // Look up the sample's visibility
             let angle = start + (k + o) * each;
@@ -371,7 +379,10 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             let found = select(vec3f(0.0), scattered * share, k < end);
             if (GLASS) {
                 sum += found;
-                lit |= select(0u, 1u << u32(k - first), share > 0.0 && k < end);
+                let is_lit = share > 0.0 && k < end;
+                lit = select(lit, with_lit(lit, own), is_lit);
+                count += f32(is_lit);
+                own += 1u;
             } else {
                 total += found;
             }
@@ -379,7 +390,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             continuing { break if k >= stop; }
         }
         if (GLASS) {
-            let angle = start + (first + lit_step(lit, fract(37.618034 * o + 0.618034 * first)) + o) * each;
+            let angle = start + (first + lit_step(lit, count, fract(37.618034 * o + 0.618034 * first)) + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
             total += sum * select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
         }
