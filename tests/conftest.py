@@ -1,12 +1,18 @@
 """Settings of every test."""
 
 import contextlib
+import logging
 import os
 import signal
 import tempfile
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from pass_stage import PassStage
 
 settings.register_profile("airlight", derandomize=True, deadline=None, max_examples=30)
 settings.load_profile("airlight")
@@ -26,3 +32,18 @@ def default_device() -> None:
 
     with contextlib.suppress(MachineError):
         shared_device()
+
+
+@pytest.fixture(scope="module")
+def kept_stage(request: pytest.FixtureRequest) -> "PassStage":
+    """Make a module's own Stage, whose renderer all of its tests share."""
+    made: PassStage = request.module.Stage()
+    return made
+
+
+@pytest.fixture
+def stage(kept_stage: "PassStage", caplog: pytest.LogCaptureFixture) -> Iterator["PassStage"]:
+    """Give a module's Stage as it is at first; errors in a frame are logged, not raised, and fail the test."""
+    kept_stage.reset()
+    yield kept_stage
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR]

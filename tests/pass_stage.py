@@ -12,7 +12,8 @@ KINDS = {"rgba16float": (np.float16, 4), "rgba32float": (np.float32, 4), "rgba8u
 
 
 class PassStage:
-    """Whoever derives from it sets scene and camera."""
+    """Whoever derives from it sets scene and camera, anew with each `reset`. One that a module of tests calls Stage is what its tests
+    get by `stage`, of conftest.py."""
 
     scene: Any
     camera: Any
@@ -22,6 +23,9 @@ class PassStage:
         self.canvas = OffscreenRenderCanvas(size=size, pixel_ratio=1)
         self.renderer = gfx.WgpuRenderer(self.canvas, pixel_ratio=1, ppaa="none")
         use_hdr(self.renderer)
+
+    def reset(self) -> None:
+        raise NotImplementedError
 
     def draw(self, render: Any = None) -> np.ndarray:
         """A frame; raises what is raised in it. (H, W, 4) uint8."""

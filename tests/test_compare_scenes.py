@@ -270,6 +270,16 @@ def test_excluded_casts_nothing_and_is_seen():
     assert np.array_equal(seen, again) and 0 < len(fewer) < len(casting)
 
 
+@pytest.mark.parametrize("text", ["fog=exponential", "noise_amount=2,wind=1/0/0", "basin_level=3", "sun_extinction=none", "steps=16"])
+def test_what_only_a_medium_has_asks_for_march(text):
+    """As in `airlight render`; a method that is said beside it is kept, and refused; what is no medium's asks for none."""
+    assert variant(text, {}, True).parameters.method == "march"
+    for base, own in (({"method": "epipolar"}, text), ({}, f"method=epipolar,{text}")):
+        with pytest.raises(AirlightError, match=r"means nothing with method epipolar: leave it out, or add method=.*march"):
+            variant(own, base, True)
+    assert variant("exposure=0.1", {}, True).parameters.method == "epipolar"
+
+
 def test_options_are_those_of_render_and_image():
     own = {option.name: option for option in cli.commands["compare"].params}
     for command, names in (("render", ("eye", "time", "sun", "medium", "steps", "sigma_t")), ("image", ("mask", "angles", "threshold"))):
@@ -287,6 +297,8 @@ BAD = [
     ("slats", ["--variant", "steps=0"], "steps"),
     ("slats", ["--variant", "method=epipolar,steps=3"], "means nothing with method epipolar"),
     ("slats", ["--variant", "method=march,scale=0.5"], "for pictures"),
+    ("slats", ["--variant", "volume=smoke.npz"], "give --volume beside --variant"),
+    ("table", ["--method", "epipolar", "--variant", "fog=linear"], "fog means nothing with method epipolar"),
     ("slats", ["--against", "mitsuba"], "pip install 'airlight[validate]'"),
     ("slats", ["--against", "tracr"], "tracer"),
     ("slats", ["--mask", "m.png"], "--mask goes with a picture"),

@@ -80,9 +80,9 @@ def test_places_in_a_lights_table(kind: str) -> None:
     rows = np.column_stack([turn, [2, 3, 1]]) * (2.0 if sun else 1.0)
     light["shade_rows"], light["shade_into"] = rows, np.linalg.inv(np.vstack([rows, [0, 0, 0, 1]]))[:3]
     own: Any = {"bindings": {"light": light}, "constants": {"DIRECTIONAL": sun}}
-    place = single(3)
-    found = call(SHADE, "shade_cell", [place], **own)
-    truth = grid.shade_cell(place, light, sun)
+    q = grid.grid_index(light["shade_rows"], single(3)).astype(np.float32)
+    found = call(SHADE, "shade_cell", [q], **own)
+    truth = grid.shade_cell(q, light, sun)
     assert (truth[:, 3] >= 0).mean() > 0.02 and ((found[:, 3] >= 0) == (truth[:, 3] >= 0)).mean() > 0.995
     near = np.abs(truth[:, :3]).max(axis=1) < 100
     close(found[near, :3], truth[near, :3], 1e-3, 1e-3)
@@ -92,7 +92,7 @@ def test_places_in_a_lights_table(kind: str) -> None:
     placed = call("scatter/march/fill_shade.wgsl", "column_place", [column, k], **own)
     close(placed, grid.column_place(column, k, light, sun), 1e-4, 1e-4)
     within = np.all((column[:, :2] > 0) & (column[:, :2] < 8), axis=1)
-    again = grid.shade_cell(placed, light, sun)[within]
+    again = grid.shade_cell(grid.grid_index(light["shade_rows"], placed), light, sun)[within]
     np.testing.assert_allclose(again, np.column_stack([column[:, :2], k, column[:, 2]])[within], rtol=1e-3, atol=1e-3)
 
 
@@ -167,18 +167,18 @@ def test_share_that_is_scattered() -> None:
     close(found, march.scattered_share(d, cosine, axis, light, 1), 1e-4, 1e-6)
 
 
-def test_light_of_a_lamp_in_a_group_of_steps() -> None:
-    frame, light, group = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros(COUNT, struct_dtype(STEPS, "LampGroup"))
+def test_light_of_a_lamp_in_a_step() -> None:
+    frame, light, step = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros(COUNT, struct_dtype(STEPS, "LampStep"))
     frame["sigma_t"], frame["sigma_s"], frame["air"] = (0.1, 0.2, 0.05), (0.09, 0.1, 0.05), 0.6
     light["intensity"], light["position"], light["axis"], light["lobes"] = (3, 2, 1), (1, 2, -2), (0, 0, 1), (0.5, -0.3, 0.25)
     light["cone_offset"] = 1.0
-    group["range"], group["lengths"] = np.sort(single(2, low=0, high=9), axis=1), np.abs(single(2))
-    group["excess"] = single(low=-0.3, high=2)
+    step["range"], step["lengths"] = np.sort(single(2, low=0, high=9), axis=1), np.abs(single(2))
+    step["excess"] = single(low=-0.3, high=2)
     ray = np.zeros(COUNT, RAY)
     direction = single(3)
     ray["origin"], ray["direction"] = single(3), direction / np.linalg.norm(direction, axis=1, keepdims=True)
     nearest = march.nearest_approach(ray, light).astype(np.float32)
     angle = single(low=-1.2, high=1.2)
     own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"VARIES": True, "PHASE": 1}}
-    found = call(STEPS, "in_lamp_group", [ray, nearest, group, angle], **own)
-    close(found, march_field.in_lamp_group(ray, nearest, group, angle, frame, light, 1, "none"), 2e-3, 1e-5)
+    found = call(STEPS, "in_lamp_step", [ray, nearest, step, angle], **own)
+    close(found, march_field.in_lamp_step(ray, nearest, step, angle, frame, light, 1, "none"), 2e-3, 1e-5)

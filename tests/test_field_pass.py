@@ -2,7 +2,6 @@
 flicker."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -38,6 +37,8 @@ class Stage(PassStage):
         self.scene.add(gfx.Background(None, gfx.BackgroundMaterial("#000")), self.sun, self.lamp)
         self.perspective = gfx.PerspectiveCamera(40, SIZE[0] / SIZE[1], depth_range=(0.1, 50))
         self.flat = gfx.OrthographicCamera(6.4, 3.6, depth_range=(0.1, 50))
+
+    def reset(self) -> None:
         self.camera = self.perspective
 
     def frame(
@@ -53,17 +54,6 @@ class Stage(PassStage):
         self.draw()
         layer = self.texels(shafts.layer)[..., :3].astype(float)
         return SimpleNamespace(light=layer, transmittance=self.texels(shafts.transmittance)[..., :3].astype(float))
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage) -> Iterator[Stage]:
-    kept.camera = kept.perspective
-    yield kept
 
 
 def puffs(shape: Any = (12, 9, 14), box: Any = BOX) -> Any:

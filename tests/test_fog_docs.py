@@ -57,6 +57,9 @@ def test_the_two_lines_of_a_program() -> None:
     exec(one, names)
     exec(two.replace("smoke.npz", str(DOCS.parent / "examples/volumes/smoke.npz")), names)
     assert names["shafts"].parameters.method == "march" and names["shafts"].fields[0].density.max() > 0.5
+    medium = names["shafts"].medium
+    thick, thin = airlight.density([[99, 0, 0], [99, 8, 0]], medium=medium, fields=names["shafts"].fields)
+    assert thick == 1 and 0 < thin < 0.2  # the fog is there beside the smoke
 
 
 def test_the_model_is_that_of_the_conventions() -> None:
@@ -73,3 +76,9 @@ def test_the_model_is_that_of_the_conventions() -> None:
     moving = Medium(noise_amount=3.0, noise_size=5.0, wind=(2.0, 0.0, 0.5))
     moved = airlight.density(points + np.multiply(4.0, (2.0, 0.0, 0.5)), 4.0, moving)
     np.testing.assert_allclose(moved, airlight.density(points, 0.0, still), rtol=1e-4)
+
+
+def test_it_names_all_that_varies() -> None:
+    """Each option of the medium from fog to transparency, in this guide for users of the command."""
+    names = [name for name in Medium.__struct_fields__ if name.startswith(("fog", "noise", "wind", "basin", "air", "particle", "transp"))]
+    assert len(names) > 10 and [name for name in names if f"--{name.replace('_', '-')}" not in PAGE] == []

@@ -2,8 +2,6 @@
 
 import dataclasses
 import gc
-import logging
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -65,18 +63,6 @@ class Stage(PassStage):
 
     def read(self, texture: Any) -> np.ndarray:
         return self.texels(texture).squeeze()
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
-    kept.reset()
-    yield kept
-    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
 class Known:

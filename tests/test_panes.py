@@ -1,9 +1,7 @@
 """What is seen through, in a medium: each fragment is fogged at its own distance, whatever the order, the blending and the steps."""
 
 import itertools
-import logging
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.pygfx import LightShafts, SceneLight  # noqa: E402
+from airlight.pygfx.glass_maps import GlassMaps  # noqa: E402
 from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 from airlight.scenes import open_scene  # noqa: E402
 from airlight.scenes.offline import Shot, Studio  # noqa: E402
@@ -99,18 +98,6 @@ class Stage(PassStage):
         """The picture and its layer, (H, W, 3)."""
         self.draw()
         return self.renderer.snapshot()[..., :3].astype(float), self.texels(shafts.layer)[..., :3].astype(float)
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
-    kept.reset()
-    yield kept
-    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
 def composite(*given: tuple[float, float, float]) -> tuple[float, float]:
@@ -527,6 +514,53 @@ def test_few_steps_are_as_dim_as_many_behind_windows(stage: Stage, sent: SceneLi
     assert few == pytest.approx(many, rel=0.05)  # half as much again, and twice as much, by a look-up anywhere in a group
 
 
+def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    stage.scene = gfx.Scene()
+    stage.scene.add(mesh(square(40, 20, (0, 0, -9)), color="#000"))
+    pane = mesh(square(3, 3, (-2.3, 1.5, -5), 90), color="#000", opacity=0.6, alpha_mode="blend")
+    stage.scene.add(pane)
+    drawn: list[int] = []
+    draw = GlassMaps._draw_view
+    monkeypatch.setattr(GlassMaps, "_draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
+    shafts = shining(stage, SUN_BESIDE, 64)
+    before = stage.seen(shafts)[1]
+    drawn.clear()
+    np.testing.assert_array_equal(stage.seen(shafts)[1], before)
+    assert not drawn
+    texture = gfx.Texture(np.full((4, 4, 4), 255, np.uint8), dim=2)
+
+    def fade() -> None:
+        pane.material.opacity = 0.2
+
+    def move() -> None:
+        pane.local.x = 0.4
+
+    def bend() -> None:
+        pane.geometry.positions.data[:, 1] -= 0.5
+        pane.geometry.positions.update_range()
+
+    def cover() -> None:
+        pane.geometry.texcoords = gfx.Buffer(np.zeros((len(pane.geometry.positions.data), 2), np.float32))
+        pane.material.map = gfx.TextureMap(texture)
+
+    def repaint() -> None:
+        texture.data[..., 3] = 100
+        texture.update_full()
+
+    def hide() -> None:
+        pane.visible = False
+
+    for change in (fade, move, bend, cover, repaint, hide):
+        change()
+        stage.renderer.effect_passes = [shafts]
+        found = stage.seen(shafts)[1]
+        truth = stage.seen(shining(stage, SUN_BESIDE, 64))[1]
+        np.testing.assert_array_equal(found, truth, change.__name__)
+        assert change is cover or np.abs(found - before).max() > 1e-3 * before.max(), change.__name__
+        before = found
+
+
 @pytest.mark.slow
 def test_the_exact_walk_comes_to_an_end_on_short_segments() -> None:
     """Of foliage many lit segments are shorter than the digits of t tell apart; light that a pane dims is the same in steps."""
@@ -552,9 +586,11 @@ def test_what_is_left_behind_is_its_twin() -> None:
     np.testing.assert_array_equal(found, panes.left_behind(depth, surfaces, passed))
 
 
-def test_few_steps_share_a_look_up() -> None:
+@pytest.mark.parametrize("sun", [True, False])
+def test_few_steps_share_a_look_up(sun: bool) -> None:
     n = np.arange(1, 129, dtype=np.float32)
-    np.testing.assert_array_equal(call("scatter/march/steps.wgsl", "dimmed_steps", [n]), panes.dimmed_steps(n))
+    found = call("scatter/march/steps.wgsl", "dimmed_steps", [n], constants={"DIRECTIONAL": sun})
+    np.testing.assert_array_equal(found, panes.dimmed_steps(n, sun))
 
 
 # ---------------------------------------------------------------- functions of shaders

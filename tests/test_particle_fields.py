@@ -143,7 +143,7 @@ def test_what_changes_is_told_once_of_each_kind() -> None:
     positions[0] += 1
     field.field()
     positions[1] = np.nan
-    with pytest.warns(AirlightWarning, match="dust: 1 particles that are no finite numbers"):
+    with pytest.warns(AirlightWarning, match=r"dust: 1 particle that is not finite, the first number 1, is left out"):
         field.field()
 
 

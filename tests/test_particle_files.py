@@ -1,10 +1,7 @@
 """Files of particles: what is read of each kind, what is refused in a line, and mutants, which do no harm."""
 
 import io
-import random
 import re
-import resource
-import time
 import warnings
 import zipfile
 from pathlib import Path
@@ -12,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import particle_files as made
 import pytest
-from fuzzing import mutate
 from particle_files import npz, ply, rows, table
+from reading_mutants import campaign
 
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.files.particles import Particles, read_particles
@@ -202,40 +199,12 @@ def test_cut_off(whole: bytes, tmp_path: Path) -> None:
                 assert "; " in str(error)
 
 
-def attempt(path: Path, chance: random.Random) -> tuple[bool, str]:
-    """Read a mutant: whether it was read, and what is wrong, or nothing."""
-    began = time.monotonic()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            warnings.simplefilter("ignore", AirlightWarning)
-            found = read_particles(str(path), up=chance.choice((None, "z")))
-        count = len(found.positions)
-        columns = [one for one in (found.radii, found.densities) if one is not None]
-        sound = found.positions.shape == (count, 3) and all(one.shape == (count,) and one.dtype == np.float64 for one in columns)
-        read, fault = True, "" if sound else "is not sound"
-    except AirlightError as error:
-        read, fault = False, "" if "; " in str(error) and "\n" not in str(error) and len(str(error)) < 500 else f"says {error!r}"
-    except Exception as error:  # what is looked for
-        read, fault = False, f"raises {error!r}"
-    took = time.monotonic() - began
-    return read, fault or (f"takes {took:.1f} s" if took > 10 else "")
+def is_sound(found: Particles) -> bool:
+    count = len(found.positions)
+    columns = [one for one in (found.radii, found.densities) if one is not None]
+    return found.positions.shape == (count, 3) and all(one.shape == (count,) and one.dtype == np.float64 for one in columns)
 
 
 @pytest.mark.parametrize("number, seed", [(500, 1), pytest.param(20_000, 2, marks=[pytest.mark.slow, pytest.mark.timeout(1800)])])
 def test_mutants(number: int, seed: int, tmp_path: Path) -> None:
-    files, before = made.seeds(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    faults, reads = [], 0
-    path = tmp_path / "mutant"
-    for i in range(number):
-        chance = random.Random(f"{seed}:{i}")
-        data = files[i % len(files)]
-        path.write_bytes(mutate(chance, data, chance.choice(files), chance.choice((96, 1000))) if chance.random() < 0.95 else data)
-        read, fault = attempt(path, chance)
-        reads += read
-        if fault:
-            path.rename(tmp_path / f"harmful-{i}")
-            faults.append(f"{tmp_path}/harmful-{i}: {fault}")
-    assert not faults, f"{len(faults)} faults:\n" + "\n".join(faults[:5])
-    assert number // 20 < reads < number * 19 // 20, "the mutations are too coarse, or too tame"
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1 << 20
+    campaign(tmp_path, made.seeds(), number, seed, lambda path, chance: read_particles(path, up=chance.choice((None, "z"))), is_sound)

@@ -1,7 +1,5 @@
 """Particles and lowlands in pictures of a pygfx program: their mass is seen, they move, they are counted and not drawn."""
 
-import logging
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -58,18 +56,6 @@ class Stage(PassStage):
     def mass(self, frame: SimpleNamespace) -> float:
         """Sum the optical depths over the picture's area: the mass of what lies in it."""
         return float(frame.depth.sum() * (WIDTH / SIZE[0]) ** 2 / SIGMA)
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
-    kept.reset()
-    yield kept
-    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
 def smoke() -> Any:

@@ -11,7 +11,9 @@ from particle_files import npz, rows, table
 
 import airlight
 from airlight.errors import AirlightError, AirlightWarning
+from airlight.jobs.density_text import npz_kind
 from airlight.jobs.particle_text import FileParticles, ParticleText, load_particles, read_particle_text
+from airlight.jobs.volume_text import FileVolume, read_volume_text
 from airlight.pygfx import ParticleField
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -124,3 +126,25 @@ def test_points_of_the_scene(tmp_path: Path) -> None:
     for name, line in (("dust.txt", r"files of particles end with \.csv"), ("dust.tx", r"did you mean '.*dust\.txt'")):
         with pytest.raises(AirlightError, match=line):
             load_particles(read_particle_text(f"{tmp_path}/{name}"), scene)
+
+
+def test_an_archive_of_the_other_kind_is_told(tmp_path: Path) -> None:
+    """By its arrays; those of a volume may have any names beside density."""
+    points, grid, box = ROWS[:, :3], np.ones((2, 3, 4)), [[0, 0, 0], [1, 1, 1]]
+    for name, arrays, kind in (
+        ("a", {"positions": points, "density": ROWS[:, 4]}, "particles"),
+        ("b", {"P": points}, "particles"),
+        ("c", {"density": grid, "bounds": box}, "volume"),
+        ("d", {"density": grid, "P": grid, "x": np.zeros(4)}, "volume"),
+        ("e", {"P": grid, "bounds": box}, None),
+        ("f", {"x": points[:, 0], "y": points[:, 1], "z": points[:, 2]}, None),
+    ):
+        (tmp_path / f"{name}.npz").write_bytes(npz(**arrays))
+        assert npz_kind(str(tmp_path / f"{name}.npz")) == kind
+    assert npz_kind(str(tmp_path / "none.npz")) is npz_kind(str(tmp_path / "a.csv")) is None
+    with pytest.raises(AirlightError, match=r"a\.npz: holds particles, not a volume; give it by --particles"):
+        FileVolume(read_volume_text(f"{tmp_path}/a.npz")).field()
+    with pytest.raises(AirlightError, match=r"c\.npz: holds a volume, not particles; give it by --volume"):
+        load_particles(read_particle_text(f"{tmp_path}/c.npz"), None)
+    (tmp_path / "broken.npz").write_bytes(npz(positions=points)[:-30])
+    assert npz_kind(str(tmp_path / "broken.npz")) is None

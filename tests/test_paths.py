@@ -14,10 +14,11 @@ from airlight.lights.point import PointLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.field import Field
-from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.options import March, Medium
 from airlight.reference import field, paths, tracer
 from airlight.reference import medium as twin
+from airlight.scatter.march.shade import fit_shade
 
 RNG = np.random.default_rng(31)
 SIGMA = (0.1, 0.2, 0.4)
@@ -229,6 +230,28 @@ def test_what_dims_a_sun_can_be_chosen() -> None:
     np.testing.assert_array_equal(paths.sun_length(at, towards, made(air=0.5)), 0)
     volumes = paths.sun_length(at, towards, made(own, air=0.5, sun_extinction="volumes"))
     np.testing.assert_allclose(volumes, paths.optical_length(at, at + 20 * towards, made(own)), rtol=1e-9)
+
+
+def test_fog_of_no_air_is_told() -> None:
+    """Beside fields the air is empty unless it is said to be; told where it is unset and something is asked of it."""
+    own = Field(rough())
+    for asked in ({"fog": "linear"}, {"noise_amount": 1.0}):
+        assert "air = 1" in (doubt(made(own, **asked), 5.0, 5.0) or "")
+        said = (made(own, **asked, air=0.0), made(own, **asked, air=0.5), made(**asked))
+        assert [doubt(one, 5.0, 5.0) for one in said] == [None] * 3
+    assert doubt(made(own, wind=(1, 0, 0)), 5.0, 5.0) is None
+
+
+def test_noise_in_air_without_an_end_dims_no_sun() -> None:
+    """As the air itself: in the truth and in the march's table alike, with and without what lies in it."""
+    noisy, own = {"air": 0.5, "noise_amount": 3.0, "sun_extinction": "all"}, Field(rough())
+    at, towards, box = RNG.uniform([-2, -1, -9], [2, 2, -5], (50, 3)), np.array(SUN.direction), np.array([[-9.0] * 3, [9.0] * 3])
+    np.testing.assert_array_equal(paths.sun_length(at, towards, made(**noisy)), 0)
+    assert fit_shade(SUN, made(**noisy), box) is None and fit_shade(SUN, made(**noisy, fog="linear"), box) is not None
+    alone = paths.sun_length(at, towards, made(own, air=0.5, sun_extinction="volumes"))
+    np.testing.assert_array_equal(paths.sun_length(at, towards, made(own, **noisy)), alone)
+    shade = fit_shade(SUN, made(own, **noisy), box)
+    assert alone.max() > 0 and shade is not None and shade.alone
 
 
 def test_a_drawing_near_an_origin_has_the_same_light() -> None:

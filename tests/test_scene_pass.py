@@ -1,9 +1,7 @@
 """Light shafts in pygfx's scenes: the pass beside its float64 twins, the image path, and what it promises."""
 
 import gc
-import logging
 import weakref
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -78,18 +76,6 @@ class Stage(PassStage):
     def read(self, texture: Any) -> np.ndarray:
         found = self.texels(texture)
         return found if found.dtype == np.uint8 else found[..., :3].squeeze().astype(np.float64)
-
-
-@pytest.fixture(scope="module")
-def kept() -> Stage:
-    return Stage()
-
-
-@pytest.fixture
-def stage(kept: Stage, caplog: Any) -> Iterator[Stage]:
-    kept.reset()
-    yield kept
-    assert not [r for r in caplog.records if r.levelno >= logging.ERROR], "errors in a frame are logged, not raised"
 
 
 def close(found: np.ndarray, expected: np.ndarray, relative: float = 2 * HALF, absolute: float = 1e-4) -> None:

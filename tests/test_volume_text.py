@@ -47,10 +47,10 @@ def test_what_is_written() -> None:
         ("a.vdb;factor=", "cannot read 'factor='"),
         ("a.vdb;blend=plus", "blend is 'plus' .*use add, multiply, replace, min, max"),
         ("a.vdb;up=x", "up is 'x' .*use y, z"),
-        ("a.vdb;factor=-1", "factor is -1 .*give 0 or more"),
+        ("a.vdb;factor=-1", "factor is -1 .*give a number of 0 to 1e.09"),
         ("a.vdb;factor=nan", "factor is nan .*give a number"),
-        ("a.vdb;scale=0", "scale is 0 .*give more than 0"),
-        ("a.npy;bounds=0,1,2", "bounds is 0,1,2 .*give six numbers, x0,y0,z0,x1,y1,z1"),
+        ("a.vdb;scale=0", "scale is 0 .*give a number of 1e-09 to 1e.09"),
+        ("a.npy;bounds=0,1,2", "bounds is 0,1,2 .*give numbers, x0,y0,z0,x1,y1,z1"),
         ("a.vdb;factor=1;factor=2", "factor stands twice"),
         ("dust.csv", "holds particles, not a volume; give it by --particles"),
     ],
@@ -69,7 +69,7 @@ def test_a_file_is_read_once_and_follows_the_frame(tmp_path: Path) -> None:
     for frame in (1, 2, 3, 9):
         found.frame = frame
         fields[frame] = as_field(found)
-    assert fields[1] is fields[2] and fields[3] is fields[9]
+    assert fields[1] is fields[2] and fields[3] is fields[9] is as_field(found, 64)
     assert (fields[2].factor, fields[2].blend) == (2, "max") and fields[3].volume.density.max() == 3
     with pytest.raises(AirlightError, match="did you mean 'add'"):
         Field(fields[2].volume, "ad")
@@ -81,8 +81,13 @@ def test_what_lies_outside_the_scene_is_told(tmp_path: Path) -> None:
     with pytest.warns(AirlightWarning, match=r"smoke\.npz: lies outside the scene, at 500, 501, 500 to 502, 503, 502 m"):
         words = put_densities(stage, [str(far)], [])
     assert words == (f"--volume={far}",) and len(stage.fields) == 1
+    with pytest.warns(AirlightWarning, match=r"outside the scene, at 1000000, 1, 0 to 1000002, 3, 2 m"):
+        add_density(stage, str(stored(tmp_path, "map.npz", bounds=BOUNDS + (1e6, 0, 0))), 32)
+    stage.fields.pop()
     near = stored(tmp_path, "near.npz")
     assert add_density(stage, str(near), 32) == (f"--volume={near}",) and len(stage.fields) == 2
+    dust = stored(tmp_path, "dust.npz", density=np.ones(2), positions=np.zeros((2, 3)), radius=np.ones(2))
+    assert add_density(stage, str(dust), 32) == (f"--particles={dust}",) and stage.fields[-1].field(32).volume.mass > 0
 
 
 def render(folder: Path, *more: str, out: str = "out.exr") -> tuple[int, Path]:
@@ -179,6 +184,7 @@ def test_what_lies_in_the_air_is_seen(tmp_path: Path, capsys: pytest.CaptureFixt
         (("fog_above",), {"fog": "exponential"}, "--fog-above does nothing without --fog linear"),
         (("wind",), {}, "--wind does nothing without --noise-amount"),
         (("basin_density",), {}, "--basin-density does nothing without --basin-level"),
+        (("sun_extinction",), {"sun_extinction": "all", "noise_amount": 2.0}, "--sun-extinction does nothing without --fog, --volume or"),
     ],
 )
 def test_what_does_nothing_is_told(written: tuple[str, ...], values: dict[str, Any], line: str) -> None:
@@ -190,6 +196,8 @@ def test_what_does_something_is_not_told(recwarn: pytest.WarningsRecorder) -> No
     medium = Medium(fog="linear", fog_depth=2.0, fog_above=0.1, noise_amount=1.0, wind=(1.0, 0.0, 0.0), basin_level=1.0)
     tell_idle(frozenset({"fog", "fog_depth", "fog_above", "noise_size", "wind", "basin_density"}), medium)
     tell_idle(frozenset({"wind"}), Medium(), numbered=True)
+    tell_idle(frozenset({"sun_extinction"}), Medium(sun_extinction="all"), alone=False)
+    tell_idle(frozenset({"sun_extinction"}), Medium(sun_extinction="all", fog="linear"))
     assert not recwarn.list
 
 

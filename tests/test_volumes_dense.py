@@ -87,8 +87,9 @@ CUBE = np.ones((2, 2, 2), np.float32)
         (npy(CUBE), {"bounds": (0, 0, 0, 1, np.inf, 1)}, "bounds 0, 0, 0, 1, inf, 1 are no box"),
         (npy(CUBE), {"bounds": BOX, "scale": -1}, "scale is -1"),
         (npy(CUBE), {"bounds": BOX, "up": "x"}, "up is 'x'"),
-        (npy(CUBE[0]), {"bounds": BOX}, r"shape \(2, 2\); a volume is density\[z, y, x\]"),
-        (npy(CUBE[:0]), {"bounds": BOX}, "shape"),
+        (npy(CUBE[0]), {"bounds": BOX}, r"has 2 dimensions, not three: its shape is \(2, 2\); a volume is density\[z, y, x\]"),
+        (npy(CUBE[0]), {}, "has 2 dimensions, not three"),  # before anything is asked of it that would not help
+        (npy(CUBE[:0]), {"bounds": BOX}, r"has no voxels: its shape is \(0, 2, 2\)"),
         (npy(CUBE.astype(complex)), {"bounds": BOX}, "values of type <c16; save it as float32"),
         (npy(CUBE)[:-1], {"bounds": BOX}, "is cut off"),
         (header("{'descr': '|O', 'fortran_order': False, 'shape': (1, 1, 1)}\n") + pickle.dumps([1]), {"bounds": BOX}, "Python objects"),
@@ -142,13 +143,16 @@ def test_broken_and_negative_voxels(tmp_path):
         first = "0, 0, 0"
         lines = [str(one.message) for one in told]
         assert re.search(f"3 voxels that are no finite numbers, the first at x, y, z = {first}, are mended from those around", lines[0])
-        assert "1 voxels slightly below 0, down to -0.001, are taken as 0" in lines[1] and len(lines) == 2
+        assert "1 voxel slightly below 0, down to -0.001, is taken as 0" in lines[1] and len(lines) == 2
         mended = volume.density if more else volume.density[1:-1, 1:-1, 1:-1]
         expected = density.copy()
         expected[3, 4, 4], expected[3, 4, 5], expected[0, 0, 0], expected[7, 8, 9] = 2, (24 * 2 + 5) / 25, 2, 0
         np.testing.assert_allclose(mended, expected, rtol=1e-6)
+    density[3, 4, 5], density[0, 0, 0] = 2, 2
+    with pytest.warns(UserWarning, match="1 voxel that is no finite number, the first at x, y, z = 4, 4, 3, is mended from those around"):
+        read_volume(kept(tmp_path, npy(density.clip(0)), "a.npy"), bounds=BOX)
     density[:, :, 2:] = np.nan
-    with pytest.raises(AirlightError, match="577 of its 720 voxels are no finite numbers, the first at x, y, z = 0, 0, 0"):
+    with pytest.raises(AirlightError, match="576 of its 720 voxels are no finite numbers, the first at x, y, z = 2, 0, 0"):
         read_volume(kept(tmp_path, npy(density), "a.npy"), bounds=BOX)
     with pytest.raises(AirlightError, match="negative densities, 720 voxels down to -3, the first at x, y, z = 0, 0, 0; densities are 0"):
         read_volume(kept(tmp_path, npy(np.full((8, 9, 10), -3)), "a.npy"), bounds=BOX)

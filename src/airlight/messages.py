@@ -22,6 +22,11 @@ def number(value: float, figures: int) -> str:
     return f"{float(f'{value:.{figures}g}'):g}"
 
 
+def counted(count: int, one: str, many: str = "") -> str:
+    """Write a number of things: 1 folder, 2 folders. many: how several are called, where an s at the end is not all."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
 def close(word: str, known: Iterable[str], most: int = 1, least: float = 0.6) -> list[str]:
     """List those of some words that are like another, whatever their case, the most alike first. least: how alike, 0..1."""
     import difflib  # takes as long as all else of this module

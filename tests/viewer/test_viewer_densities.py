@@ -8,9 +8,10 @@ from viewer_driver import Driver
 
 from airlight.viewer import command
 from airlight.viewer import state as st
+from airlight.viewer.desktop import kinds
 
 
-def test_a_volume_that_is_opened_lies_in_the_air(scene: Driver, tmp_path: Path) -> None:
+def test_a_volume_that_is_opened_lies_in_the_air(scene: Driver, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     state = scene.state
     plain = scene.frame(2)[:, 360:].astype(int)
     path = tmp_path / "smoke.npz"
@@ -20,9 +21,24 @@ def test_a_volume_that_is_opened_lies_in_the_air(scene: Driver, tmp_path: Path) 
     assert "lies in the air now" in state.message and state.parameters.method == "march"
     assert np.abs(smoky - plain).max() > 10
     assert f"--volume={path}" in command.options(state)
+    assert not state.doubt
+    st.set_values(state, st.values(state) | {"fog": "linear"})
+    scene.frame(2)
+    assert "give it a density, air = 1" in state.doubt
     state.requests.append(("open", str(tmp_path / "none.vdb")))
     scene.frame(2)
     assert "none.vdb" in state.message and command.options(state).count(f"--volume={path}") == 1
+    sent = tmp_path / "sent.npz"
+    sent.write_bytes(path.read_bytes())
+    monkeypatch.setattr(state, "received", {str(sent): "mine.npz"})
+    state.requests.append(("open", str(sent)))
+    scene.frame(2)
+    assert "--volume=mine.npz" in command.options(state) and str(sent) not in " ".join(command.options(state))
+
+
+def test_a_file_dialog_offers_what_can_be_opened() -> None:
+    endings = kinds()[1].split()
+    assert {"*.jpg", "*.glb", "*.vdb", "*.NPZ", "*.vol", "*.csv"} <= set(endings)
 
 
 def test_wind_moves_a_still_scene(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> None:

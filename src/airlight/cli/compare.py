@@ -79,8 +79,8 @@ class SourceLightType(click.ParamType):
     multiple=True,
     metavar="KEY=VALUE,...",
     help="What to compare, repeatedly: parameters and presets that go before the others, as in method=radial,samples=32,jitter=blue, "
-    "vesper, or in a scene method=march,steps=64; samples without decay keep the length of the shafts. Without this option: a list of the "
-    "methods.",
+    "vesper, or in a scene steps=64 or fog=exponential; samples without decay keep the length of the shafts. Without this option: a list "
+    "of the methods.",
 )
 @option(
     "--against",

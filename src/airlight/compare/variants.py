@@ -18,10 +18,11 @@ from airlight.options import (
     SceneOptions,
     build,
     declared,
+    of_medium_alone,
     presets,
     refuse_look,
 )
-from airlight.scatter.methods import CONVERGED, check_picture, of_medium, of_screen
+from airlight.scatter.methods import CONVERGED, FOR_MEDIUM, check_picture, of_medium, of_screen
 
 DEFAULT = (
     "method=epipolar,quality=draft",
@@ -67,14 +68,19 @@ class Variant:
 def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
     """Put the values of a text, see `presets.written`, over the base's. Raises AirlightError.
 
-    samples without decay keep lambda: the sum is finer or coarser, the shafts are as long.
+    samples without decay keep lambda: the sum is finer or coarser, the shafts are as long. In a scene what only a medium has asks for
+    march, where no method is said.
     """
     try:
+        named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
+        for one in ("volume", "particles"):
+            if one in named:
+                raise AirlightError(f"{one} lies in the air of all that is compared: give --{one} beside --variant")
         own = presets.written(text)
         refuse_look(own, "a comparison of methods")
-        named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
         _check_keys(named, in_scene)
-        values = base | own
+        asked = {"method": FOR_MEDIUM} if in_scene and of_medium_alone(own) is not None else {}
+        values = asked | base | own
         if "samples" in own and "decay" not in own:
             values["decay"] = math.exp(-build(base)[Parameters].lam / own["samples"])
         built = build(values)

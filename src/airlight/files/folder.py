@@ -8,6 +8,7 @@ from airlight.errors import AirlightError
 from airlight.files.decode import format_of
 from airlight.files.extras import RAW
 from airlight.files.sequence import Numbered
+from airlight.messages import counted
 from airlight.options.storage import OUTPUTS
 
 _READ = ".bmp .dib .gif .heic .heif .hif .cin .jpe .jfif .jp2 .j2k .j2c .pbm .pgm .ppm .pnm .pfm"
@@ -52,11 +53,6 @@ def pictures_in(folder: str) -> tuple[list[str], int, int]:
         cure = "" if files or not folders else ": give it instead" if folders == 1 else ": give one of them"
         raise AirlightError(f"{folder}: holds no pictures{there}{cure}")
     return found, files, folders
-
-
-def counted(count: int, one: str) -> str:
-    """Write a number of things: 1 folder, 2 folders."""
-    return f"{count} {one}" if count == 1 else f"{count} {one}s"
 
 
 def clip_of(paths: Sequence[str]) -> Numbered | None:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError, warn
 from airlight.files.volumes import FORMATS as OF_VOLUMES
+from airlight.jobs.density_text import npz_kind
 from airlight.jobs.particle_text import load_particles, read_particle_text
 from airlight.jobs.volume_text import FileVolume, read_volume_text, tell_apart
 from airlight.medium.field import as_field
@@ -12,6 +13,7 @@ from airlight.medium.resolve import OPTICAL_DEPTH
 from airlight.messages import say
 from airlight.options import Medium
 
+FILES = (*OF_VOLUMES, ".csv")  # of densities, that are nothing else
 SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
 LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
 
@@ -35,7 +37,7 @@ def put_densities(
 def add_density(stage: "Stage", path: str, cells: int) -> tuple[str, ...]:
     """Put the volume or the particles of a file into a stage's air, beside what lies there; give the option that asks for it. Raises
     AirlightError."""
-    if path.lower().endswith(tuple(OF_VOLUMES)):
+    if path.lower().endswith(tuple(OF_VOLUMES)) and npz_kind(path) != "particles":
         _put(stage, FileVolume(read_volume_text(path)), cells)
         return (f"--volume={path}",)
     _put(stage, load_particles(read_particle_text(path), stage.scene, cells), cells)
@@ -44,7 +46,7 @@ def add_density(stage: "Stage", path: str, cells: int) -> tuple[str, ...]:
 
 def of_density(path: str) -> bool:
     """Tell whether a file, by its name, holds a volume or particles, and nothing that is shown by itself."""
-    return path.lower().endswith((*OF_VOLUMES, ".csv"))
+    return path.lower().endswith(FILES)
 
 
 def _put(stage: "Stage", density: Any, cells: int) -> None:
@@ -88,13 +90,15 @@ def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], meth
         raise AirlightError(f"{given} means nothing with method {method}: leave it out, or use --method march")
 
 
-def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False) -> None:
-    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame."""
+def tell_idle(explicit: frozenset[str], medium: Medium, numbered: bool = False, alone: bool = True) -> None:
+    """Warn of options of a medium that the user wrote, and that do nothing as it is. numbered: volumes follow the frame. alone: there are
+    none, and no particles."""
     lacks = {
         "--fog": medium.fog == "none" and {"fog_base", "fog_depth", "fog_above"},
         "--fog linear": medium.fog == "exponential" and {"fog_above"},
         "--noise-amount": medium.noise_amount == 0 and {"noise_size", "noise_octaves", "noise_seed"} | (set() if numbered else {"wind"}),
         "--basin-level": medium.basin_level is None and {"basin_density"},
+        "--fog, --volume or --particles": alone and medium.fog == "none" and medium.basin_level is None and {"sun_extinction"},
         "--sun-glow": medium.sun_glow == 0 and {"sun_glow_size"},
     }
     for needed, idle in lacks.items():

@@ -280,7 +280,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     if not method.has_units:
         refuse_without_medium(r.volume, r.particles, parameters.method)
     else:
-        tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)))
+        tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
     told.step("setting up")

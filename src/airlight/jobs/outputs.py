@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from airlight.errors import AirlightError
-from airlight.messages import nearest_file, say
+from airlight.messages import counted, nearest_file, say
 from airlight.options.storage import OUTPUTS
 from airlight.process import standard, temporaries
 from airlight.scenes.names import is_scene
@@ -35,7 +35,7 @@ def expanded(sources: Sequence[str]) -> list[str]:
         pictures, files, folders = pictures_in(source)
         found += pictures
         kinds = (files, "file that is no picture", "files that are no pictures"), (folders, "folder", "folders")
-        out = [f"{count} {one if count == 1 else many}" for count, one, many in kinds if count]
+        out = [counted(*kind) for kind in kinds if kind[0]]
         if out:
             say(f"{source}: left out: {', '.join(out)}", prefix="")
         clip = clip_of(pictures)
@@ -53,8 +53,7 @@ def _refuse_what_is_no_picture(source: str) -> None:
         raise AirlightError(f"{source}: is a 3-D scene, which airlight render draws")
     if glob.has_magic(source) and not os.path.lexists(source) and numbered(source) is None:
         there = len(glob.glob(source))
-        files = f"{there} file{'s' if there > 1 else ''}"
-        cure = f"stands for {files}: leave its quotes out" if there else "stands for no file: nothing has such a name"
+        cure = f"stands for {counted(there, 'file')}: leave its quotes out" if there else "stands for no file: nothing has such a name"
         raise AirlightError(f"{source}: {cure}")
 
 

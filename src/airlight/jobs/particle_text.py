@@ -5,20 +5,20 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from airlight.baked import bake, empty, sprite_profile
 from airlight.errors import AirlightError, warn
 from airlight.files.particles import FORMATS, UP, read_particles
 from airlight.files.volumes import FORMATS as OF_VOLUMES
-from airlight.files.volumes import Volume, file_of_frame
+from airlight.files.volumes import Volume
+from airlight.jobs.density_text import FACTOR, SCALE, FileDensity, Grammar
 from airlight.medium.field import BLENDS, Field
 from airlight.messages import nearest, nearest_file
 
 FORM = "FILE or NAME, then ;radius=0.2;density=1;sprite=FILE;blend=add;factor=1, of a file ;scale=1;up=z, of a scene's points ;draw=0"
-_NUMBERS = {"radius": (0.0, 1e9), "density": (0.0, 1e12), "factor": (0.0, 1e9), "scale": (1e-9, 1e9)}
-_WORDS = {"blend": BLENDS, "up": UP, "draw": ("0", "1")}
-KEYS = ("radius", "density", "sprite", "blend", "factor", "scale", "up", "draw")
+GRAMMAR = Grammar(
+    "particles", FORM, ("sprite",), {"blend": BLENDS, "up": UP, "draw": ("0", "1")},
+    {"radius": (0.0, 1e9), "density": (0.0, 1e12), "factor": FACTOR, "scale": SCALE},
+)  # fmt: skip
 OF_FILES, OF_POINTS = ("scale", "up"), ("draw",)
 
 
@@ -43,20 +43,8 @@ class ParticleText:
 
 def read_particle_text(text: str) -> ParticleText:
     """Read what was written, without a look at any file. Raises AirlightError."""
-    source, *rest = (part.strip() for part in str(text).split(";"))
-    known: dict[str, Any] = {}
-    for part in rest:
-        name, divider, value = (word.strip() for word in part.partition("="))
-        if not part:
-            continue
-        if name not in KEYS or not divider or not value:
-            hint = nearest(name, KEYS, f": write {FORM}")
-            raise AirlightError(f"cannot read {part!r} in the particles {text!r}{hint}")
-        if name in known:
-            raise AirlightError(f"{name} stands twice in the particles {text!r}; leave one out")
-        known[name] = _value(name, value, text)
-    if not source:
-        raise AirlightError(f"cannot read the particles {text!r}: write {FORM}")
+    source, known = GRAMMAR.read(text)
+    known |= {"draw": known["draw"] == "1"} if "draw" in known else {}
     if source.lower().endswith(tuple(OF_VOLUMES)) and not source.lower().endswith(FORMATS):
         raise AirlightError(f"{source}: is a volume, not particles; give it by --volume")
     written = ParticleText(source, **known)
@@ -67,42 +55,18 @@ def read_particle_text(text: str) -> ParticleText:
     return written
 
 
-def _value(name: str, value: str, text: str) -> Any:
-    if name == "sprite":
-        return value
-    if name in _WORDS:
-        if value not in _WORDS[name]:
-            hint = f"{nearest(value, _WORDS[name])}; use {', '.join(_WORDS[name])}"
-            raise AirlightError(f"{name} is {value!r} in the particles {text!r}{hint}")
-        return value == "1" if name == "draw" else value
-    low, high = _NUMBERS[name]
-    try:
-        number = float(value)
-    except ValueError:
-        number = np.nan
-    if not low <= number <= high:
-        raise AirlightError(f"{name} is {value} in the particles {text!r}; give a number of {low:g} to {high:g}")
-    return number
+class FileParticles(FileDensity):
+    """Gives the density of a file's particles, or of the frame's; of no particles 0."""
 
-
-class FileParticles:
-    """Gives the density of a file's particles, of numbered files (`sparks.####.csv`) that of `frame`, which may be set."""
-
-    draw = False
+    draw, kind, baked = False, "particles", True
 
     def __init__(self, written: ParticleText, frame: int = 1) -> None:
-        self.written, self.frame = written, frame
+        super().__init__(written.source, frame)
+        self.written = written
         self._profile = None if written.sprite is None else sprite_profile(written.sprite)
-        self._known: tuple[str, int] | None = None
-        self._field: Field | None = None
 
-    def field(self, cells: int = 128) -> Field:
-        """Read and bake the file of the frame: the same Field while it is the same, one of density 0 of no particles. Raises
-        AirlightError."""
-        path = file_of_frame(self.written.source, self.frame)
-        if self._field is None or self._known != (path, cells):
-            self._field, self._known = Field(self._baked(path, cells), self.written.blend, self.written.factor), (path, cells)
-        return self._field
+    def _read(self, path: str, cells: int) -> Field:
+        return Field(self._baked(path, cells), self.written.blend, self.written.factor)
 
     def _baked(self, path: str, cells: int) -> Volume:
         w = self.written

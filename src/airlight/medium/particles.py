@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.errors import AirlightError
-from airlight.messages import number
+from airlight.messages import counted, number
 
 Array = npt.NDArray[Any]
 KERNEL_INTEGRAL = 32 * math.pi / 105
@@ -55,14 +55,18 @@ def checked(positions: Any, radii: Any, densities: Any, name: str) -> tuple[Arra
         try:
             column = np.broadcast_to(np.asarray(values, np.float64), (len(points),))
         except (TypeError, ValueError):
-            raise AirlightError(f"{name}: its values of {what} are not {len(points)} numbers; give (N,), or one for all") from None
+            many = counted(len(points), "number")
+            raise AirlightError(f"{name}: its values of {what} are not {many}; give (N,), or one for all") from None
         columns.append(column)
     good = np.isfinite(points).all(axis=1) & np.isfinite(columns[0]) & np.isfinite(columns[1])
     if not good.all():
         if not good.any():
-            raise AirlightError(f"{name}: none of its {len(points)} particles is of finite numbers; export it again")
+            what = f"none of its {len(points)} particles is of finite numbers" if len(points) > 1 else "its only particle is not finite"
+            raise AirlightError(f"{name}: {what}; export it again")
         first = f"the first number {int(np.argmin(good))}"
-        notes.append(f"{name}: {int((~good).sum())} particles that are no finite numbers, {first}, are left out")
+        lost = int((~good).sum())
+        which = counted(lost, "particle that is not finite", "particles that are no finite numbers")
+        notes.append(f"{name}: {which}, {first}, {'is' if lost == 1 else 'are'} left out")
     for what, column in zip(("radius", "density"), columns, strict=True):
         if (bad := good & (column < 0)).any():
             at = int(np.argmax(bad))
@@ -265,7 +269,8 @@ def _near_ones(points: Array, sizes: Array, weights: Array, notes: list[str], na
     far = points[int(np.argmax(np.abs(points - (low + high) / 2).max(axis=1)))]
     share = float(particle_mass(sizes, weights)[~near].sum() / particle_mass(sizes, weights).sum())
     place = ", ".join(number(float(v), 4) for v in far)
-    notes.append(f"{name}: {lost} particles far from all others, up to x, y, z = {place}, with {share:.2g} of the mass, are left out")
+    which = counted(lost, "particle far from all others", "particles far from all others")
+    notes.append(f"{name}: {which}, up to x, y, z = {place}, with {share:.2g} of the mass, {'is' if lost == 1 else 'are'} left out")
     return points[near], sizes[near], weights[near]
 
 

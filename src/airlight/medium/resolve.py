@@ -61,8 +61,11 @@ class ResolvedMedium:
 
     @property
     def sun_extinction(self) -> str:
-        """Tells what dims a sun's light: none, volumes, or all. Unset it is all where what is above a place has an end."""
+        """Tells what dims a sun's light: none, volumes, or all. Unset it is all where what is above a place has an end. Air without an end
+        dims no sun, nor does noise in it: all is then of what else lies there."""
         m = self.settings
+        if m.sun_extinction == "all" and m.fog == "none" and m.noise_amount > 0 and self.air > 0:
+            return "volumes" if self.fields else "none"
         ends = self.air == 0 or m.fog == "exponential" or (m.fog == "linear" and m.fog_above == 0)
         unset = "all" if ends else "volumes" if self.fields else "none"
         return unset if m.sun_extinction is None else m.sun_extinction
@@ -165,17 +168,27 @@ def resolve(
 
 
 def doubt(medium: ResolvedMedium, distance: float, radius: float) -> str | None:
-    """Words one line where the medium hides the scene, or only a very strong light would show in it, with what would suit; else None. An
-    empty one is meant so; of one that varies in space it is not known.
+    """Words one line where the medium hides the scene, or only a very strong light would show in it, with what would suit, or where its fog
+    is of no air; else None. An empty one is meant so; of one that varies in space no more is known.
 
     distance: of the eye from the scene's centre; radius: of the scene; metres. Every colour has to be lost, or to be missing.
     """
+    if (line := without_air(medium)) is not None:
+        return line
     near, far = (min(max(distance, size), medium.max_distance) for size in (radius, 2 * radius))
     if near <= 0 or not medium.sigma_t.any() or medium.settings.fog != "none" or medium.varies:
         return None
     if medium.least_seen < VISIBLE_CONTRAST and (medium.sigma_t * near).min() > HIDING_DEPTH:
         return hides(medium, near)
     return is_too_thin(medium, far, "but by a very strong light") if (medium.sigma_t * far).max() < EMPTY_DEPTH else None
+
+
+def without_air(medium: ResolvedMedium) -> str | None:
+    """Words that fog and noise are of air that there is not, since it is unset beside volumes and particles; else None."""
+    m = medium.settings
+    if m.air is not None or medium.air > 0 or (m.fog == "none" and m.noise_amount == 0):
+        return None
+    return "fog and noise are of the air, of which there is none beside volumes and particles: give it a density, air = 1, for both"
 
 
 def hides(medium: ResolvedMedium, path_length: float) -> str:

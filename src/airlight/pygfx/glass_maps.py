@@ -44,13 +44,13 @@ class _Peel(private.Blender):
 class GlassMaps:
     """Draws the maps of lights over what is seen through: visible meshes that are blended over what is behind them.
 
-    still: as Casters.still. A light's map is a buffer, of each view row by row: a texel is four half floats, the depths of the first
-    surfaces as in a shadow map, and four unorm16, what is left of the light behind each.
+    A light's map is a buffer, of each view row by row: a texel is four half floats, the depths of the first surfaces as in a shadow map,
+    and four unorm16, what is left of the light behind each. It is kept while neither the light nor anything that these are drawn from
+    changes.
     """
 
     def __init__(self, device: Device) -> None:
         self.device = device
-        self.still: Any = None
         self._bounds = Bounds()
         self._blenders = [_Peel(k) for k in range(SURFACES)]
         self._states: dict[int, Any] = {}
@@ -73,17 +73,18 @@ class GlassMaps:
     def draw(self, shadows: Sequence[Shadow], found: Sequence[Any], hulls: Matrix, exact: bool, timer: Timer | None) -> None:
         """Draws and submits the maps of lights, and puts each into its Shadow. exact: for the exact walk, finer ones."""
         del self._buffers[len(shadows) :]
+        contents = [private.contents(self._pipelines(thing, 0, self._state(0))) for thing in found]
         for i, shadow in enumerate(shadows):
             side = min(max(shadow.size // (2 if exact else 4), 1), SIDE)
             size = BYTES * side * side * len(shadow.views)
             if i == len(self._buffers) or self._buffers[i][0].size != size:
                 self._buffers[i : i + 1] = [(self.device.buffer(size=size), None)]
             buffer, shown_now = self._buffers[i]
-            materials = [(id(thing), id(thing.material), thing.material.opacity) for thing in found]
-            key = self.still, materials, hulls.tobytes(), [view.matrix.tobytes() for view in shadow.views]
+            key = contents, hulls.tobytes(), [view.matrix.tobytes() for view in shadow.views]
             shadow.glass, shadow.glass_side = buffer, side
-            if self.still is not None and shown_now == key:
+            if shown_now == key:
                 continue
+            self._buffers[i] = buffer, None  # it may be left unfinished
             self._fit(side)
             for number, view in enumerate(shadow.views):
                 inside = [found[j] for j in np.flatnonzero(fit.reached(view.matrix, shadow.size, hulls)).tolist()]

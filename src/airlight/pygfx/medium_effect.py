@@ -70,7 +70,6 @@ class MediumState:
         glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
-            self.glass.still = shafts.still
             self.glass.draw(shadows, glass, hulls, medium.exact, timer)
         share: dict[str, Any] = {"share": shafts.in_scene.share(p)} if "resolution" in METHODS[p.method].options else {}
         if medium.varies:

@@ -36,6 +36,7 @@ __all__ = [
     "TwoSided",
     "alpha_tested",
     "channels",
+    "contents",
     "drawn",
     "extent",
     "influences",
@@ -147,6 +148,15 @@ class Pipelines:
     def draw(self, run: Any, state: Any) -> None:
         for container in self.containers or ():
             container.draw(run, state)
+
+
+def contents(pipelines: Pipelines) -> list[tuple[Any, int]]:
+    """Lists all that the pipelines of an object read but for the camera, buffers and textures, and their revisions: while the lists of two
+    frames are equal these draw the same. Touches bindings_dicts."""
+    camera = get_shared().uniform_buffer
+    groups = [group for container in pipelines.containers or () for group in container.bindings_dicts.values()]
+    bound = [getattr(one.resource, "texture", one.resource) for group in groups for one in group.values()]
+    return [(one, getattr(one, "rev", 0)) for one in bound if one is not camera]
 
 
 class TwoSided(RenderPipelineContainer):  # type: ignore[misc]

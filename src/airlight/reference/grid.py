@@ -82,9 +82,10 @@ def from_table_face(at: Any, face: Any) -> Array:
     return out
 
 
-def shade_cell(place: Any, light: Any, directional: bool) -> Array:
-    """Finds places (..., 3) in a light's table: (..., 4) their indices, and the faces, -1 where the table holds nothing."""
-    q, count = grid_index(light["shade_rows"], place), np.asarray(light["shade_count"], float)
+def shade_cell(q: Any, light: Any, directional: bool) -> Array:
+    """Finds places, which a light's shade_rows have led to q (..., 3), in its table: (..., 4) their indices, and the faces, -1 where it
+    holds nothing."""
+    q, count = np.asarray(q, float), np.asarray(light["shade_count"], float)
     at, face = q, np.zeros(q.shape[:-1])
     if not directional:
         seen = np.concatenate([q[..., :2] / np.maximum(q[..., 2:], 1e-9), np.zeros((*q.shape[:-1], 1))], axis=-1)

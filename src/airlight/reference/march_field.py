@@ -102,17 +102,17 @@ def _piecewise(x: Array, xs: Array, ys: Array) -> Array:
     return np.asarray(low_y + (x - low_x) * (high_y - low_y) / np.maximum(high_x - low_x, 1e-20))
 
 
-def in_lamp_group(ray: Any, nearest: Any, group: Any, angle: Any, frame: Any, light: Any, kind: int, fog: str) -> Array:
-    """Evaluates (..., 3) the integrand over t, times dt / d(angle), at angles in groups of steps. Kulla and Fajardo 2012.
+def in_lamp_step(ray: Any, nearest: Any, step: Any, angle: Any, frame: Any, light: Any, kind: int, fog: str) -> Array:
+    """Evaluates (..., 3) the integrand over t, times dt / d(angle), at angles in steps. Kulla and Fajardo 2012.
 
-    group: records of steps.wgsl's LampGroup, between whose ends optical lengths are interpolated. kind: of the phase function.
+    step: records of steps.wgsl's LampStep, between whose ends optical lengths are interpolated. kind: of the phase function.
     """
     d, t = nearest[..., 1] / np.cos(angle), nearest[..., 0] + nearest[..., 1] * np.tan(angle)
-    place, ends = place_at(ray, t), group["range"].astype(float)
+    place, ends = place_at(ray, t), step["range"].astype(float)
     axis_cosine = ((place - light["position"]) * light["axis"].astype(float)).sum(axis=-1) / d
     strength = scattered_share(d, -np.sin(angle), axis_cosine, light, kind)
     at = np.clip((t - ends[..., 0]) / np.maximum(ends[..., 1] - ends[..., 0], 1e-20), 0, 1)
-    here = np.maximum(even_density(place, frame, fog) + group["excess"], 0)
-    way = group["lengths"][..., 0] + at * (group["lengths"][..., 1] - group["lengths"][..., 0].astype(float))
+    here = np.maximum(even_density(place, frame, fog) + step["excess"], 0)
+    way = step["lengths"][..., 0] + at * (step["lengths"][..., 1] - step["lengths"][..., 0].astype(float))
     power = frame["sigma_s"].astype(float) * light["intensity"] * np.exp(-way[..., None] * frame["sigma_t"].astype(float))
     return np.asarray(power * (strength * here / nearest[..., 1])[..., None])

@@ -104,7 +104,8 @@ class Viewer:
     def add(self, path: str) -> None:
         """Put the volume or the particles of a file into the air of the scene that is shown. Raises AirlightError."""
         state = self.state
-        state.opening += add_density(self.scene.stage, path, state.medium.particle_cells)
+        option = add_density(self.scene.stage, path, state.medium.particle_cells)
+        state.opening += tuple(word.replace(path, state.received.get(path, path)) for word in option)
         if not METHODS[state.parameters.method].lights_medium:
             st.set_values(state, st.values(state) | {"method": FOR_MEDIUM})
         self.scene.opened += 1

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from airlight.jobs.densities import FILES as DENSITIES
 from airlight.scenes.names import FILES
 
 PICTURES = (
@@ -90,6 +91,12 @@ class WindowDesktop(Desktop):
         return ""
 
 
+def kinds() -> list[str]:
+    """List what a dialog offers: the name of a kind, then the endings of its files, and so on."""
+    endings = " ".join(f"*{v}" for one in (*PICTURES, *FILES, *DENSITIES) for v in (one, one.upper()))
+    return ["Pictures, scenes and volumes", endings, "All files", "*"]
+
+
 class FileDialog(threading.Thread):
     """The system's dialog to open a file; `chosen` is told the paths in its thread, none if it was cancelled."""
 
@@ -97,9 +104,7 @@ class FileDialog(threading.Thread):
         super().__init__(name="file dialog", daemon=True)
         from imgui_bundle import portable_file_dialogs
 
-        endings = " ".join(f"*{v}" for one in (*PICTURES, *FILES) for v in (one, one.upper()))
-        kinds = ["Pictures and scenes", endings, "All files", "*"]
-        self.dialog = portable_file_dialogs.open_file("Open a picture or a scene", folder, kinds)
+        self.dialog = portable_file_dialogs.open_file("Open a picture, a scene, or a volume for its air", folder, kinds())
         self.chosen = chosen
 
     def run(self) -> None:

@@ -240,7 +240,7 @@ class Panel(Rows):
         imgui.set_next_item_width(-52)
         if wanted:
             imgui.set_keyboard_focus_here()
-        s.path = self._text("path", s.path, "picture, or .glb, .gltf, .obj, .ply, .stl")
+        s.path = self._text("path", s.path, "picture, .glb, .gltf, .obj, .vdb ...")
         imgui.same_line()
         if self._button("open", "Open", -1) and s.path:
             s.requests.append(("open", s.path))

@@ -11,6 +11,7 @@ import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
 from airlight.lights.punctual import Triple, triple
+from airlight.medium.resolve import without_air
 from airlight.options import March, Parameters, SceneOptions
 from airlight.options.scene import RESOLUTION
 from airlight.pygfx import LightShafts, SceneLight, use_hdr
@@ -209,6 +210,7 @@ class SceneView:
         if self.stage.fields:
             state.doubt = ""  # what lies in the air may well be seen
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
+            state.doubt = without_air(medium) or state.doubt
             state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving

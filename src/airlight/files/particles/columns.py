@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from airlight.errors import AirlightError
-from airlight.messages import nearest
+from airlight.messages import counted, nearest
 
 MAX_PARTICLES = 2**22
 MAX_COLUMNS = 256
@@ -55,7 +55,8 @@ class Columns:
 def by_place(count: int, path: str) -> Columns:
     """Take columns without names as x, y, z, radius, density. Raises AirlightError where there are fewer or more."""
     if not 3 <= count <= 5:
-        raise AirlightError(f"{path}: has {count} columns without names; begin it with a line that names x, y, z, radius and density")
+        there = counted(count, "column")
+        raise AirlightError(f"{path}: has {there} without names; begin it with a line that names x, y, z, radius and density")
     return Columns((0, 1, 2), 3 if count > 3 else None, 4 if count > 4 else None)
 
 

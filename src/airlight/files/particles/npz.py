@@ -9,10 +9,28 @@ import numpy as np
 from airlight.errors import AirlightError
 from airlight.files.particles.columns import DENSITY, RADIUS, Particles, check_count
 from airlight.files.volumes.arrays import MAX_MEMBERS, ZIP_ERRORS, ZIP_MAGIC, read_header
-from airlight.messages import nearest
+from airlight.messages import counted, nearest
 
 MAGIC = ZIP_MAGIC
 POSITIONS = ("positions", "position", "points", "vertices", "xyz", "P")
+
+
+def kind_of(path: str) -> str | None:
+    """Tell by the shape of its density, or of its positions, of what an .npz is: "particles" or "volume"; None where they do not say."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = [info.filename.removesuffix(".npy") for info in archive.infolist()]
+            points = next((name for name in POSITIONS if name in names), None)
+            told = next((name for name in ("density", points) if name in names), None)
+            if told is None:
+                return None
+            with archive.open(f"{told}.npy") as member:
+                axes = len(read_header(member, path).shape)
+    except (AirlightError, *ZIP_ERRORS):
+        return None
+    if told == "density" and axes > 2:
+        return "volume"
+    return "particles" if points is not None and axes == (1 if told == "density" else 2) else None
 
 
 def read(file: BinaryIO, path: str) -> Particles:
@@ -66,5 +84,6 @@ def _array(archive: zipfile.ZipFile, name: str, path: str, axes: int) -> np.ndar
 def _of_each(archive: zipfile.ZipFile, name: str, count: int, path: str) -> np.ndarray:
     values = _array(archive, name, path, 1)
     if len(values) not in (1, count):
-        raise AirlightError(f"{path}: has {count} positions, but {len(values)} values of {name!r}; save one for each, or one for all")
+        there = f"{counted(count, 'position')}, but {counted(len(values), 'value')} of {name!r}"
+        raise AirlightError(f"{path}: has {there}; save one for each, or one for all")
     return np.array(np.broadcast_to(values, (count,)))

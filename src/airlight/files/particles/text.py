@@ -9,6 +9,7 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.particles.columns import MAX_COLUMNS, MAX_PARTICLES, Columns, Particles, by_name, by_place, check_count
+from airlight.messages import counted
 
 MAX_TEXT = 2**28  # bytes
 MAX_LINE = 2**14  # bytes
@@ -101,7 +102,8 @@ def _columns(names: Sequence[str] | None, count: int, path: str) -> Columns:
 def _table(numbered: Iterator[tuple[int, str]], divider: str | None, used: Sequence[int], count: int, path: str) -> np.ndarray:
     """Parse the numbers of the used columns, (N, len(used)) float64. count: of columns in the first line, which others must have."""
     if max(used) >= count:
-        raise AirlightError(f"{path}: has {count} numbers in a line, but names for {max(used) + 1} columns; export it again")
+        there = f"{counted(count, 'number')} in a line, but names for {counted(max(used) + 1, 'column')}"
+        raise AirlightError(f"{path}: has {there}; export it again")
     places: list[int] = []
 
     def texts() -> Iterator[str]:

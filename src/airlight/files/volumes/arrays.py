@@ -15,7 +15,7 @@ from airlight.errors import AirlightError
 from airlight.files.volumes.means import Means
 from airlight.files.volumes.reader import Reader
 from airlight.files.volumes.volume import CLAMPED, Findings, Volume, between, coarser, kept_shape, placed, sound_bounds
-from airlight.messages import nearest
+from airlight.messages import counted, nearest
 
 MAGIC, ZIP_MAGIC = b"\x93NUMPY", b"PK\x03\x04"
 MAX_DENSE = 2**31  # voxels of a dense grid that is read
@@ -40,9 +40,9 @@ def read_npy(file: BinaryIO, path: str, bounds: np.ndarray | None, scale: float,
     """Read density[z, y, x] between bounds (2, 3). Raises AirlightError."""
     reader = Reader(file, path)
     header = read_header(file, path)
+    shape = volume_shape(header, path)
     if bounds is None:
         reader.refuse("has no place in the world", "give bounds=x0,y0,z0,x1,y1,z1 in metres, or save it as .npz with bounds")
-    shape = volume_shape(header, path)
     if reader.size - file.tell() < math.prod(shape) * header.dtype.itemsize:
         reader.refuse("is cut off", "copy or export it again")
     return read_dense(file, path, header, between(bounds, shape), scale, up, limit)
@@ -131,8 +131,11 @@ def volume_shape(header: Header, path: str) -> tuple[int, ...]:
     shape = header.shape
     if len(shape) == 4 and shape[3] == 1:
         shape = shape[:3]
-    if len(shape) != 3 or min(shape) < 1:
-        raise AirlightError(f"{path}: has the shape {header.shape}; a volume is density[z, y, x]")
+    if len(shape) != 3:
+        told = f"has {counted(len(shape), 'dimension')}, not three: its shape is {header.shape}"
+        raise AirlightError(f"{path}: {told}; a volume is density[z, y, x]")
+    if min(shape) < 1:
+        raise AirlightError(f"{path}: has no voxels: its shape is {header.shape}; a volume is density[z, y, x]")
     check_size(shape, path)
     return shape
 

@@ -12,6 +12,7 @@ from airlight.files.volumes import blosc
 from airlight.files.volumes.means import Means
 from airlight.files.volumes.reader import Reader
 from airlight.files.volumes.volume import Findings
+from airlight.messages import counted
 
 ZIP, ACTIVE, BLOSC = 1, 2, 4  # flags of a grid's compression
 TYPES = {"float": "<f4", "double": "<f8", "half": "<f2"}
@@ -156,7 +157,8 @@ class Tree:
                     self.reader.damaged("a leaf whose active voxels are told in two ways")
             self._add_leaves(corners, held[: len(corners)], means, first, last, findings)
         if self._lost:
-            findings.note(f"{self._lost} inactive voxels that are not 0, outside the box of the active ones, are left out")
+            which = counted(self._lost, "inactive voxel that is not 0", "inactive voxels that are not 0")
+            findings.note(f"{which}, outside the box of the active ones, {'is' if self._lost == 1 else 'are'} left out")
 
     def _add_leaves(
         self, corners: np.ndarray, values: np.ndarray, means: Means, first: np.ndarray, last: np.ndarray, findings: Findings

@@ -9,6 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from airlight.errors import AirlightError
+from airlight.messages import counted
 
 MAX_VOXELS = 256**3  # of a grid that is kept; what is larger is coarsened to it
 MAX_SIDE = 2048  # voxels along an axis of a grid that is kept: the largest 3-D texture of WebGPU's defaults
@@ -106,15 +107,19 @@ class Findings:
     def judge(self, coarsened: bool) -> None:
         """Refuse voxels that are not densities, or note what is made of them."""
         if self.broken > MAX_BROKEN * self.count:
-            self.refuse(f"{self.broken} of its {self.count} voxels are no finite numbers, the first at {self._first('broken')}")
+            what = "is no finite number" if self.broken == 1 else "are no finite numbers"
+            self.refuse(f"{self.broken} of its {counted(self.count, 'voxel')} {what}, the first at {self._first('broken')}")
         if self.least < -MAX_NEGATIVE * self.most:
-            what = f"has negative densities, {self.negative} voxels down to {self.least:.4g}, the first at {self._first('negative')}"
+            voxels = counted(self.negative, "voxel")
+            what = f"has negative densities, {voxels} down to {self.least:.4g}, the first at {self._first('negative')}"
             self.refuse(what, "densities are 0 or more: is it a distance, or another field?")
         if self.broken:
             made = "taken as 0" if coarsened else "mended from those around"
-            self.note(f"{self.broken} voxels that are no finite numbers, the first at {self._first('broken')}, are {made}")
+            which = counted(self.broken, "voxel that is no finite number", "voxels that are no finite numbers")
+            self.note(f"{which}, the first at {self._first('broken')}, {'is' if self.broken == 1 else 'are'} {made}")
         if self.negative:
-            self.note(f"{self.negative} voxels slightly below 0, down to {self.least:.4g}, are taken as 0")
+            verb = "is" if self.negative == 1 else "are"
+            self.note(f"{counted(self.negative, 'voxel')} slightly below 0, down to {self.least:.4g}, {verb} taken as 0")
 
     def _first(self, kind: str) -> str:
         return "x, y, z = " + ", ".join(map(str, self.first[kind]))

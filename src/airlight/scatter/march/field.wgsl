@@ -9,6 +9,7 @@ override EXACT: bool = true;    // panels end where density has kinks
 override NOISE: bool = false;   // the air varies
 override GRIDS: u32 = 1u;       // how many join it
 override ATLAS: bool = false;   // their voxels are in one texture, too
+override ADDS: bool = false;    // and all of them by adding
 override RETURNS: bool = true;  // the cursor goes back
 
 struct Field {
@@ -18,6 +19,12 @@ struct Field {
     noise_rows: array<vec4f, 3>, // of the matrix from a place to m along the world's axes from the noise's origin
     atlas_texel: vec3f,         // of the atlas, which is 1 wide, high and deep
     grids: array<Grid, MAX_GRIDS>,
+}
+
+struct Crossing {               // of a ray with a grid: its index there at t is begin + t step
+    begin: vec3f,
+    step: vec3f,
+    range: vec2f,               // of t, where the grid may change anything
 }
 
 struct Panel {                  // of a ray, from the cursor on
@@ -38,7 +45,8 @@ const DENSE_DEPTHS = 14.0;      // of exponential fog, above which there is next
 var<private> cursor: vec2f;     // m of the ray, and the optical length up to there
 var<private> marks: array<vec2f, MARKS>; // cursors that were
 var<private> marked: u32;
-var<private> grid_ranges: array<vec2f, MAX_GRIDS>; // of t, of the ray in each grid
+var<private> crossings: array<Crossing, MAX_GRIDS>;
+var<private> noise_line: mat2x3f; // the ray's place in the noise at t is its first column + t times the second
 
 /// Find a ray's place at t. Twin: reference/march_field.py:place_at.
 fn place_at(ray: Ray, t: f32) -> vec3f {
@@ -79,8 +87,20 @@ fn mean_even_density(a: vec3f, b: vec3f) -> f32 {
 /// Join the i-th grid with the density at a place.
 fn with_grid(place: vec3f, before: f32, i: u32) -> f32 {
     let at = grid_index(field.grids[i].rows, place);
+    return select(before, joined(at, before, i), in_grid_box(at, field.grids[i].count, field.grids[i].edge));
+}
+
+/// Join the i-th grid, at an index in it.
+fn joined(at: vec3f, before: f32, i: u32) -> f32 {
     let own = field.grids[i].factor * grid_density(at, i);
-    return select(before, blended(before, own, field.grids[i].blend), in_grid_box(at, field.grids[i].count, field.grids[i].edge));
+    if (ADDS) { return before + own; }
+    return blended(before, own, field.grids[i].blend);
+}
+
+/// Join the i-th grid with the density at t of the ray.
+fn with_crossed(t: f32, before: f32, i: u32) -> f32 {
+    let crossing = crossings[i];
+    return select(before, joined(crossing.begin + t * crossing.step, before, i), t >= crossing.range.x && t <= crossing.range.y);
 }
 
 /// Join all grids with the air's density at a place.
@@ -98,6 +118,14 @@ fn density(place: vec3f, footprint: f32) -> f32 {
     return with_grids(place, air);
 }
 
+/// Evaluate the density at t of the ray, in the same way.
+fn density_along(ray: Ray, t: f32, footprint: f32) -> f32 {
+    var found = even_density(place_at(ray, t));
+    if (NOISE) { found *= noise_density(noise_line * vec2f(1.0, t), footprint, field.noise); }
+    //! each i of 8: if (GRIDS > i) { found = with_crossed(t, found, i); }
+    return found;
+}
+
 /// Find the metres that a pixel is wide at t of a ray, or, in steps, that a panel is long. Twin: reference/march_field.py:footprint.
 fn footprint(t: f32, panel: f32) -> f32 {
     return max(field.flat_pixel + field.pixel * t, select(panel, 0.0, EXACT));
@@ -108,18 +136,19 @@ fn enter_field(ray: Ray) {
     cursor = vec2f(0.0);
     marks[0] = cursor;
     marked = 1u;
-    if (GRIDS == 0u) { return; }
-    var i = 0u;
-    loop {
-        let rows = field.grids[i].rows;
-        let b = grid_index(rows, ray.origin);
-        let a = grid_step(rows, ray.direction);
-        let range = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
-        let summed = clip_to_slabs(b + b.yzx, a + a.yzx, range, field.grids[i].low_sums, field.grids[i].high_sums);
-        grid_ranges[i] = clip_to_slabs(b - b.yzx, a - a.yzx, summed, field.grids[i].low_differences, field.grids[i].high_differences);
-        i += 1u;
-        continuing { break if i >= GRIDS; }
-    }
+    if (NOISE) { noise_line = mat2x3f(grid_index(field.noise_rows, ray.origin), grid_step(field.noise_rows, ray.direction)); }
+    //! each i of 8: if (GRIDS > i) { enter_grid(ray, i); }
+}
+
+/// Find where a ray is in the i-th grid.
+fn enter_grid(ray: Ray, i: u32) {
+    let rows = field.grids[i].rows;
+    let b = grid_index(rows, ray.origin);
+    let a = grid_step(rows, ray.direction);
+    let range = clip_to_grid(b, a, vec2f(0.0, ray.reach), field.grids[i].count, field.grids[i].edge);
+    let summed = clip_to_slabs(b + b.yzx, a + a.yzx, range, field.grids[i].low_sums, field.grids[i].high_sums);
+    let within = clip_to_slabs(b - b.yzx, a - a.yzx, summed, field.grids[i].low_differences, field.grids[i].high_differences);
+    crossings[i] = Crossing(b, a, within);
 }
 
 /// Find how far from t a ray's height leaves the part of fog over which a panel may reach. Twin: reference/march_field.py:fog_ahead.
@@ -142,10 +171,10 @@ fn next_panel(ray: Ray, most: f32) -> Panel {
     if (GRIDS > 0u) {
         var i = 0u;
         loop {
-            let range = grid_ranges[i];
-            let rows = field.grids[i].rows;
+            let crossing = crossings[i];
+            let range = crossing.range;
             let within = t >= range.x && t < range.y;
-            let plane = t + to_next_plane(grid_index(rows, place_at(ray, t)), grid_step(rows, ray.direction));
+            let plane = t + to_next_plane(crossing.begin + t * crossing.step, crossing.step);
             varies = varies || within;
             end = min(end, select(select(3e38, range.x, t < range.x && range.y > range.x), min(range.y, plane), within));
             i += 1u;
@@ -169,8 +198,8 @@ fn panel_length(ray: Ray, panel: Panel) -> vec4f {
     if (!panel.varies) { return vec4f(long * mean_even_density(place_at(ray, cursor.x), place_at(ray, panel.end)), 0.0, 0.0, 0.0); }
     let middle = 0.5 * (cursor.x + panel.end);
     let off = GAUSS_OFF * long;
-    let first = density(place_at(ray, middle - off), footprint(middle, long));
-    let second = density(place_at(ray, middle + off), footprint(middle, long));
+    let first = density_along(ray, middle - off, footprint(middle, long));
+    let second = density_along(ray, middle + off, footprint(middle, long));
     return vec4f(0.5 * long * (first + second), first, second, 1.0);
 }
 
@@ -183,18 +212,15 @@ fn move_cursor(ray: Ray, end: f32, length: f32) {
     }
 }
 
-/// Integrate density from the cursor over so many steps, in equal pieces with a sample in each, at a part of it: m; and the mean density of the
-/// samples, less that of the air's closed form there. Samples have the detail that is left over a step, since those of pixels side by side lie
-/// at other places of all steps.
-fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, steps: f32) -> vec2f {
+/// Integrate density from the cursor to `end`, in equal pieces with a sample in each, at a part of it: m; and the mean density of the samples,
+/// less that of the air's closed form there. detail: m, over which noise is averaged at the least.
+fn step_length(ray: Ray, end: f32, part: f32, pieces: f32, detail: f32) -> vec2f {
     let piece = (end - cursor.x) / pieces;
-    let detail = (end - cursor.x) / steps;
     var more = 0.0;
     var k = 0.0;
     loop {
         let t = cursor.x + (k + part) * piece;
-        let place = place_at(ray, t);
-        more += density(place, footprint(t, detail)) - even_density(place);
+        more += density_along(ray, t, footprint(t, detail)) - even_density(place_at(ray, t));
         k += 1.0;
         continuing { break if k >= pieces; }
     }
@@ -223,7 +249,7 @@ fn seek(ray: Ray, t: f32, each: f32) {
             move_cursor(ray, panel.end, panel_length(ray, panel).x);
         } else {
             let end = max(select(t, cursor.x + each, cursor.x + 1.01 * each < t), cursor.x);
-            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, 1.0).x);
+            move_cursor(ray, end, step_length(ray, end, 0.5, 1.0, select(0.0, end - cursor.x, DIRECTIONAL)).x);
         }
         continuing { break if cursor.x >= t; }
     }

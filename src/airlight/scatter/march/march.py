@@ -116,6 +116,7 @@ class March:
         nothing, self._fog = no_shadow(self.device), {"FOG": FOGS.index(medium.settings.fog), "VARIES": self._varies}
         if self._varies:
             self._fog |= {"NOISE": medium.settings.noise_amount > 0 and medium.air > 0, "GRIDS": len(medium.fields)}
+            self._fog["ADDS"] = all(field.blend == "add" for field in medium.fields)
         self._fills = []
         if self._varies:
             self._varying.update(view, projection, self.size[0], medium)

@@ -14,6 +14,7 @@ const BORDER_SHARE = 0.25;      // of a ray's way through the border of a spot's
 const WIDEST_PIECE = 0.25;      // of v, t = t0 + h sinh v, that a panel may be long
 
 var<private> cone_range: vec2f; // of t of the ray, in a spot's cone
+var<private> shade_line: mat2x3f; // the ray's place in the table, or for its face, at t: its first column + t times the second
 var<private> shaded: vec2f;     // range of t of the ray, in which a table may hold something
 var<private> passed: f32;       // m, what the optical length from the light to the eye grew by over the part that was last
 var<private> kept: f32;         // m, the optical length from the light to where the cursor is
@@ -35,9 +36,9 @@ fn from_table_face(at: vec2f, face: u32) -> vec3f {
     return vec3f(at.y, away, at.x);
 }
 
-/// Find a place in the light's table: its index, and the face, -1 where the table holds nothing. Twin: reference/grid.py:shade_cell.
-fn shade_cell(place: vec3f) -> vec4f {
-    let q = grid_index(light.shade_rows, place);
+/// Find a place in the light's table, whose rows have led to q: its index, and the face, -1 where the table holds nothing.
+/// Twin: reference/grid.py:shade_cell.
+fn shade_cell(q: vec3f) -> vec4f {
     let most = vec2f(light.shade_count.xy) - 1.0;
     var at = q;
     var face = 0.0;
@@ -52,9 +53,9 @@ fn shade_cell(place: vec3f) -> vec4f {
     return vec4f(at, select(-1.0, face, within));
 }
 
-/// Look up what the optical length from the light to a place is more than the air's closed form, m.
-fn shade_length(place: vec3f) -> f32 {
-    let cell = shade_cell(place);
+/// Look up what the optical length from the light to t of the ray is more than the air's closed form, m.
+fn shade_length(t: f32) -> f32 {
+    let cell = shade_cell(shade_line * vec2f(1.0, t));
     if (cell.w < 0.0) { return 0.0; }
     let count = vec3i(light.shade_count);
     let held = clamp(cell.xyz, vec3f(0.0), vec3f(count - 1));
@@ -74,24 +75,27 @@ fn shade_length(place: vec3f) -> f32 {
     return mix(down.x, down.y, part.x);
 }
 
-/// Integrate density from the light to a place: m.
-fn light_length(place: vec3f) -> f32 {
+/// Integrate density from the light to t of the ray: m.
+fn light_length(ray: Ray, t: f32) -> f32 {
+    let place = place_at(ray, t);
     var found = 0.0;
     if (DIRECTIONAL) {
         if (FADES) { found = frame.air * height_column(height(place), layer_of_fog()) / max(light.climb, 1e-6); }
     } else {
         found = distance(place, light.position) * mean_even_density(place, light.position);
     }
-    if (TABLE) { found += shade_length(place); }
+    if (TABLE) { found += shade_length(t); }
     return max(found, 0.0);
 }
 
 /// Find the range of t in which the light's table may hold something of a ray.
 fn enter_shade(ray: Ray) {
     shaded = vec2f(0.0, ray.reach);
-    if (!TABLE || light.shade_faces > 1u) { return; }
+    if (!TABLE) { return; }
     let b = grid_index(light.shade_rows, ray.origin);
     let a = grid_step(light.shade_rows, ray.direction);
+    shade_line = mat2x3f(b, a);
+    if (light.shade_faces > 1u) { return; }
     if (DIRECTIONAL) {
         let most = vec2f(light.shade_count.xy) - 1.0;
         shaded = clip_range(clip_range(shaded, b.x, a.x), most.x - b.x, -a.x);
@@ -107,14 +111,14 @@ fn enter_shade(ray: Ray) {
 /// Move the cursor to t, and find how much lies between the light and there.
 fn enter_light(ray: Ray, t: f32, each: f32) {
     seek(ray, t, each);
-    kept = light_length(place_at(ray, cursor.x));
+    kept = light_length(ray, cursor.x);
 }
 
 /// Integrate density times transmittance from the cursor on to `end`, over what has `along` of optical length, after `before`, lit by a
 /// directional light: m. Exact where what is scattered is in proportion to the change of optical depth, as in stratified fog.
 fn lit_part(ray: Ray, end: f32, before: f32, along: f32) -> vec3f {
     let first = before + kept;
-    kept = light_length(place_at(ray, end));
+    kept = light_length(ray, end);
     let last = before + along + kept;
     passed = last - first;
     let near = min(first, last);
@@ -128,7 +132,7 @@ fn in_scatter_in_field(ray: Ray, t: f32, along: vec2f) -> vec3f {
     let from_light = place - light.position;
     let d = max(length(from_light), 1e-9);
     let strength = scattered_share(d, -dot(from_light, ray.direction) / d, dot(from_light, light.axis) / d);
-    return frame.sigma_s * light.intensity * (strength * along.x / (d * d)) * exp(-frame.sigma_t * (along.y + light_length(place)));
+    return frame.sigma_s * light.intensity * (strength * along.x / (d * d)) * exp(-frame.sigma_t * (along.y + light_length(ray, t)));
 }
 
 /// Choose the panel from the cursor on, up to `most`, over which the light varies little too. full: see full_cone_range.
@@ -156,7 +160,7 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
 /// between the cursor and the segment only move the cursor.
 fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
     move_back(segment.x);
-    if (DIRECTIONAL) { kept = light_length(place_at(ray, cursor.x)); }
+    if (DIRECTIONAL) { kept = light_length(ray, cursor.x); }
     var sum = vec3f(0.0);
     loop {
         let start = cursor;

@@ -28,10 +28,11 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let ray = camera_ray(id.xy);
     let most = vec2i(frame.size) - 1;
     var at = vec2i(id.xy);
-    var found = textureLoad(sums, at, 0);
     var other = at;
-    var its = found;
-    //! each k of 9: other = clamp(vec2i(id.xy) + vec2i(vec2u(k % 3u, k / 3u)) - 1, vec2i(0), most); its = textureLoad(sums, other, 0); if (!ALONE && its.z > found.z) { found = its; at = other; }
+    var most_found = textureLoad(sums, at, 0).z;
+    var its = most_found;
+    //! each k of 9: other = clamp(vec2i(id.xy) + vec2i(vec2u(k % 3u, k / 3u)) - 1, vec2i(0), most); its = textureLoad(sums, other, 0).z; if (!ALONE && its > most_found) { most_found = its; at = other; }
+    let found = textureLoad(sums, at, 0);
     let ends = textureLoad(extremes, at, 0);
     let range = vec2f(-ends.y, ends.x);
     let exact = found.z <= min(select(2.0, LISTED, SUMS), MOST);

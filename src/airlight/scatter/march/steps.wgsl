@@ -23,7 +23,6 @@ const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
 const LEAST_STEPS = 2.0;        // of a part of a ray
-const LAMP_GROUP = 4.0;         // steps of a group of a light with a position, at most: angles are far from lengths
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
 
@@ -126,7 +125,7 @@ struct Knot {                   // a place of a ray, in fog that depends on heig
     seen: vec3f,                // transmittance of the latter
 }
 
-struct LampGroup {              // of steps
+struct LampStep {               // where the density varies
     range: vec2f,               // of t
     lengths: vec2f,             // optical lengths from the light to the eye by way of its ends
     excess: f32,                // of its density over the air's closed form
@@ -137,22 +136,20 @@ var<private> far_end: f32;      // m of the ray, up to where steps go
 var<private> gridded: vec2f;    // range of t of the ray in which there are grids
 var<private> stretch: vec4f;    // a range of t of the ray, and the steps that begin and end there
 
+/// Widen the range of t in which there are grids by that of one, up to `far`.
+fn widen_gridded(one: vec2f, far: f32) {
+    gridded = select(gridded, vec2f(min(gridded.x, one.x), max(gridded.y, min(one.y, far))), one.y > one.x);
+}
+
 /// Give the half of the steps, or more, to the part of the ray that lies in grids, if any does.
 fn divide_steps(far: f32, n: f32) {
     far_end = far;
     stretch = vec4f(far, far, n, n);
     gridded = vec2f(3e38, 0.0);
     if (GRIDS == 0u) { return; }
-    var range = gridded;
-    var i = 0u;
-    loop {
-        let one = grid_ranges[i];
-        range = select(range, vec2f(min(range.x, one.x), max(range.y, min(one.y, far))), one.y > one.x);
-        i += 1u;
-        continuing { break if i >= GRIDS; }
-    }
+    //! each i of 8: if (GRIDS > i) { widen_gridded(crossings[i].range, far); }
+    let range = gridded;
     if (range.y <= range.x) { return; }
-    gridded = range;
     stretch = vec4f(0.0, far, 0.0, n);
     if (NOISE) { return; }
     // In whole groups, since the sample of one stands for all of it; one where there is nothing
@@ -204,10 +201,10 @@ fn begin_group(ray: Ray, k: f32, size: f32, each: f32, o: f32, n: f32, some: boo
     if (!VARIES) { return fog_group(ray, (k + size) * each); }
     let start = cursor;
     let end = select(start.x, step_place(k + size, n, far_end, stretch), some);
-    let along = step_length(ray, end, o, pieces_of(end, size), size).x;
+    let along = step_length(ray, end, o, pieces_of(end, size), (end - start.x) / size).x;
     move_cursor(ray, end, along);
     let before = knot;
-    see_knot(start.y + along + light_length(place_at(ray, end)));
+    see_knot(start.y + along + light_length(ray, end));
     let apart = frame.sigma_t * (knot.whole - before.whole);
     return Group(along * mean_between(before.seen, knot.seen, abs(apart)), -apart, vec2f(start.x, (end - start.x) / size));
 }
@@ -220,7 +217,7 @@ fn see_knot(whole: f32) {
 
 /// Choose how many steps take what is left of a light from one look-up. Twin: reference/panes.py:dimmed_steps.
 fn dimmed_steps(n: f32) -> f32 {
-    return select(1.0, select(2.0, 4.0, n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
+    return select(1.0, select(2.0, select(4.0, 8.0, DIRECTIONAL), n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
 }
 
 /// Integrate transmittance over the steps of a ray that are lit in view i of a directional light.
@@ -294,32 +291,33 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     return total;
 }
 
-/// Find what lies along a group of `size` steps of equal angles at a light with a position, from the cursor to the ray at `angle`, and move
-/// the cursor there. o: where the samples are, in their pieces; some: there are steps in it.
-fn begin_lamp_group(ray: Ray, nearest: vec2f, angle: f32, size: f32, o: f32, some: bool) -> LampGroup {
+/// Find what lies along a step from the cursor to the ray at `angle` from a light with a position, and move the cursor there. o: where the
+/// samples are, in their pieces; some: there is such a step. Steps are not of groups, as angles are far from lengths, nor do samples lose
+/// detail by their length.
+fn begin_lamp_step(ray: Ray, nearest: vec2f, angle: f32, o: f32, some: bool) -> LampStep {
     let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
-    // Near a light one group of equal angles holds most of the ray
-    let long = ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) / size - 0.01);
-    let along = step_length(ray, range.y, o, max(pieces_of(range.y, size), long), size);
+    // Near a light one step holds most of the ray
+    let pieces = max(ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) - 0.01), 1.0);
+    let along = step_length(ray, range.y, o, pieces, 0.0);
     move_cursor(ray, range.y, along.x);
-    kept = light_length(place_at(ray, range.y));
-    return LampGroup(range, vec2f(first, cursor.y + kept), along.y);
+    kept = light_length(ray, range.y);
+    return LampStep(range, vec2f(first, cursor.y + kept), along.y);
 }
 
-/// Evaluate the integrand over t, times dt / d(angle), at an angle in a group of steps (Kulla and Fajardo 2012).
-/// Twin: reference/march_field.py:in_lamp_group.
-fn in_lamp_group(ray: Ray, nearest: vec2f, group: LampGroup, angle: f32) -> vec3f {
+/// Evaluate the integrand over t, times dt / d(angle), at an angle in a step (Kulla and Fajardo 2012).
+/// Twin: reference/march_field.py:in_lamp_step.
+fn in_lamp_step(ray: Ray, nearest: vec2f, step: LampStep, angle: f32) -> vec3f {
     let slope = tangent(angle);
     let longer = sqrt(1.0 + slope * slope);
     let d = nearest.y * longer;
     let t = nearest.x + nearest.y * slope;
     let place = place_at(ray, t);
     let strength = scattered_share(d, -slope / longer, dot(place - light.position, light.axis) / d);
-    let at = clamp((t - group.range.x) / max(group.range.y - group.range.x, 1e-20), 0.0, 1.0);
-    let here = max(even_density(place) + group.excess, 0.0);
-    let way = mix(group.lengths.x, group.lengths.y, at);
+    let at = clamp((t - step.range.x) / max(step.range.y - step.range.x, 1e-20), 0.0, 1.0);
+    let here = max(even_density(place) + step.excess, 0.0);
+    let way = mix(step.lengths.x, step.lengths.y, at);
     return frame.sigma_s * light.intensity * (strength * here / nearest.y) * exp(-frame.sigma_t * way);
 }
 
@@ -337,15 +335,14 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     let last = max(last_stretch(i, ray, line.b.w + ray.reach * line.a.w), line.range.x);
     var left = 1.0;
     var looked = false; // as for a directional light
-    var group = LampGroup(vec2f(0.0), vec2f(0.0), 0.0);
+    var step = LampStep(vec2f(0.0), vec2f(0.0), 0.0);
     var total = vec3f(0.0);
     if (VARIES) { enter_light(ray, clamp(nearest.x + nearest.y * tangent(start + k * each), 0.0, ray.reach), ray.reach / n); }
     loop {
         var stop = end;
         if (VARIES) {
-            let size = min(group_size(k, n, stretch.zw), LAMP_GROUP);
-            group = begin_lamp_group(ray, nearest, start + (k + size) * each, size, o, k < end);
-            stop = min(k + size, end);
+            step = begin_lamp_step(ray, nearest, start + (k + 1.0) * each, o, k < end);
+            stop = min(k + 1.0, end);
         } else if (GLASS) {
             looked = false;
             stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
@@ -361,7 +358,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             // Add what the step scatters, but for the steps' angle
             var scattered = vec3f(0.0);
             if (VARIES) {
-                scattered = in_lamp_group(ray, nearest, group, angle);
+                scattered = in_lamp_step(ray, nearest, step, angle);
             } else {
                 scattered = equiangular_integrand(ray, nearest, angle);
             }
@@ -409,7 +406,6 @@ fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f 
         let angles = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
         n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
     }
-    if (VARIES) { divide_steps(ray.reach, n); }
     var sum = there;
     if (light_storage.views == 0u && !VARIES) { sum += integrate_in_fog(ray, nearest, full_cone_range(ray, range), range); }
     for (var i = 0u; i < max(light_storage.views, u32(VARIES)); i++) { sum += march_punctual(i, ray, nearest, range, start, all / n, o, n); }

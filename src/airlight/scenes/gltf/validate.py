@@ -8,7 +8,7 @@ import re
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.messages import nearest
+from airlight.messages import counted, nearest
 from airlight.scenes.gltf import (
     MAX_BYTES,
     MAX_DEPTH,
@@ -359,7 +359,7 @@ class Gltf(Accessors):
                 mesh = self.within(node.mesh, self.document.meshes, f"{what} moves weights, but")
                 each = len(mesh.primitives[0].targets)
             if each == 0 or accessor.count != len(times) * each * (3 if sampler.interpolation == "CUBICSPLINE" else 1):
-                self.refuse(f"{what} has {accessor.count} values for {len(times)} times")
+                self.refuse(f"{what} has {counted(accessor.count, 'value')} for {counted(len(times), 'time')}")
 
     def _check_camera(self, i: int, camera: schema.Camera) -> None:
         shape = camera.perspective if camera.type == "perspective" else camera.orthographic

@@ -10,6 +10,7 @@ from trimesh.geometry import triangulate_quads
 
 from airlight.colour import srgb_decode
 from airlight.errors import AirlightError, warn
+from airlight.messages import counted
 from airlight.scenes.gltf import MAX_EXTENT, MAX_VERTICES, schema
 from airlight.scenes.gltf.load import stage_of
 from airlight.scenes.gltf.meshes import complete, turned_out
@@ -137,7 +138,8 @@ class MeshModel:
         points = self._placed(cloud.vertices)
         good = np.isfinite(points).all(axis=1)
         if not good.all():
-            warn(f"{self.path}: {int((~good).sum())} points that are no numbers are left out", 5)
+            left = counted(int((~good).sum()), "point that is no number is", "points that are no numbers are")
+            warn(f"{self.path}: {left} left out", 5)
         if not good.any():
             return
         near, shift = recentred(points[good])
