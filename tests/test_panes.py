@@ -511,7 +511,7 @@ def test_few_steps_are_as_dim_as_many_behind_windows(stage: Stage, sent: SceneLi
         stage.scene.add(mesh(square(0.2, 9, (-4, 0, -k - 0.5), 90), color="#000", opacity=0.8, alpha_mode="blend"))
     beside = SceneLight(position=(-6.0, 0.5, -4.0), strength=30.0) if sent is LAMP else sent
     few, many = (stage.seen(shining(stage, beside, steps))[1].mean() for steps in (64, "exact"))
-    assert few == pytest.approx(many, rel=0.05)  # half as much again, and twice as much, by a look-up anywhere in a group
+    assert few == pytest.approx(many, rel=0.08)  # of a look-up anywhere in a group: half as much again, and twice as much
 
 
 def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -521,8 +521,8 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
     pane = mesh(square(3, 3, (-2.3, 1.5, -5), 90), color="#000", opacity=0.6, alpha_mode="blend")
     stage.scene.add(pane)
     drawn: list[int] = []
-    draw = GlassMaps._draw_view
-    monkeypatch.setattr(GlassMaps, "_draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
+    draw = GlassMaps.draw_view
+    monkeypatch.setattr(GlassMaps, "draw_view", lambda self, *args: (drawn.append(1), draw(self, *args))[1])
     shafts = shining(stage, SUN_BESIDE, 64)
     before = stage.seen(shafts)[1]
     drawn.clear()

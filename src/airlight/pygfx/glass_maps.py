@@ -88,7 +88,7 @@ class GlassMaps:
             self._fit(side)
             for number, view in enumerate(shadow.views):
                 inside = [found[j] for j in np.flatnonzero(fit.reached(view.matrix, shadow.size, hulls)).tolist()]
-                self._draw_view(fit.clip(view.matrix, shadow.size), inside, timer)
+                self.draw_view(fit.clip(view.matrix, shadow.size), inside, timer)
                 self._pack(buffer, number * side * side, side, timer)
             self._buffers[i] = buffer, key
 
@@ -101,7 +101,7 @@ class GlassMaps:
         self._textures = self.device.texture(side, side, "rgba16float"), depths
         self._views = [depths.create_view(dimension="2d", base_array_layer=k, array_layer_count=1) for k in range(SURFACES)]
 
-    def _draw_view(self, clip: Matrix, found: Sequence[Any], timer: Timer | None) -> None:
+    def draw_view(self, clip: Matrix, found: Sequence[Any], timer: Timer | None) -> None:
         """Draws the first surfaces that a view of a light sees, one behind the other."""
         passed, _ = self._textures
         side = passed.size[0]

@@ -248,6 +248,8 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     }
     var left = 1.0; // of the light, behind what dims it
     var looked = false; // in this group, at a step that is lit as those since are: beside a window's glass there may be a dark wall
+    var middle = vec3f(0.0); // of the group, where it is looked up first, if that is lit
+    var fresh = false;
     loop {
         // Begin a group of steps, or what is left of one step by step
         var stop = end;
@@ -260,8 +262,11 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             samples = vec2f(group.steps.x - k * group.steps.y, group.steps.y);
             stop = min(k + size, end);
         } else if (GLASS) {
+            let size = dimmed_steps(f32(light_storage.steps));
+            middle = line.b.xyz + (k + o * size) * each * line.a.xyz;
             looked = false;
-            stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
+            fresh = true;
+            stop = min(k + size, end);
         }
         loop {
             // Look up the sample's visibility
@@ -269,7 +274,12 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
             if (VARIES) { sample = samples.x + (k + o) * samples.y; }
             let at = line.b.xyz + min(sample, last) * line.a.xyz;
             var share = visibility(i, at.xy, at.z, o);
-            if (GLASS && share > 0.0 && (VARIES || FOG != EVEN || !looked)) { left = light_left(i, at.xy, at.z); }
+            if (GLASS && share > 0.0 && (VARIES || FOG != EVEN || !looked)) {
+                var place = at.xyz;
+                if (fresh && visibility(i, middle.xy, middle.z, o) > 0.99) { place = middle; }
+                left = light_left(i, place.xy, place.z);
+                fresh = false;
+            }
             looked = share > 0.0;
             share *= left;
             // Weigh it where cascades blend
