@@ -501,6 +501,19 @@ def test_light_falls_through_panes_in_a_gap(stage: Stage, sent: SceneLight, step
     assert wrong < 0.015 < 0.1 < np.sqrt(np.mean((bright - truth) ** 2)) / truth.mean()
 
 
+@pytest.mark.parametrize("sent", [pytest.param(SUN_BESIDE, id="sun"), pytest.param(LAMP, id="lamp", marks=pytest.mark.slow)])
+def test_few_steps_are_as_dim_as_many_behind_windows(stage: Stage, sent: SceneLight) -> None:
+    """Narrow windows with a pane each: of steps that share a look-up many a one lies in the dark, where nothing dims."""
+    stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
+    stage.scene = gfx.Scene()
+    stage.scene.add(mesh(np.concatenate([square(40, 20, (0, 0, -9)), *(square(0.8, 9, (-4, 0, -k), 90) for k in range(10))]), color="#000"))
+    for k in range(9):
+        stage.scene.add(mesh(square(0.2, 9, (-4, 0, -k - 0.5), 90), color="#000", opacity=0.8, alpha_mode="blend"))
+    beside = SceneLight(position=(-6.0, 0.5, -4.0), strength=30.0) if sent is LAMP else sent
+    few, many = (stage.seen(shining(stage, beside, steps))[1].mean() for steps in (64, "exact"))
+    assert few == pytest.approx(many, rel=0.08)  # of a look-up anywhere in a group: half as much again, and twice as much
+
+
 def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
     stage.scene = gfx.Scene()
@@ -546,19 +559,6 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
         np.testing.assert_array_equal(found, truth, change.__name__)
         assert change is cover or np.abs(found - before).max() > 1e-3 * before.max(), change.__name__
         before = found
-
-
-@pytest.mark.parametrize("sent", [pytest.param(SUN_BESIDE, id="sun"), pytest.param(LAMP, id="lamp", marks=pytest.mark.slow)])
-def test_few_steps_are_as_dim_as_many_behind_windows(stage: Stage, sent: SceneLight) -> None:
-    """Narrow windows with a pane each: of steps that share a look-up many a one lies in the dark, where nothing dims."""
-    stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
-    stage.scene = gfx.Scene()
-    stage.scene.add(mesh(np.concatenate([square(40, 20, (0, 0, -9)), *(square(0.8, 9, (-4, 0, -k), 90) for k in range(10))]), color="#000"))
-    for k in range(9):
-        stage.scene.add(mesh(square(0.2, 9, (-4, 0, -k - 0.5), 90), color="#000", opacity=0.8, alpha_mode="blend"))
-    beside = SceneLight(position=(-6.0, 0.5, -4.0), strength=30.0) if sent is LAMP else sent
-    few, many = (stage.seen(shining(stage, beside, steps))[1].mean() for steps in (64, "exact"))
-    assert few == pytest.approx(many, rel=0.08)  # half as much again, and twice as much, by a look-up anywhere in a group
 
 
 @pytest.mark.slow
