@@ -192,7 +192,7 @@ fn fog_group(ray: Ray, t: f32) -> Group {
 
 /// Choose in how many pieces density is sampled from the cursor to `end`, in a group of so many steps: a piece a step in grids.
 fn pieces_of(end: f32, size: f32) -> f32 {
-    return select(1.0, size, GRIDS > 0u && end > gridded.x && cursor.x < gridded.y);
+    return select(1.0, max(0.5 * size, 1.0), GRIDS > 0u && end > gridded.x && cursor.x < gridded.y);
 }
 
 /// Integrate density times transmittance over the group of `size` steps from the k-th of n on; o: where the samples are, in their pieces.
