@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from airlight.lights.punctual import Array, PunctualLight, Triple
+from airlight.lights.shape import axes_along
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import Matrix
 from airlight.shadows import ShadowView
@@ -33,6 +34,15 @@ class DirectionalLight(PunctualLight):
 
     def axis(self) -> Triple:
         return self.direction
+
+    def axes(self) -> Array:
+        return axes_along(np.negative(self.direction), (0.0, 1.0, 0.0)) if self.turned is None else np.asarray(self.turned, float)
+
+    def cookie_place(self, q: Array) -> Array:
+        assert self.cookie is not None
+        rows, columns = self.cookie.pixels.shape[:2]
+        wide = self.cookie.size
+        return np.stack([0.5 + q[..., 0] / wide, 0.5 - q[..., 1] / (wide * rows / columns)], axis=-1)
 
     def disc_tangent(self, default: float) -> float:
         return math.tan(self.angular_radius or math.radians(default))

@@ -2,7 +2,8 @@
 
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
+from airlight.lights.projector import ProjectorLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 
-KINDS: dict[str, type[PunctualLight]] = {kind.kind: kind for kind in (DirectionalLight, SpotLight, PointLight)}
+KINDS: dict[str, type[PunctualLight]] = {kind.kind: kind for kind in (DirectionalLight, SpotLight, PointLight, ProjectorLight)}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from airlight.lights.punctual import PositionalLight
+from airlight.lights.punctual import PositionalLight, Triple
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import Matrix
 from airlight.shadows import ShadowView
@@ -19,6 +19,9 @@ class PointLight(PositionalLight):
     kind = "point"
     word = "point"
     flags = {"CUBE": True}
+
+    def axis(self) -> Triple:
+        return 0.0, -1.0, 0.0
 
     def shadow_layers(self, medium: ResolvedMedium) -> int:
         return 6

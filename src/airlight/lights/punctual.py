@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from airlight.lights.shape import Cookie, Photometry, axes_along
 from airlight.medium.resolve import ResolvedMedium
 from airlight.planes import smoothstep
 from airlight.projection import Matrix
@@ -31,6 +32,7 @@ class PunctualLight(ABC):
 
     intensity: (3,) linear RGB: lux on a plane that faces a directional light, else candela. strength: factor of what the medium makes of
     it; anisotropy: instead of the medium's, -1..1. density, extinction: factors of the medium's, for this light alone; artistic.
+    cookie, photometry: its shape, see shape.py, at most one of them; turned: (3, 3) the axes of that; None: see `axes`.
 
     kind: as KHR_lights_punctual names it; word: as messages and timings do. directional: its rays are parallel. flags: override constants
     of scatter/march/scene.wgsl that say what of a light's kind the shaders have to know.
@@ -41,6 +43,9 @@ class PunctualLight(ABC):
     anisotropy: float | None = field(default=None, kw_only=True)
     density: float = field(default=1.0, kw_only=True)
     extinction: float = field(default=1.0, kw_only=True)
+    cookie: Cookie | None = field(default=None, kw_only=True)
+    photometry: Photometry | None = field(default=None, kw_only=True)
+    turned: Any = field(default=None, kw_only=True, compare=False)
 
     kind: ClassVar[str]
     word: ClassVar[str]
@@ -62,6 +67,43 @@ class PunctualLight(ABC):
     def axis(self) -> Triple:
         """Returns the unit vector, world, around which its intensity varies; any where it does not."""
         return 0.0, 1.0, 0.0
+
+    def axes(self) -> Array:
+        """Returns the axes (3, 3) of its shape, rows right, up and ahead in the world: ahead is where it shines, of a point down."""
+        return axes_along(self.axis(), (0.0, 1.0, 0.0)) if self.turned is None else np.asarray(self.turned, float)
+
+    def cookie_place(self, q: Array) -> Array:
+        """Computes (..., 2) where in its cookie the light to places q lies, 0..1 and beyond; q (..., 3), m: along its axes, from its position
+        if it has one."""
+        wide, high = self.tangents()
+        return np.stack([0.5 + 0.5 * q[..., 0] / (q[..., 2] * wide), 0.5 - 0.5 * q[..., 1] / (q[..., 2] * high)], axis=-1)
+
+    def tangents(self) -> tuple[float, float]:
+        """Returns the tangents of the half angles, across and up, that its cookie fills."""
+        return 1.0, 1.0
+
+    def colour(self, points: Array) -> Array:
+        """Evaluates (..., 3) its shape at points (..., 3), world: the factor of `intensity`; nothing is filtered."""
+        q = (points - self.origin()) @ self.axes().T
+        if self.photometry is not None:
+            return np.broadcast_to(self.photometry.at(q)[..., None], points.shape)
+        if self.cookie is None:
+            return np.ones(points.shape)
+        ahead = (q[..., 2] > 0) | self.directional
+        at = self.cookie_place(np.where(ahead[..., None], q, 1.0))
+        return np.where(ahead[..., None], self.cookie.at(at, self.directional), 0.0)
+
+    def origin(self) -> Array:
+        """Returns (3,) the place, world, from which its shape is seen; of one without a position the world's origin."""
+        return np.zeros(3)
+
+    def planes(self) -> Array:
+        """Returns (N, 4) planes, world, n x + d >= 0 where there may be light, n of unit length."""
+        return np.zeros((0, 4))
+
+    def falloff_terms(self) -> Triple:
+        """Returns the coefficients of 1/d^2, 1/d and 1 in what the irradiance at a distance d is of the intensity."""
+        return 1.0, 0.0, 0.0
 
     def cone(self) -> tuple[float, float]:
         """Returns (scale, offset) of its angular falloff clamp(cos a scale + offset, 0, 1)^2 at an angle a to its axis; (0, 1): none."""
@@ -131,8 +173,11 @@ class PositionalLight(PunctualLight):
     def attenuation_range(self) -> float:
         return self.range
 
+    def origin(self) -> Array:
+        return np.asarray(self.position, float)
+
     def travel(self, points: Array) -> Array:
-        return np.asarray(points - np.asarray(self.position, float))
+        return np.asarray(points - self.origin())
 
     def incident(self, points: Array) -> tuple[Array, Array, Array]:
         away = self.travel(points)
@@ -141,4 +186,7 @@ class PositionalLight(PunctualLight):
         factor = np.clip(away @ np.array(self.axis()) / d * scale + offset, 0, 1) ** 2
         if self.range:
             factor = factor * np.maximum(1 - (d / self.range) ** 4, 0)
-        return -away / d[..., None], d, factor / d**2
+        if len(planes := self.planes()):
+            factor = factor * np.all(points @ planes[:, :3].T + planes[:, 3] >= 0, axis=-1)
+        square, inverse, constant = self.falloff_terms()
+        return -away / d[..., None], d, factor * (square / d**2 + inverse / d + constant)

@@ -33,6 +33,10 @@ class SpotLight(PositionalLight):
     def axis(self) -> Triple:
         return self.direction
 
+    def tangents(self) -> tuple[float, float]:
+        half = math.tan(min(self.outer, WIDEST_HALF_ANGLE))
+        return half, half
+
     def cone(self) -> tuple[float, float]:
         outer = math.cos(self.outer)
         scale = 1.0 / max(0.001, math.cos(self.inner) - outer)

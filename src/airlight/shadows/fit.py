@@ -106,19 +106,23 @@ def near_plane(position: Matrix, near: float, hulls: Matrix, cosine: float) -> f
     return max(min(far * NEAR_SHARE, 0.99 * cosine * float(off.min(initial=np.inf))), 1e-9)
 
 
-def perspective_view(position: Matrix, near: float, hulls: Matrix, size: int, ahead: Any, half: float) -> ShadowView:
-    """Fits a view from a light at (3,) along `ahead`. near: see `near_plane`; half: tangent of the half angle, upwards and sidewards, that
-    the map holds within its margin."""
-    right, up, _ = basis(np.negative(ahead))
-    scale = (size / 2 - MARGIN_TEXELS) / half
-    border = half * size / (size - 2 * MARGIN_TEXELS)
-    near = near_plane(position, near, hulls, 1 / math.sqrt(1 + 2 * border**2))
+def perspective_view(
+    position: Matrix, near: float, hulls: Matrix, size: int, ahead: Any, half: float | tuple[float, float], across: Any = None
+) -> ShadowView:
+    """Fits a view from a light at (3,) along `ahead`. near: see `near_plane`; half: tangents of the half angles, sidewards and upwards, or of
+    both, that the map holds within its margin; across: (2, 3) its axes right and up."""
+    right, up = basis(np.negative(ahead))[:2] if across is None else across
+    wide, high = half if isinstance(half, tuple) else (half, half)
+    across_scale, up_scale = ((size / 2 - MARGIN_TEXELS) / one for one in (wide, high))
+    border = size / (size - 2 * MARGIN_TEXELS)
+    near = near_plane(position, near, hulls, 1 / math.sqrt(1 + (wide * border) ** 2 + (high * border) ** 2))
+    middle = size / 2 * np.asarray(ahead)
     matrix = np.zeros((4, 4))
-    matrix[0, :3], matrix[1, :3] = scale * right + size / 2 * np.asarray(ahead), -scale * up + size / 2 * np.asarray(ahead)
+    matrix[0, :3], matrix[1, :3] = across_scale * right + middle, -up_scale * up + middle
     matrix[3, :3] = ahead
     matrix[:, 3] = -matrix[:, :3] @ position
     matrix[2, 3] = near
-    return ShadowView(matrix, texel=1 / scale, depth_scale=near)
+    return ShadowView(matrix, texel=1 / min(across_scale, up_scale), depth_scale=near)
 
 
 def held_half(local: Matrix, box: tuple[Matrix, float]) -> tuple[Matrix, float]:
