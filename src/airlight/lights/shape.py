@@ -32,8 +32,8 @@ class Cookie:
         part = place - low
         pair = np.stack([low, low + 1], axis=-1).astype(np.int64)
         x, y = (pair[..., i, :] % n if repeats else np.clip(pair[..., i, :], 0, n - 1) for i, n in enumerate((width, height)))
-        rows = [_mixed(self.pixels[y[..., j], x[..., 0]], self.pixels[y[..., j], x[..., 1]], part[..., :1]) for j in (0, 1)]
-        return _mixed(*rows, part[..., 1:])
+        top, bottom = (_mixed(self.pixels[y[..., j], x[..., 0]], self.pixels[y[..., j], x[..., 1]], part[..., :1]) for j in (0, 1))
+        return _mixed(top, bottom, part[..., 1:])
 
 
 class Photometry(Protocol):
@@ -45,8 +45,8 @@ class Photometry(Protocol):
 
     @property
     def table(self) -> Array:
-        """Samples (R, C) the factors for a texture: rows from ahead to behind, 0 to 180 degrees with both ends, columns from right by way of
-        up, 0 to 360 degrees without the last."""
+        """Samples (R, C) the factors for a texture: rows from ahead to behind, 0 to 180 degrees with both ends, columns from right by way
+        of up, 0 to 360 degrees without the last."""
         ...
 
 

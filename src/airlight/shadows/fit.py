@@ -109,8 +109,8 @@ def near_plane(position: Matrix, near: float, hulls: Matrix, cosine: float) -> f
 def perspective_view(
     position: Matrix, near: float, hulls: Matrix, size: int, ahead: Any, half: float | tuple[float, float], across: Any = None
 ) -> ShadowView:
-    """Fits a view from a light at (3,) along `ahead`. near: see `near_plane`; half: tangents of the half angles, sidewards and upwards, or of
-    both, that the map holds within its margin; across: (2, 3) its axes right and up."""
+    """Fits a view from a light at (3,) along `ahead`. near: see `near_plane`; half: tangents of the half angles, sidewards and upwards, or
+    of both, that the map holds within its margin; across: (2, 3) its axes right and up."""
     right, up = basis(np.negative(ahead))[:2] if across is None else across
     wide, high = half if isinstance(half, tuple) else (half, half)
     across_scale, up_scale = ((size / 2 - MARGIN_TEXELS) / one for one in (wide, high))
