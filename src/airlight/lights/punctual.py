@@ -73,7 +73,7 @@ class PunctualLight(ABC):
         return axes_along(self.axis(), (0.0, 1.0, 0.0)) if self.turned is None else np.asarray(self.turned, float)
 
     def cookie_place(self, q: Array) -> Array:
-        """Computes (..., 2) where in its cookie the light to places q lies, 0..1 and beyond; q (..., 3), m: along its axes, from its origin."""
+        """Computes (..., 2) where in its cookie the light to places q lies, 0..1 and beyond; q (..., 3), m: along axes, from its origin."""
         wide, high = self.tangents()
         return np.stack([0.5 + 0.5 * q[..., 0] / (q[..., 2] * wide), 0.5 - 0.5 * q[..., 1] / (q[..., 2] * high)], axis=-1)
 
