@@ -8,6 +8,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
+from airlight.scatter.march.cookies import shape_record
 from airlight.scatter.march.shade import Shade
 from airlight.shadows import Shadow
 
@@ -60,6 +61,7 @@ def light_record(
         out["shade_count"], out["shade_faces"] = shade.count, shade.faces
         out["shade_near"], out["shade_step"], out["shade_tangent"] = shade.near, shade.step, shade.tangent
         out["shade_cell"], out["shade_pieces"], out["shade_stride"] = shade.cell, shade.pieces, shade.stride
+    shape_record(out, light, into)
     if shadow is not None:
         out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):

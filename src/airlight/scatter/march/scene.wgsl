@@ -65,5 +65,11 @@ struct Light {
     shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
     shade_into: array<vec4f, 3>, // back
     glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
+    plane_count: u32,           // that bound it
+    shape_scale: vec2f,         // of its shape, see shape.wgsl
+    shape_size: vec2f,          // texels
+    falloff: vec3f,             // with the distance d: of 1 / d^2, 1 / d, 1
+    shape_rows: array<vec4f, 3>, // from a place to one along the shape's axes
+    planes: array<vec4f, 12>,   // n x + d >= 0 where there is light
     view: array<ShadowView, 6>,
 }
