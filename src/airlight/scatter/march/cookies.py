@@ -7,6 +7,7 @@ import numpy as np
 
 from airlight.gpu.device import Device
 from airlight.lights.punctual import PunctualLight
+from airlight.lights.shape import Cookie
 
 Array = np.ndarray
 SHAPES = ("none", "perspective", "parallel", "sphere")  # numbered as in shape.wgsl
@@ -26,13 +27,10 @@ class Cookies:
 
     def of(self, light: PunctualLight) -> tuple[Any, Any]:
         """Gives the texture and the sampler of a light's shape."""
-        kind, shape = shape_of(light), light.cookie if light.photometry is None else light.photometry
-        if shape is None:
-            return self.none, self._sampler("none")
-        if shape not in self._held:
-            levels = halved(shape.pixels) if light.photometry is None else [np.repeat(light.photometry.table[..., None], 3, axis=2)]
-            self._held[shape] = self._texture(levels)
-        return self._held[shape], self._sampler(kind)
+        shape = light.cookie if light.photometry is None else light.photometry
+        if shape is not None and shape not in self._held:
+            self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [_grey(shape.table)])
+        return self.none if shape is None else self._held[shape], self._sampler(shape_of(light))
 
     def _sampler(self, kind: str) -> Any:
         if kind not in self._samplers:
@@ -54,6 +52,11 @@ class Cookies:
             layout = {"bytes_per_row": TEXEL * width, "rows_per_image": height}
             self.device.queue.write_texture({"texture": texture, "mip_level": level}, texels, layout, (width, height, 1))
         return texture
+
+
+def _grey(table: Array) -> Array:
+    """Makes a picture (H, W, 3) of a table."""
+    return np.repeat(np.asarray(table)[..., None], 3, axis=2)
 
 
 def shape_of(light: PunctualLight) -> str:
