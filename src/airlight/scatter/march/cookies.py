@@ -28,6 +28,7 @@ class Cookies:
     def of(self, light: PunctualLight) -> tuple[Any, Any]:
         """Gives the texture and the sampler of a light's shape."""
         shape = light.cookie if light.photometry is None else light.photometry
+        shape = None if shape_of(light) == "none" else shape
         if shape is not None and shape not in self._held:
             self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [_grey(shape.table)])
         return self.none if shape is None else self._held[shape], self._sampler(shape_of(light))
@@ -60,12 +61,23 @@ def _grey(table: Array) -> Array:
 
 
 def shape_of(light: PunctualLight) -> str:
-    """Names the kind of a light's shape: one of SHAPES."""
+    """Names the kind of a light's shape: one of SHAPES; none where it is alike everywhere, see `even_colour`."""
+    if even_colour(light) is not None:
+        return "none"
     if light.photometry is not None:
         return "sphere"
-    if light.cookie is None:
-        return "none"
     return "parallel" if light.directional else "perspective"
+
+
+def even_colour(light: PunctualLight) -> Array | None:
+    """Finds (3,) what a light's shape multiplies its intensity by, where that is the same everywhere; else None."""
+    if light.photometry is not None:
+        table = light.photometry.table
+        return np.full(3, table[0, 0], float) if (table == table[0, 0]).all() else None
+    if light.cookie is not None:
+        pixels = light.cookie.pixels
+        return np.asarray(pixels[0, 0], float) if (pixels == pixels[0, 0]).all() else None
+    return np.ones(3)
 
 
 def halved(pixels: Array) -> list[Array]:

@@ -117,7 +117,7 @@ fn sinh_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
     let d = nearest.y * cosh_v;
     let t = nearest.x + nearest.y * sinh_v;
     let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
-    return shape_colour(t, 0.0) * in_scatter_punctual(ray, t, d, -sinh_v / cosh_v, axis_cosine) / d;
+    return in_scatter_punctual(ray, t, d, -sinh_v / cosh_v, axis_cosine) / d;
 }
 
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position. full: see full_cone_range.
@@ -156,6 +156,12 @@ fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
     return sum;
 }
 
+/// Evaluate the integrand over v of a light with a shape.
+fn shaped_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
+    let grown = exp(v);
+    return shape_colour(nearest.x + 0.5 * nearest.y * (grown - 1.0 / grown), 0.0) * sinh_integrand(ray, nearest, v);
+}
+
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position and a shape, from texel to texel of that.
 fn integrate_shaped(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
     var sum = vec3f(0.0);
@@ -163,7 +169,8 @@ fn integrate_shaped(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> ve
     loop {
         if (t >= segment.y) { break; }
         let v = sinh_parameter(nearest, t);
-        let widest = nearest.x + nearest.y * sinh(v + select(SHAPED_WIDTH, TURN_WIDTH, SHAPE == SPHERE));
+        let most = exp(v + select(SHAPED_WIDTH, TURN_WIDTH, SHAPE == SPHERE));
+        let widest = nearest.x + 0.5 * nearest.y * (most - 1.0 / most);
         var end = max(min(min(next_texel(t), widest), segment.y), t + 1e-6 * max(t, 1e-3));
         if (t < full.x) { end = min(end, max(full.x, t + 1e-6 * max(t, 1e-3))); } else if (t < full.y) { end = min(end, max(full.y, t + 1e-6 * max(t, 1e-3))); }
         end = min(end, segment.y);
@@ -171,8 +178,8 @@ fn integrate_shaped(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> ve
         let width = sinh_parameter(nearest, end) - v;
         let middle = v + 0.5 * width;
         let off = GAUSS_NODE * width;
-        let outer = sinh_integrand(ray, nearest, middle - off) + sinh_integrand(ray, nearest, middle + off);
-        sum += width / 18.0 * (5.0 * outer + 8.0 * sinh_integrand(ray, nearest, middle));
+        let outer = shaped_integrand(ray, nearest, middle - off) + shaped_integrand(ray, nearest, middle + off);
+        sum += width / 18.0 * (5.0 * outer + 8.0 * shaped_integrand(ray, nearest, middle));
         t = select(end, segment.y, end >= segment.y);
     }
     return sum;
@@ -216,15 +223,15 @@ fn integrate_in_fog(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> ve
     return sum;
 }
 
-/// Integrate density times transmittance over a lit segment of the ray of a directional light, m: band by band of the fog's heights where
-/// there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_directional.
+/// Integrate density times transmittance, and its shape, over a lit segment of the ray of a directional light, m.
 fn integrate_directional(ray: Ray, segment: vec2f) -> vec3f {
     if (VARIES) { return integrate_in_field(ray, vec2f(0.0), vec2f(0.0), segment); }
     if (SHAPE != 0u) { return integrate_patterned(ray, segment); }
     return integrate_evenly(ray, segment);
 }
 
-/// Integrate that of a light without a shape, where density depends on height at most.
+/// Integrate density times transmittance over a lit segment of the ray of a directional light without a shape, m: band by band of the fog's
+/// heights where there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_evenly.
 fn integrate_evenly(ray: Ray, segment: vec2f) -> vec3f {
     if (FOG == EVEN) { return transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t); }
     if (FOG == EXPONENTIAL || !FADES) { return directional_integral(ray, segment); }

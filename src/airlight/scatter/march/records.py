@@ -8,7 +8,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
-from airlight.scatter.march.cookies import shape_record
+from airlight.scatter.march.cookies import even_colour, shape_record
 from airlight.scatter.march.shade import Shade
 from airlight.shadows import Shadow
 
@@ -47,7 +47,9 @@ def light_record(
     """
     out, view = np.zeros((), LIGHT), np.asarray(view, np.float64)
     into = np.linalg.inv(view)
-    out["intensity"] = np.array(light.intensity) * (light.strength * light.fade(into[:3, 3], medium))
+    even = even_colour(light)
+    shape = 1.0 if even is None else even
+    out["intensity"] = np.array(light.intensity) * shape * (light.strength * light.fade(into[:3, 3], medium))
     out["position"], out["axis"] = light.in_view(view), view[:3, :3] @ light.axis()
     out["cone_scale"], out["cone_offset"] = light.cone()
     out["cone_cosine"], out["range"] = light.cone_cosine(), light.attenuation_range()

@@ -34,7 +34,7 @@ fn texels_a_metre(q: vec3f, scale: vec2f, size: vec2f) -> f32 {
     return max(texels.x, texels.y) / max(q.z, 1e-9);
 }
 
-/// Measure how wide a pixel of what is computed is at t of its ray, m.
+/// Measure how wide a pixel of what is computed is at t of its ray, m. Twin: reference/shape.py:pixel_width.
 fn pixel_width(t: f32) -> f32 {
     return abs(frame.rays.x) / f32(frame.size.x) * mix(t, 1.0, frame.flat);
 }
@@ -55,7 +55,7 @@ fn enter_shape(ray: Ray) {
     shape_line = mat2x3f(shape_index(ray.origin, 1.0), shape_index(ray.direction, 0.0));
 }
 
-/// Transform a place (w 1) or a step (w 0) to the shape's axes.
+/// Transform a place (w 1) or a step (w 0) to the shape's axes. Twin: reference/shape.py:shape_index.
 fn shape_index(v: vec3f, w: f32) -> vec3f {
     let at = vec4f(v, w);
     return vec3f(dot(light.shape_rows[0], at), dot(light.shape_rows[1], at), dot(light.shape_rows[2], at));
@@ -90,7 +90,7 @@ fn next_texel(t: f32) -> f32 {
     return max(min(x, y), t + 1e-6 * max(t, 1e-3));
 }
 
-/// Clip a range of t to where all planes of the light let it be.
+/// Clip a range of t to where all planes of the light let it be. Twin: reference/shape.py:clip_to_planes.
 fn clip_to_planes(ray: Ray, range: vec2f) -> vec2f {
     var within = range;
     var i = 0u;

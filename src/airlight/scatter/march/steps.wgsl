@@ -22,7 +22,7 @@ const PCSS_TAPS = 12.0;         // of a soft look-up, and of its search for occl
 const MAX_FILTER_RADIUS = 24.0; // texels
 const GOLDEN_ANGLE = 2.3999632; // radians
 
-const SPREAD = 0.25;            // of a step, over which the shape of a light is averaged
+const SPREAD = 0.5;             // of a step, over which the shape of a light is averaged
 const LEAST_STEPS = 2.0;        // of a part of a ray
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
