@@ -1,6 +1,7 @@
 // Structs of a march's uniforms, which records.py fills: the camera and its medium, a light and its shadow views. All in view space.
 override DIRECTIONAL: bool = false; // the light is a sun: its rays are parallel, and its shadow views are cascades
 override CONE: bool = false;    // the light is a spot
+override BOUNDED: bool = false; // there is light between planes alone
 override CUBE: bool = false;    // the light's shadow views are the faces of a cube around it
 override LIT: bool = true;      // there is a light
 override VARIES: bool = false;  // the density has more than closed forms

@@ -2,7 +2,6 @@
 // perspective, or, of a directional light, side by side again and again; photometry a table of all directions. Light may be bounded by planes.
 //! include "scatter/march/ray.wgsl"
 override SHAPE: u32 = 0u;       // none, or one of these, as SHAPES of cookies.py
-override BOUNDED: bool = false; // there is light between planes alone
 
 const PERSPECTIVE = 1u;
 const PARALLEL = 2u;
