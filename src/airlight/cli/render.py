@@ -28,6 +28,7 @@ from airlight.cli.types import NameOrFile
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
+from airlight.jobs.projector_text import read_projector
 from airlight.options import declared
 from airlight.scatter.methods import FOR_MEDIUM
 
@@ -63,6 +64,19 @@ class SceneLightType(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         try:
             light_numbers(value, self.name)
+        except AirlightError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+class ProjectorType(click.ParamType):
+    """A projector of a scene, kept as it was written."""
+
+    name = "x,y,z;..."
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        try:
+            read_projector(value)
         except AirlightError as error:
             self.fail(str(error), param, ctx)
         return str(value)
@@ -117,6 +131,15 @@ class _Fps(click.ParamType):
     multiple=True,
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light, "
     "in units 68300lx or 100W/m2.",
+)
+@option(
+    "--projector",
+    panel=LIGHT,
+    type=ProjectorType(),
+    metavar="x,y,z;...",
+    multiple=True,
+    help='Light in a frustum, beside the scene\'s lights: "0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png". '
+    "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
 )
 @option(
     "--environment",

@@ -1,4 +1,4 @@
-"""Reads densities as a user writes them, `SOURCE;key=value;...`, whatever they are of; and follows numbered files with the frame."""
+"""Reads densities, and projectors, as a user writes them, `SOURCE;key=value;...`; and follows numbered files with the frame."""
 
 import math
 import os
@@ -20,7 +20,8 @@ class Grammar:
     """Describes what may stand behind the source of a density.
 
     what: the density, in words. form: how it is written. texts: keys whose values are kept as they are. words: those of a few values.
-    numbers: those of a number, with the least and the greatest. vectors: those of several numbers, with their form, `x,y,z`.
+    numbers: those of a number, with the least and the greatest. vectors: those of several numbers, with their form, `x,y,z`. several: those
+    that may stand more than once.
     """
 
     what: str
@@ -29,10 +30,11 @@ class Grammar:
     words: Mapping[str, tuple[str, ...]]
     numbers: Mapping[str, tuple[float, float]]
     vectors: Mapping[str, str] = field(default_factory=dict)
+    several: tuple[str, ...] = ()
 
     @property
     def keys(self) -> tuple[str, ...]:
-        return *self.texts, *self.words, *self.numbers, *self.vectors
+        return tuple(dict.fromkeys((*self.texts, *self.words, *self.numbers, *self.vectors)))
 
     def read(self, text: str) -> tuple[str, dict[str, Any]]:
         """Divide a text into its source, as it is written, and the values of the keys that are given. Raises AirlightError."""
@@ -43,6 +45,9 @@ class Grammar:
             if name not in self.keys or not value:
                 hint = nearest(name, self.keys, f": write {self.form}")
                 raise AirlightError(f"cannot read {part!r} in the {self.what} {text!r}{hint}")
+            if name in self.several:
+                known[name] = (*known.get(name, ()), self._value(name, value, text))
+                continue
             if name in known:
                 raise AirlightError(f"{name} stands twice in the {self.what} {text!r}; leave one out")
             known[name] = self._value(name, value, text)
@@ -65,7 +70,8 @@ class Grammar:
             found = ()
         low, high = self.numbers.get(name, (-math.inf, math.inf))
         if len(found) != form.count(",") + 1 or not all(low <= number <= high and math.isfinite(number) for number in found):
-            cure = f"give numbers, {form}" if form else f"give a number of {low:g} to {high:g}"
+            bounds = f" of {low:g} to {high:g}" if name in self.numbers else ""
+            cure = f"give numbers{bounds}, {form}" if form else f"give a number of {low:g} to {high:g}"
             raise AirlightError(f"{name} is {value} in the {self.what} {text!r}; {cure}")
         return found if form else found[0]
 

@@ -14,6 +14,7 @@ from airlight.jobs import tasks
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.profile import Spent
+from airlight.jobs.projector_text import make_projector
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
@@ -46,6 +47,7 @@ LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
 SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
+LISTS = ("light", "sun", "projector", "volume", "particles", "exclude")  # and those that may be repeated
 SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
@@ -55,7 +57,7 @@ class FramesRequest:
 
     values: declared parameters that are set, those of pictures among them. explicit: names of options that the user wrote.
     recalled_preset: of the settings that are repeated. animation, scene_of_file: those of `open_scene`. eye, target: `x,y,z`; lights,
-    suns: as `read_scene_light`.
+    suns: as `read_scene_light`; projectors: as `read_projector`.
     """
 
     scene: str
@@ -79,6 +81,7 @@ class FramesRequest:
     fps: Fraction = Fraction(24)
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
+    projector: Sequence[str] = ()
     volume: Sequence[str] = ()
     particles: Sequence[str] = ()
     environment: str | None = None
@@ -131,7 +134,7 @@ class FramesRequest:
         """Collect what is kept in the outputs. standing: the defaults that the scene has of its own."""
         defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING} | {"scene": None, "fps": "24"}
         others = {name: getattr(self, name) for name in SHAPING}
-        lists = {"light": self.light, "sun": self.sun, "volume": self.volume, "particles": self.particles, "exclude": self.exclude}
+        lists = {name: getattr(self, name) for name in LISTS}
         return Settings(values, others, defaults, self.preset or self.recalled_preset, standing, lists)
 
     def check(self) -> None:
@@ -169,7 +172,8 @@ class FramesRequest:
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
         lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
-        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(lights))
+        projectors = [make_projector(text) for text in self.projector]
+        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, (*lights, *projectors))
 
 
 @contextlib.contextmanager

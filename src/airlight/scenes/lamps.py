@@ -16,6 +16,7 @@ from airlight.errors import AirlightError, warn
 from airlight.lights.punctual import Triple
 from airlight.messages import nearest
 from airlight.pygfx import SceneLight
+from airlight.pygfx.projector import Projector
 from airlight.scenes.exposure import PHYSICAL_CANDELA, PHYSICAL_LUX
 from airlight.scenes.gltf.materials import broken_driver, spare_maps
 from airlight.scenes.stage import Stage
@@ -80,18 +81,24 @@ class Lighting:
             mesh.cast_shadow = False
 
 
-def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight]) -> Lighting:
-    """Choose what shines, in place of the stage's own shafts; nothing requested: those.
+def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Projector]) -> Lighting:
+    """Choose what shines, in place of the stage's own shafts; nothing requested but projectors: those, and the projectors.
 
     A position or a direction moves the next lamp of its kind, where there is one left; else a lamp is added there that shades surfaces and
     casts shadows on them, of color times strength candela or lux. Raises AirlightError for what has no such name, or emits nothing.
     """
-    if not requested:
-        return Lighting(list(stage.lights))
-    made = Lighting([])
-    stage.measured = stage.measured or any(one.intensity is not None for one in requested)
+    projectors = [one for one in requested if isinstance(one, Projector)]
+    others = [one for one in requested if not isinstance(one, Projector)]
+    made = Lighting([] if others else list(stage.lights))
+    for projector in projectors:
+        cast_shadow(projector, stage.center, stage.radius)
+        made.added.append((projector, stage.scene))
+        made.lights.append(SceneLight(projector))
+    if not others:
+        return made
+    stage.measured = stage.measured or any(one.intensity is not None for one in others)
     free = [light for light in stage.lights if light.target is not None]
-    for one in requested:
+    for one in others:
         if isinstance(one, NamedLight):
             _named(stage, one, made)
             continue
@@ -111,7 +118,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight]) -> Ligh
     return made
 
 
-def relight(stage: Stage, requested: Sequence[SceneLight | NamedLight]) -> None:
+def relight(stage: Stage, requested: Sequence[SceneLight | NamedLight | Projector]) -> None:
     """Let a stage have the requested lights for good, as `lighting` chooses them."""
     made = lighting(stage, requested)
     made.move()

@@ -24,6 +24,7 @@ from airlight.pygfx import LightShafts, SceneLight, use_hdr
 from airlight.pygfx.divided import DividedRenderer
 from airlight.pygfx.origin import near_origin
 from airlight.pygfx.particles import follow, undrawn
+from airlight.pygfx.projector import Projector
 from airlight.scatter.methods import METHODS
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
 from airlight.scenes.lamps import NamedLight, lighting, named
@@ -51,7 +52,7 @@ class Shot:
     eye: Triple | None = None
     target: Triple | None = None
     fov: float = 50.0
-    lights: tuple[SceneLight | NamedLight, ...] = ()
+    lights: tuple[SceneLight | NamedLight | Projector, ...] = ()
 
 
 @dataclass

@@ -1,0 +1,64 @@
+"""Reads projectors as a user writes them: `x,y,z;target=x,y,z;up=x,y,z;fov=h,v;near=N;far=F;intensity=r,g,b;falloff=K;ambient=A;
+cookie=FILE;clip=a,b,c,d`."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from airlight.errors import AirlightError
+from airlight.jobs.density_text import Grammar
+from airlight.lights.projector import FALLOFFS, NEAR
+
+if TYPE_CHECKING:
+    from airlight.pygfx.projector import Projector
+
+FORM = "x,y,z;target=x,y,z;fov=40,30;intensity=100,100,100"
+INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
+MOST = 1e9
+ANGLES = (1e-3, 179.0)  # degrees
+GRAMMAR = Grammar(
+    what="projector",
+    form=FORM,
+    texts=("cookie",),
+    words={"falloff": FALLOFFS},
+    numbers={"near": (1e-6, MOST), "far": (1e-6, MOST), "ambient": (0.0, MOST), "fov": ANGLES, "intensity": (0.0, MOST)},
+    vectors={"target": "x,y,z", "up": "x,y,z", "fov": "h,v", "intensity": "r,g,b", "clip": "a,b,c,d"},
+    several=("clip",),
+)
+
+
+def read_projector(text: str) -> tuple[tuple[float, ...], dict[str, Any]]:
+    """Read a projector: its position, and what is given beside it. Raises AirlightError."""
+    from airlight.jobs.light_text import PLACE, numbers
+
+    place, known = GRAMMAR.read(text)
+    at = numbers(place, PLACE)
+    ahead = np.array(known.get("target", np.add(at, (0, 0, -1))), float) - at
+    if not ahead.any():
+        raise AirlightError(f"the target of the projector {text!r} is its own position; give another")
+    up = np.asarray(known.get("up", (0.0, 1.0, 0.0)), float)
+    if np.linalg.norm(np.cross(ahead, up)) < 1e-6 * float(np.linalg.norm(ahead)) * float(np.linalg.norm(up)) and "up" in known:
+        raise AirlightError(f"up of the projector {text!r} lies along its light, or is 0; give another direction, as in up=0,0,-1")
+    near, far = known.get("near", NEAR), known.get("far", math.inf)
+    if not near < far:
+        raise AirlightError(f"far={far:g} of the projector {text!r} is not beyond near={near:g}; give a greater one")
+    if any(not any(plane[:3]) for plane in known.get("clip", ())):
+        raise AirlightError(f"a clip plane of the projector {text!r} has no direction: a, b, c are 0; give its normal and d")
+    return at, known
+
+
+def make_projector(text: str, frame: int = 1) -> "Projector":
+    """Make the projector of a scene, as it is written. frame: of numbered cookies. Raises AirlightError."""
+    from airlight.files.cookies import read_cookie
+    from airlight.pygfx.projector import Projector
+
+    at, known = read_projector(text)
+    power = np.asarray(known.get("intensity", INTENSITY), float)
+    top = float(power.max()) or 1.0
+    kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
+    cookie = read_cookie(known["cookie"], frame) if "cookie" in known else None
+    made = Projector(tuple(power / top), float(power.max()), cookie=cookie, **kept)
+    made.local.position = at
+    made.target.world.position = known.get("target", tuple(np.add(at, (0, 0, -1))))
+    return made
