@@ -1,7 +1,7 @@
 """Wraps every private attribute of pygfx that Airlight touches behind a function; tests/test_scene_private.py names those that go away."""
 
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import jinja2
@@ -16,7 +16,7 @@ from pygfx.renderers.wgpu.engine.renderstate import BlendRenderState, CombinedRe
 from pygfx.renderers.wgpu.engine.shadowutil import render_shadow_maps
 from pygfx.renderers.wgpu.engine.shared import get_shared
 from pygfx.renderers.wgpu.engine.update import update_resource
-from pygfx.renderers.wgpu.engine.utils import GfxSampler, nchannels_from_format, registry, to_texture_format
+from pygfx.renderers.wgpu.engine.utils import GfxSampler, GfxTextureView, nchannels_from_format, registry, to_texture_format
 from pygfx.renderers.wgpu.shader import templating
 from pygfx.renderers.wgpu.shader.base import ShaderInterface
 from pygfx.renderers.wgpu.shaders.meshshader import MeshShader
@@ -53,6 +53,7 @@ __all__ = [
     "write_camera",
 ]
 HDR = "rgba16float"
+SHAPE_SIDE = 512  # texels of a light's shape on surfaces
 
 
 def is_hdr(renderer: Any) -> bool:
@@ -229,6 +230,7 @@ KINDS = {"directional": gfx.DirectionalLight, "spot": gfx.SpotLight, "point": gf
 MAPS = {"flat": ("directional", "spot"), "cube": ("point",)}  # shadow maps of surfaces, and which kinds of lights have layers in them
 CASTERS = 2**16  # objects that are told apart
 LAYERS = {"directional": 1, "spot": 1, "point": 6}  # of a light
+PLANES = 12  # that bound a light, at most
 SHADERS = ("light_shadow.wgsl", "light_punctual.wgsl")  # of pygfx, that files of those names here stand in for
 Casting = tuple[tuple[bool, ...], ...]  # of each kind of KINDS, which of its lights have a shadow map
 
@@ -239,14 +241,21 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
     Overrides _setup_light_resources, _get_light_vars_code, prepare_for_draw.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int]) -> None:
+    def __init__(self, casting: Casting, sizes: dict[str, int], shaping: Casting) -> None:
         self.casting, self.sizes = dict(zip(KINDS, casting, strict=True)), sizes
+        numbers = iter(range(sum(map(sum, shaping))))
+        self.shapes = {kind: [next(numbers) if one else -1 for one in own] for kind, own in zip(KINDS, shaping, strict=True)}
+        self.shape_count = sum(map(sum, shaping))
         self.layers = {name: sum(LAYERS[kind] * sum(self.casting[kind]) for kind in kinds) for name, kinds in MAPS.items()}
         super().__init__(*(len(self.casting[kind]) for kind in ("point", "directional", "spot")))
 
     def _setup_light_resources(self) -> None:
         count = max(sum(self.layers.values()), 2)
         fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4"}
+        if (shapes := self.shape_count) > 0:
+            counts = {"shape_rows": 3 * shapes, "shape_planes": PLANES * shapes}
+            counts |= {name: max(shapes, 2) for name in ("shape_scales", "shape_falls")}
+            fields |= {name: f"{number}*4xf4" for name, number in counts.items()}
         self.shared = Buffer(array_from_shadertype({**gfx.AmbientLight.uniform_type, **fields}), force_contiguous=True)
         self.bindings.append(Binding("u_ambient_light", "buffer/uniform", self.shared, structname="AmbientLight"))
         self.buffers: dict[str, Any] = {}
@@ -262,11 +271,20 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
                 texture = self.device.create_texture(size=size, usage=usage, format="depth32float")
                 self.maps[name] = [texture.create_view(dimension="2d", base_array_layer=i, array_layer_count=1) for i in range(layers)]
                 self.bindings.append(Binding(f"u_{name}_maps", "shadow_texture/2d-array", texture.create_view(dimension="2d-array")))
+        self.shape_texture: Any = None
+        if self.shape_count:
+            texels = np.zeros((max(self.shape_count, 2), SHAPE_SIDE, SHAPE_SIDE, 4), np.float16)
+            self.shape_texture = Texture(texels, dim=2, size=(SHAPE_SIDE, SHAPE_SIDE, len(texels)), format="rgba16float")
+            view = GfxTextureView(self.shape_texture, view_dim="2d-array")
+            self.bindings.append(Binding("t_shapes", "texture/auto", view))
+            self.bindings.append(Binding("s_shapes", "sampler/filtering", GfxSampler("linear", "repeat")))
         self.bindings.append(Binding("s_shadow", "sampler/non_filtering", GfxSampler("nearest", "clamp")))
 
     def _get_light_vars_code(self, bind_group_index: int) -> str:
-        last = f"@group({bind_group_index}) @binding({len(self.bindings) - 1}) var s_shadow: sampler;"
-        return "\n".join([super()._get_light_vars_code(bind_group_index), last, ""])
+        own = {"s_shadow": "sampler", "s_shapes": "sampler", "t_shapes": "texture_2d_array<f32>"}
+        named = [(i, one.name) for i, one in enumerate(self.bindings) if one.name in own]
+        more = [f"@group({bind_group_index}) @binding({i}) var {name}: {own[name]};" for i, name in named]
+        return "\n".join([super()._get_light_vars_code(bind_group_index), *more, ""])
 
     def prepare_for_draw(self, point_lights: Any, directional_lights: Any, spot_lights: Any, ambient_color: Any) -> None:
         """Fills the lights' buffers; a shadow_bias is the number of the light's first view instead, by the order of `casters`."""
@@ -289,9 +307,10 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
     casters: (light, name of its map) of those that cast, in the order of their views. maps: of a name, a view of each layer.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int], blend_hash: tuple[Any, ...]) -> None:
+    def __init__(self, casting: Casting, sizes: dict[str, int], blend_hash: tuple[Any, ...], shaping: Casting) -> None:
         self.device = get_shared().device
-        self.light_renderstate = _SurfaceLights(casting, sizes)
+        self.light_renderstate = _SurfaceLights(casting, sizes, shaping)
+        self._written: list[Any] = []
         self.blend_renderstate = BlendRenderState.obtain_from_hash(blend_hash)
         self.bindings = [*self.light_renderstate.bindings, *self.blend_renderstate.bindings]
         self.wgpu_bind_group_layout, self.wgpu_bind_group = self._collect_bindings()
@@ -300,6 +319,8 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         lights = self.light_renderstate
         casts = {kind: any(own) for kind, own in lights.casting.items()}
         own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
+        own |= {"airlight_planes": PLANES, "airlight_side": SHAPE_SIDE}
+        own |= {"airlight_shapes": {kind: numbers if max(numbers, default=-1) >= 0 else [] for kind, numbers in lights.shapes.items()}}
         return {**super().get_shader_kwargs(bind_group_index), **own}
 
     @property
@@ -324,6 +345,22 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         shared.update_full()
 
 
+    def write_shapes(self, records: Sequence[tuple[Any, ...]], layers: Sequence[Any]) -> None:
+        """Writes shapes of lights: (rows, scale, falloff, planes) of each, see light_punctual.wgsl, and its texels, (SHAPE_SIDE, SHAPE_SIDE,
+        3), or (1, 1, 3); texels that are the very ones that are there are left."""
+        shared, texture = self.light_renderstate.shared, self.light_renderstate.shape_texture
+        for i, (rows, scale, falls, planes) in enumerate(records):
+            shared.data["shape_rows"][3 * i : 3 * i + 3] = rows
+            shared.data["shape_scales"][i], shared.data["shape_falls"][i] = scale, falls
+            shared.data["shape_planes"][PLANES * i : PLANES * (i + 1)] = planes
+        shared.update_full()
+        if len(self._written) != len(layers) or any(a is not b for a, b in zip(self._written, layers, strict=True)):
+            for i, texels in enumerate(layers):
+                texture.data[i, ..., :3] = texels
+            texture.update_full()
+            self._written = list(layers)
+
+
 _states: Any = weakref.WeakValueDictionary()
 _owners: Any = weakref.WeakKeyDictionary()  # of a renderer's blender: weak references to what draws maps for it
 _chosen: list[Any] = [None]  # (owner, state) of the render state that was chosen last, where it is ours
@@ -332,9 +369,10 @@ _chosen: list[Any] = [None]  # (owner, state) of the render state that was chose
 def shade_surfaces(renderer: Any, owner: Any) -> None:
     """Let what a renderer draws take its shadows from maps of ours, while `owner` lives and says so.
 
-    owner: has wants(lights), which tells whether to, and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's
-    render states. sizes: of the maps' sides. Touches renderer._blender; replaces two functions that pygfx's renderer calls, and two
-    files of its shaders, which for all other renderers stay as they are.
+    owner: has wants(lights), which tells whether to, shapes(lights), which gives the shape of each, by kind, or None, write_shapes(state,
+    shapes), and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides. Touches
+    renderer._blender; replaces two functions that pygfx's renderer calls, and two files of its shaders, which for all other renderers stay as
+    they are.
     """
     if rendering.get_renderstate is get_renderstate:
         rendering.get_renderstate, rendering.render_shadow_maps = _choose_state, _draw_shadows
@@ -352,12 +390,16 @@ def _choose_state(lights: Any, blender: Any) -> Any:
         _chosen[0] = None
         return get_renderstate(lights, blender)
     casting = tuple(tuple(bool(light.cast_shadow) for light in lights[f"{kind}_lights"]) for kind in KINDS)
-    key = casting, tuple(owner.sizes.items()), BlendRenderState.state_to_hash(blender)
+    shapes = owner.shapes(lights)
+    shaping = tuple(tuple(shape is not None for shape in shapes[kind]) for kind in KINDS)
+    key = casting, tuple(owner.sizes.items()), BlendRenderState.state_to_hash(blender), shaping
     state = _states.get(key)
     if state is None:
-        state = _states[key] = SurfaceState(casting, owner.sizes, key[2])
+        state = _states[key] = SurfaceState(casting, owner.sizes, key[2], shaping)
     state.prepare_for_draw(tuple(lights[name] for name in LIGHTS), (blender,))
     state.write(np.zeros((0, 4, 4)), np.zeros((0, 4)), ())  # where nothing casts pygfx draws none
+    if any(map(any, shaping)):
+        owner.write_shapes(state, [shape for kind in KINDS for shape in shapes[kind] if shape is not None])
     _chosen[0] = owner, state
     return state
 

@@ -42,6 +42,18 @@ def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> 
     return [one for one in placed if one.strength * max(one.intensity) > 0]
 
 
+def shaped_lights(lights: Sequence[SceneLight]) -> dict[int, PunctualLight]:
+    """Makes those of `lights`' gfx lights, by their id, whose light is no plain one: of a projector, or with a cookie or photometry."""
+    found: dict[int, PunctualLight] = {}
+    for light in lights:
+        for one in () if light.target is None else light.target.iter():
+            if isinstance(one, tuple(GFX_KINDS)) and id(one) not in found:
+                made = _of(one, light, 0.0, 1.0)
+                if made.cookie is not None or made.photometry is not None or len(made.planes()):
+                    found[id(one)] = made
+    return found
+
+
 def _unit(v: Any) -> Triple:
     """Normalises a vector; (0, 0, 1) of nothing."""
     length = float(np.linalg.norm(v))

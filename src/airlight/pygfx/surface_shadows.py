@@ -3,11 +3,13 @@ those of a medium have.
 """
 
 import weakref
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pygfx as gfx
 
+from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import resolve
 from airlight.options import March, Medium
 from airlight.projection import Matrix
@@ -15,6 +17,7 @@ from airlight.pygfx import private
 from airlight.pygfx.casters import Casters, Gathered
 from airlight.pygfx.origin import root_of
 from airlight.pygfx.punctual import GFX_KINDS
+from airlight.pygfx.surface_shapes import SurfaceShapes
 from airlight.shadows import ShadowView, fit
 from airlight.shadows.fit import basis, orthographic_view
 
@@ -37,13 +40,25 @@ class SurfaceShadows:
     def __init__(self, shafts: "LightShafts") -> None:
         self._shafts = weakref.ref(shafts)
         self._casters = Casters(shafts.device, shafts.scene)
+        self._shapes = SurfaceShapes()
         private.shade_surfaces(shafts.renderer, self)
 
     def wants(self, lights: Any) -> bool:
         """Tells whether some of pygfx's lights cast shadows, and are of the scene."""
         shafts = self._shafts()
-        casting = [light for kind in private.KINDS for light in lights[f"{kind}_lights"] if light.cast_shadow]
-        return shafts is not None and bool(casting) and root_of(casting[0]) is root_of(shafts.scene)
+        every = [light for kind in private.KINDS for light in lights[f"{kind}_lights"]]
+        if shafts is None or not every or root_of(every[0]) is not root_of(shafts.scene):
+            return False
+        return any(light.cast_shadow for light in every) or any(map(any, self.shapes(lights).values()))
+
+    def shapes(self, lights: Any) -> dict[str, list[PunctualLight | None]]:
+        """Finds the shapes of pygfx's lights, by kind; None of one that has none."""
+        shafts = self._shafts()
+        return self._shapes.of(lights, shafts.lights if shafts is not None else ())
+
+    def write_shapes(self, state: private.SurfaceState, shapes: Sequence[PunctualLight]) -> None:
+        """Writes the shapes of a state's lights."""
+        self._shapes.write(state, shapes)
 
     def draw(self, state: private.SurfaceState) -> None:
         """Draws and submits the maps of a state, and writes where they lie."""
