@@ -63,7 +63,6 @@ SCREENS = {
             "medium": "what fills the air: haze, mist, smoke ...",
             "fog": "air that thins out with height: exponential, linear",
             "volume": "smoke or clouds of a file: .vdb, .npz, .npy, .vol",
-            "projector": "a projector, beside the scene's lights",
             "light": "where the light is, in metres, or an object's name",
             "sun": "a sun instead, in degrees, as in 90,20",
             "width": "pixels; unset: 1280",

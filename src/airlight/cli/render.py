@@ -28,7 +28,6 @@ from airlight.cli.types import NameOrFile
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
-from airlight.jobs.projector_text import read_projector
 from airlight.options import declared
 from airlight.scatter.methods import FOR_MEDIUM
 
@@ -75,6 +74,8 @@ class ProjectorType(click.ParamType):
     name = "x,y,z;..."
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from airlight.jobs.projector_text import read_projector
+
         try:
             read_projector(value)
         except AirlightError as error:

@@ -4,16 +4,14 @@ cookie=FILE;clip=a,b,c,d`."""
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from airlight.errors import AirlightError
 from airlight.jobs.density_text import Grammar
-from airlight.lights.projector import FALLOFFS, NEAR
 
 if TYPE_CHECKING:
     from airlight.pygfx.projector import Projector
 
 FORM = "x,y,z;target=x,y,z;fov=40,30;intensity=100,100,100"
+AHEAD = (0.0, 0.0, -1.0)  # where one shines without a target
 INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
 MOST = 1e9
 ANGLES = (1e-3, 179.0)  # degrees
@@ -21,7 +19,7 @@ GRAMMAR = Grammar(
     what="projector",
     form=FORM,
     texts=("cookie",),
-    words={"falloff": FALLOFFS},
+    words={"falloff": ("inverse-square", "inverse", "constant")},  # as FALLOFFS of lights/projector.py, which is slow to import
     numbers={"near": (1e-6, MOST), "far": (1e-6, MOST), "ambient": (0.0, MOST), "fov": ANGLES, "intensity": (0.0, MOST)},
     vectors={"target": "x,y,z", "up": "x,y,z", "fov": "h,v", "intensity": "r,g,b", "clip": "a,b,c,d"},
     several=("clip",),
@@ -34,13 +32,14 @@ def read_projector(text: str) -> tuple[tuple[float, ...], dict[str, Any]]:
 
     place, known = GRAMMAR.read(text)
     at = numbers(place, PLACE)
-    ahead = np.array(known.get("target", np.add(at, (0, 0, -1))), float) - at
-    if not ahead.any():
+    ahead = [b - a for a, b in zip(at, known["target"], strict=True)] if "target" in known else AHEAD
+    if not any(ahead):
         raise AirlightError(f"the target of the projector {text!r} is its own position; give another")
-    up = np.asarray(known.get("up", (0.0, 1.0, 0.0)), float)
-    if np.linalg.norm(np.cross(ahead, up)) < 1e-6 * float(np.linalg.norm(ahead)) * float(np.linalg.norm(up)) and "up" in known:
+    up = known.get("up", (0.0, 1.0, 0.0))
+    (a, b, c), (d, e, f) = ahead, up
+    if "up" in known and math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= 1e-6 * math.hypot(*ahead) * math.hypot(*up):
         raise AirlightError(f"up of the projector {text!r} lies along its light, or is 0; give another direction, as in up=0,0,-1")
-    near, far = known.get("near", NEAR), known.get("far", math.inf)
+    near, far = known.get("near", 0.0), known.get("far", math.inf)
     if not near < far:
         raise AirlightError(f"far={far:g} of the projector {text!r} is not beyond near={near:g}; give a greater one")
     if any(not any(plane[:3]) for plane in known.get("clip", ())):
@@ -50,15 +49,17 @@ def read_projector(text: str) -> tuple[tuple[float, ...], dict[str, Any]]:
 
 def make_projector(text: str, frame: int = 1) -> "Projector":
     """Make the projector of a scene, as it is written. frame: of numbered cookies. Raises AirlightError."""
-    from airlight.files.cookies import read_cookie
+    import pygfx as gfx
+
+    from airlight.jobs.cookies import read_cookie
     from airlight.pygfx.projector import Projector
 
     at, known = read_projector(text)
-    power = np.asarray(known.get("intensity", INTENSITY), float)
-    top = float(power.max()) or 1.0
+    power = known.get("intensity", INTENSITY)
+    top = max(power) or 1.0
     kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
     cookie = read_cookie(known["cookie"], frame) if "cookie" in known else None
-    made = Projector(tuple(power / top), float(power.max()), cookie=cookie, **kept)
+    made = Projector(gfx.Color.from_physical(*(v / top for v in power)), max(power), cookie=cookie, **kept)
     made.local.position = at
-    made.target.world.position = known.get("target", tuple(np.add(at, (0, 0, -1))))
+    made.target.world.position = known.get("target", [a + b for a, b in zip(at, AHEAD, strict=True)])
     return made

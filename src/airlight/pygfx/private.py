@@ -346,8 +346,8 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
 
 
     def write_shapes(self, records: Sequence[tuple[Any, ...]], layers: Sequence[Any]) -> None:
-        """Writes shapes of lights: (rows, scale, falloff, planes) of each, see light_punctual.wgsl, and its texels, (SHAPE_SIDE, SHAPE_SIDE,
-        3), or (1, 1, 3); texels that are the very ones that are there are left."""
+        """Writes shapes of lights: of each (rows, scale, falloff, planes), see light_punctual.wgsl, and its texels, SHAPE_SIDE x SHAPE_SIDE
+        x 3 or (1, 1, 3); texels that are the very ones that are there are left."""
         shared, texture = self.light_renderstate.shared, self.light_renderstate.shape_texture
         for i, (rows, scale, falls, planes) in enumerate(records):
             shared.data["shape_rows"][3 * i : 3 * i + 3] = rows
@@ -370,9 +370,9 @@ def shade_surfaces(renderer: Any, owner: Any) -> None:
     """Let what a renderer draws take its shadows from maps of ours, while `owner` lives and says so.
 
     owner: has wants(lights), which tells whether to, shapes(lights), which gives the shape of each, by kind, or None, write_shapes(state,
-    shapes), and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides. Touches
-    renderer._blender; replaces two functions that pygfx's renderer calls, and two files of its shaders, which for all other renderers stay as
-    they are.
+    shapes), and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides.
+    Touches renderer._blender; replaces two functions that pygfx's renderer calls, and two files of its shaders, which for all others stay
+    as they are.
     """
     if rendering.get_renderstate is get_renderstate:
         rendering.get_renderstate, rendering.render_shadow_maps = _choose_state, _draw_shadows

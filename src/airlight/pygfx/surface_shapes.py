@@ -1,4 +1,4 @@
-"""Gives surfaces the shapes of lights, as the air has them: cookies, photometry, what bounds a projector, how it falls with the distance."""
+"""Gives surfaces the shapes of lights, as the air has them: cookies, photometry, what bounds a projector, and its falloff."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -60,8 +60,8 @@ class SurfaceShapes:
 
 
 def resampled(pixels: Array, side: int, sphere: bool) -> Array:
-    """Resamples a picture (H, W, 3) to side x side: averages what is finer, and interpolates. sphere: its first and last rows are the ends of
-    a table of directions, and columns go round."""
+    """Resamples a picture (H, W, 3) to side x side: averages what is finer, and interpolates. sphere: its first and last rows are the ends
+    of a table of directions, and columns go round."""
     for axis in (0, 1):
         factor = pixels.shape[axis] // side
         if factor > 1:
