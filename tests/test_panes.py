@@ -9,6 +9,7 @@ import pytest
 from calling import call
 
 from airlight.files.volumes import Volume
+from airlight.gpu.device import shared_device
 from airlight.gpu.structs import struct_dtype
 from airlight.medium.field import Field
 from airlight.medium.resolve import resolve
@@ -551,7 +552,14 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
     def hide() -> None:
         pane.visible = False
 
-    for change in (fade, move, bend, cover, repaint, hide):
+    def tint() -> None:
+        pane.geometry.colors = gfx.Buffer(np.tile(np.float32([[1, 1, 1, 0.3], [1, 1, 1, 1.0], [1, 1, 1, 0.7]]), (2, 1)))
+        pane.material.map, pane.material.color_mode = None, "vertex"
+
+    def of_faces() -> None:
+        pane.material.color_mode = "face"
+
+    for change in (fade, move, bend, cover, repaint, tint, of_faces, hide):
         change()
         stage.renderer.effect_passes = [shafts]
         found = stage.seen(shafts)[1]
@@ -559,6 +567,17 @@ def test_maps_of_what_dims_light_are_kept_until_it_changes(stage: Stage, monkeyp
         np.testing.assert_array_equal(found, truth, change.__name__)
         assert change is cover or np.abs(found - before).max() > 1e-3 * before.max(), change.__name__
         before = found
+
+
+def test_a_texture_that_is_drawn_into_is_never_taken_for_the_same(stage: Stage) -> None:
+    pane = mesh(square(3, 3, (0, 0, -5)), color="#000", opacity=0.6, alpha_mode="blend")
+    pane.geometry.texcoords = gfx.Buffer(np.zeros((len(pane.geometry.positions.data), 2), np.float32))
+    maps = GlassMaps(shared_device())
+    held, drawn = gfx.Texture(np.zeros((4, 4, 4), np.uint8), dim=2), gfx.Texture(dim=2, size=(4, 4, 1), format="rgba8unorm")
+    for texture, same in ((held, True), (drawn, False)):
+        pane.material.map = gfx.TextureMap(texture)
+        first, second = (maps.contents(pane) for _ in range(2))
+        assert (first == second) == same
 
 
 @pytest.mark.slow

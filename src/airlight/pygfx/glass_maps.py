@@ -73,7 +73,7 @@ class GlassMaps:
     def draw(self, shadows: Sequence[Shadow], found: Sequence[Any], hulls: Matrix, exact: bool, timer: Timer | None) -> None:
         """Draws and submits the maps of lights, and puts each into its Shadow. exact: for the exact walk, finer ones."""
         del self._buffers[len(shadows) :]
-        contents = [private.contents(self._pipelines(thing, 0, self._state(0))) for thing in found]
+        contents = [self.contents(thing) for thing in found]
         for i, shadow in enumerate(shadows):
             side = min(max(shadow.size // (2 if exact else 4), 1), SIDE)
             size = BYTES * side * side * len(shadow.views)
@@ -91,6 +91,10 @@ class GlassMaps:
                 self.draw_view(fit.clip(view.matrix, shadow.size), inside, timer)
                 self._pack(buffer, number * side * side, side, timer)
             self._buffers[i] = buffer, key
+
+    def contents(self, thing: Any) -> list[Any]:
+        """Lists what a thing's part of a map is drawn from: as long as that is equal, so is the part."""
+        return private.contents(self._pipelines(thing, 0, self._state(0)))
 
     def _fit(self, side: int) -> None:
         if self._textures and self._textures[0].size[0] == side:

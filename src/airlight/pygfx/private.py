@@ -151,13 +151,19 @@ class Pipelines:
             container.draw(run, state)
 
 
-def contents(pipelines: Pipelines) -> list[tuple[Any, int]]:
-    """Lists all that the pipelines of an object read but for the camera, buffers and textures, and their revisions: while the lists of two
-    frames are equal these draw the same. Touches bindings_dicts."""
-    camera = get_shared().uniform_buffer
-    groups = [group for container in pipelines.containers or () for group in container.bindings_dicts.values()]
-    bound = [getattr(one.resource, "texture", one.resource) for group in groups for one in group.values()]
-    return [(one, getattr(one, "rev", 0)) for one in bound if one is not camera]
+def contents(pipelines: Pipelines) -> list[Any]:
+    """Lists all that decides what the pipelines of an object draw, but for the camera: shaders, ranges, buffers and textures with their
+    revisions. While the lists of two frames are equal these draw the same; textures that a GPU draws into may change in silence, and are
+    like nothing. Touches shader_hash, render_info, bindings_dicts."""
+    camera, found = get_shared().uniform_buffer, list[Any]()
+    for container in pipelines.containers or ():
+        found.append((container.shader_hash, container.render_info))
+        for one in (one for group in container.bindings_dicts.values() for one in group.values()):
+            bound = getattr(one.resource, "texture", one.resource)
+            if bound is not camera:
+                is_told = not isinstance(bound, Texture) or bound.data is not None
+                found.append((bound, getattr(bound, "rev", 0)) if is_told else object())
+    return found
 
 
 class TwoSided(RenderPipelineContainer):  # type: ignore[misc]

@@ -307,16 +307,17 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
     return total;
 }
 
-/// Find what lies along a step from the cursor to the ray at `angle` from a light with a position, and move the cursor there. o: where the
-/// samples are, in their pieces; some: there is such a step. Steps are not of groups, as angles are far from lengths, nor do samples lose
-/// detail by their length.
-fn begin_lamp_step(ray: Ray, nearest: vec2f, angle: f32, o: f32, some: bool) -> LampStep {
+/// Find what lies along a step from the cursor to the ray at `angle` from a light with a position, and move the cursor there. sample: the angle
+/// at which the step is lit, where density is sampled too; some: there is such a step. Steps are not of groups, as angles are far from lengths,
+/// nor do samples lose detail by their length.
+fn begin_lamp_step(ray: Ray, nearest: vec2f, angle: f32, sample: f32, some: bool) -> LampStep {
     let reached = clamp(nearest.x + nearest.y * tangent(angle), cursor.x, ray.reach);
     let range = vec2f(cursor.x, select(cursor.x, reached, some));
     let first = cursor.y + kept;
     // Near a light one step holds most of the ray
     let pieces = max(ceil((range.y - range.x) / ray.reach * f32(light_storage.steps) - 0.01), 1.0);
-    let along = step_length(ray, range.y, o, pieces, 0.0);
+    let at = (nearest.x + nearest.y * tangent(sample) - range.x) / max(range.y - range.x, 1e-20);
+    let along = step_length(ray, range.y, fract(clamp(at, 0.0, 0.9999) * pieces), pieces, 0.0);
     move_cursor(ray, range.y, along.x);
     kept = light_length(ray, range.y);
     return LampStep(range, vec2f(first, cursor.y + kept), along.y);
@@ -355,7 +356,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
     loop {
         var stop = end;
         if (VARIES) {
-            step = begin_lamp_step(ray, nearest, start + (k + 1.0) * each, o, k < end);
+            step = begin_lamp_step(ray, nearest, start + (k + 1.0) * each, start + (k + o) * each, k < end);
             stop = min(k + 1.0, end);
         } else if (GLASS) {
             stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
