@@ -172,7 +172,13 @@ def test_what_lies_in_the_air_is_seen(tmp_path: Path, capsys: pytest.CaptureFixt
     with pytest.warns(AirlightWarning, match="fog and noise are of the air.*give --air 1"):
         suit(stage, {"fog": "linear", "sigma_t": (1.0, 1.0, 1.0)}, 128)
     put_densities(stage, [], [])
-    stage.fields = [Field(stage.fields[0].field().volume, "add", 0.0)]
+    volume = stage.fields[0].field().volume
+    stage.fields = [Field(volume, "multiply", 5.0), Field(volume, "min", 5.0)]
+    with pytest.warns(AirlightWarning, match="nothing to act on, as there is no air beside them: give --air 1"):
+        suit(stage, {}, 128)
+    stage.fields = [Field(volume), Field(volume, "min", 5.0)]
+    suit(stage, {"sigma_t": (0.3, 0.3, 0.3)}, 128)
+    stage.fields = [Field(volume, "add", 0.0)]
     with pytest.warns(AirlightWarning, match="hold no density, and beside them there is no air"):
         suit(stage, {}, 128)
 

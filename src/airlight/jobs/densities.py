@@ -1,5 +1,6 @@
 """Puts what a user wants to lie in the air of a scene, volumes and particles, into its stage."""
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from airlight.messages import say
 from airlight.options import Medium
 
 FILES = (*OF_VOLUMES, ".csv")  # of densities, that are nothing else
+LESSENING = ("multiply", "min")  # blends of what thickens nothing by itself
 SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
 LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
 
@@ -63,6 +65,12 @@ def suit(stage: "Stage", values: dict[str, Any], cells: int) -> None:
     if not fields:
         return
     known = stage.settings | values
+    if not known.get("air"):
+        made = list(itertools.dropwhile(lambda field: field.blend in LESSENING, fields))
+        if not made:
+            warn("volumes that multiply, or take the least, have nothing to act on, as there is no air beside them: give --air 1")
+            return
+        fields = made
     longest = max(field.longest for field in fields)
     if longest == 0:
         warn("the volumes and particles hold no density" + ("" if known.get("air") else ", and beside them there is no air: give --air 1"))
