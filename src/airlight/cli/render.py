@@ -21,6 +21,7 @@ from airlight.cli.shared import (
     medium_options,
     option,
     preset_options,
+    shape_options,
     storage_options,
     to_stdout,
 )
@@ -107,7 +108,7 @@ class _Fps(click.ParamType):
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
     "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated. "
-    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic).",
+    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic); ies=FILE shapes a lamp as --ies does.",
 )
 @option(
     "--sun",
@@ -125,6 +126,7 @@ class _Fps(click.ParamType):
     metavar="NAME|FILE",
     help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.",
 )
+@shape_options
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
@@ -163,7 +165,7 @@ def frames_request(ctx: click.Context, scene: str) -> "FramesRequest":
 
     ctx.params["output"] = to_stdout(ctx.params["output"], ctx.params.get("format"))
     values = gather(ctx, ctx.params["preset"], ctx.params["medium"])
-    if ctx.params.get("volume") or ctx.params.get("particles"):
+    if any(ctx.params.get(name) for name in ("volume", "particles", "ies")):
         values = {"method": FOR_MEDIUM} | values
     names = {one.name for one in dataclasses.fields(FramesRequest)} & ctx.params.keys() - {"scene"}
     explicit = names | {one.name for one in declared(scenes=True)} & ctx.params.keys()

@@ -15,7 +15,7 @@ _OPTIONS = {
 }
 _LISTS = {
     "image": {"light": "written", "angle": "angles"},
-    "render": {name: name for name in ("light", "sun", "volume", "particles", "exclude")},
+    "render": {name: name for name in ("light", "sun", "ies", "volume", "particles", "exclude")},
 }
 _PRESET = "airlight.preset"  # in ctx.meta
 

@@ -163,6 +163,35 @@ class DensityType(click.ParamType):
         return str(value)
 
 
+class ShapeType(click.ParamType):
+    """What shapes a light, kept as it was written."""
+
+    name = "NAME=FILE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from airlight.jobs.shape_text import read_shape_text
+
+        try:
+            read_shape_text(value)
+        except AirlightError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+def shape_options(command: F) -> F:
+    """Decorator: the options that shape lights of a scene."""
+    ies = option(
+        "--ies",
+        panel=LIGHT,
+        type=ShapeType(),
+        metavar="NAME=FILE",
+        multiple=True,
+        help="How strong a point or spot light of the scene, by name, is in which direction: a photometric file, .ies or .ldt, as in "
+        '"lamp=street.ies". Its peak is as strong as the light is; or ";absolute=1", as the file says. May be repeated. docs/lights.md',
+    )
+    return ies(command)
+
+
 def density_options(command: F) -> F:
     """Decorator: the options that put volumes and particles into the air of a scene."""
     volume = option(

@@ -79,6 +79,7 @@ class FramesRequest:
     fps: Fraction = Fraction(24)
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
+    ies: Sequence[str] = ()
     volume: Sequence[str] = ()
     particles: Sequence[str] = ()
     environment: str | None = None
@@ -131,7 +132,7 @@ class FramesRequest:
         """Collect what is kept in the outputs. standing: the defaults that the scene has of its own."""
         defaults = {one.name: one.default for one in dataclasses.fields(self) if one.name in SHAPING} | {"scene": None, "fps": "24"}
         others = {name: getattr(self, name) for name in SHAPING}
-        lists = {"light": self.light, "sun": self.sun, "volume": self.volume, "particles": self.particles, "exclude": self.exclude}
+        lists = {name: getattr(self, name) for name in ("light", "sun", "ies", "volume", "particles", "exclude")}
         return Settings(values, others, defaults, self.preset or self.recalled_preset, standing, lists)
 
     def check(self) -> None:
@@ -163,12 +164,14 @@ class FramesRequest:
         if self.eye is not None and self.camera is not None:
             raise AirlightError("--camera and --eye exclude each other; give one")
 
-    def shot(self, samples: int, smooth: bool) -> "Shot":
-        """Describe the camera and the lights. samples: along a side of a pixel."""
+    def shot(self, samples: int, smooth: bool, stage: "Stage") -> "Shot":
+        """Describe the camera and the lights, and give the stage's their shapes. samples: along a side of a pixel."""
+        from airlight.jobs.shape_text import put_photometry
         from airlight.scenes.offline import Shot
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
         lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
+        lights = put_photometry(stage, self.ies, lights)
         return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(lights))
 
 
@@ -264,6 +267,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
     from airlight.jobs.densities import put_densities, refuse_without_medium, suit, tell_idle
+    from airlight.jobs.shape_text import refuse_without_units
 
     cells = build(stage.settings | values)[Medium].particle_cells
     if METHODS[(stage.settings | values).get("method", Parameters().method)].has_units:
@@ -279,12 +283,13 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     if not method.has_units:
         refuse_without_medium(r.volume, r.particles, parameters.method)
+        refuse_without_units(r.ies, parameters.method)
     else:
         tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
     told.step("setting up")
-    shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
+    shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias, stage)
     studio = offline.Studio(
         stage,
         shot,

@@ -87,6 +87,10 @@ class IntensityDistribution:
         vertical, horizontal = np.linspace(0, 180, rows), np.arange(columns) * (360 / columns)
         return self._among(*np.meshgrid(vertical, horizontal, indexing="ij"))
 
+    def own_candela(self, direction: Sequence[float]) -> float:
+        """Give the intensity of the peak that the file says, cd, for a luminaire whose `ahead` is a direction (3,), world, y up."""
+        return self.peak * self.tilted(direction)
+
     def tilted(self, direction: Sequence[float]) -> float:
         """Give the factor of `peak` for a luminaire whose `ahead` is a direction (3,), world, y up; 1 without a TILT section."""
         if self.tilt is None:
