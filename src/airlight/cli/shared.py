@@ -164,7 +164,7 @@ class DensityType(click.ParamType):
 
 
 class ShapeType(click.ParamType):
-    """What shapes a light, kept as it was written."""
+    """Keeps a shape of lights as it was written."""
 
     name = "NAME=FILE"
 
