@@ -13,6 +13,7 @@ import pygfx as gfx
 from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
 from airlight.lights import ImageLight
+from airlight.lights.shape import Cookie
 
 BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
 
@@ -32,9 +33,10 @@ class SceneLight:
     strength. anisotropy: -0.99 to 0.99, instead of the medium's. density, extinction: factors, 0 to 1e6, of the medium's density and
     extinction as this light alone has them: artistic, since the air is not twice where two lights shine.
 
-    photometry: how strong a point or spot light is in which direction: the path of an .ies or .ldt file, or a Photometry; its peak is the
-    intensity. turned: (3, 3) the axes of its shape, rows right, up and ahead, in those of the gfx light, or the world's where there is
-    none; None: ahead is where a spot shines, of other lights down, and up is the world's, or -Z where it shines up or down.
+    cookie: a picture that a spot, a projector or a sun sends out. photometry: how strong a point or spot light is in which direction: the
+    path of an .ies or .ldt file, or a Photometry; its peak is the intensity. A light has one of them. turned: (3, 3) the axes of its shape,
+    rows right, up and ahead, in those of the gfx light, or the world's where there is none; None: ahead is where the light shines, of a
+    point down, and up is the world's, or -Z where it shines up or down.
     """
 
     target: Any = None
@@ -47,6 +49,7 @@ class SceneLight:
     screen_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
     anisotropy: float | None = None
     intensity: float | None = None
+    cookie: Cookie | None = None
     density: float = 1.0
     extinction: float = 1.0
     photometry: Any = None
@@ -79,6 +82,8 @@ class SceneLight:
         for name in ("density", "extinction"):
             if not 0 <= getattr(self, name) <= 1e6:
                 raise AirlightError(f"a SceneLight's {name} must be 0 to 1e6 times the medium's, not {getattr(self, name)!r}")
+        if self.photometry is not None and self.cookie is not None:
+            raise AirlightError("a SceneLight takes one of cookie and photometry, not both")
         if self.photometry is not None and not (isinstance(self.photometry, str | os.PathLike) or hasattr(self.photometry, "at")):
             raise AirlightError(f"a SceneLight's photometry must be a file's path or have at(q), not {type(self.photometry).__name__}")
         if self.turned is not None and not _turns(self.turned):

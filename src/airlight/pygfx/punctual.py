@@ -10,9 +10,12 @@ import pygfx as gfx
 from airlight.errors import AirlightError
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
+from airlight.lights.projector import ProjectorLight
 from airlight.lights.punctual import PunctualLight, Triple, triple
+from airlight.lights.shape import axes_along
 from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
+from airlight.pygfx.projector import Projector
 
 
 def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
@@ -58,18 +61,19 @@ def _upwards(thing: Any) -> Iterator[Any]:
 
 def _own(light: SceneLight) -> Any:
     """Gathers what a light has to itself of a medium, as keywords of a PunctualLight."""
-    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction")} | _shape(light)
+    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction", "cookie")} | _shape(light)
 
 
 def _shape(light: SceneLight, gfx_light: Any = None) -> Any:
-    """Gathers what shapes a light, as keywords of a PunctualLight; gfx_light: in whose axes it is turned."""
+    """Gathers photometry and axes of a light, as keywords of a PunctualLight; gfx_light: in whose axes it is turned."""
     photometry, turned = light.distribution(), light.turned
-    if photometry is not None and (light.direction is not None or isinstance(gfx_light, gfx.DirectionalLight)):
-        raise AirlightError("photometry is for lights at a point: a sun has none; leave it out")
+    if photometry is not None and (light.direction is not None or isinstance(gfx_light, gfx.DirectionalLight | Projector)):
+        kind = "projector" if isinstance(gfx_light, Projector) else "sun"
+        raise AirlightError(f"photometry is for point and spot lights: a {kind} has none; leave it out")
     if turned is not None and gfx_light is not None:
         axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
         turned = np.asarray(turned, float) @ (axes / np.linalg.norm(axes, axis=0)).T
-    return {"photometry": photometry, "turned": turned} if photometry is not None else {}
+    return {"photometry": photometry, "turned": turned}
 
 
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
@@ -98,7 +102,18 @@ def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualL
     return SpotLight(intensity, position, _unit(beam(gfx_light)), inner=inner, outer=outer, range=reach, near=near, **own)
 
 
+def _projector(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
+    position, direction = triple(np.asarray(gfx_light.world.position, float)), _unit(beam(gfx_light))
+    _, up, _ = axes_along(direction, gfx_light.upwards)
+    across, along = (math.radians(v) for v in gfx_light.fov)
+    known = {"falloff": gfx_light.falloff, "ambient": gfx_light.ambient, "clip": gfx_light.clip, "range": float(gfx_light.distance)}
+    own = {**own, "cookie": own.get("cookie") or gfx_light.cookie}
+    near, far = gfx_light.near, gfx_light.far or 0.0
+    return ProjectorLight(intensity, position, direction, triple(up), fov=(across, along), near=near, far=far, **known, **own)
+
+
 GFX_KINDS: dict[type, Callable[[Any, Triple, float, Any], PunctualLight]] = {
+    Projector: _projector,  # before the spot that it is for pygfx
     gfx.DirectionalLight: _directional,
     gfx.SpotLight: _spot,
     gfx.PointLight: _point,
