@@ -124,7 +124,7 @@ class _Loader:
             shining = dict(sorted(shining.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in shining.items():
             self._lights[i], self._described[i] = _light(light), light
-            self._lights[i].name = nodes[i].name[:80] or self._lights[i].name
+            self._lights[i].name = nodes[i].name[:80] or self._lights[i].name or f"light {len(self._lights)}"
             self._scene.add(self._lights[i])
 
     def _spare_maps(self) -> None:
