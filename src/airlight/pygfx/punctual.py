@@ -72,7 +72,7 @@ def _shape(light: SceneLight, gfx_light: Any = None) -> Any:
         raise AirlightError(f"photometry is for point and spot lights: a {kind} has none; leave it out")
     if turned is not None and gfx_light is not None:
         axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
-        turned = np.asarray(turned, float) @ (axes / np.linalg.norm(axes, axis=0)).T
+        turned = np.asarray(turned, float) @ (axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)).T
     return {"photometry": photometry, "turned": turned}
 
 
