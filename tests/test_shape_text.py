@@ -6,17 +6,19 @@ import numpy as np
 import pygfx as gfx
 import pytest
 from gltf_rooms import room
-from photometric_files import DATA, form
+from photometric_files import DATA, form, ies
 
 from airlight.cli import main
 from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
 from airlight.jobs.light_text import PLACE, read_scene_light
 from airlight.jobs.shape_text import put_photometry, read_shape_text
+from airlight.options import March, Medium, Parameters
 from airlight.pygfx import SceneLight
 from airlight.pygfx.punctual import punctual_lights
 from airlight.scenes import Stage, open_scene
 from airlight.scenes.lamps import lighting
+from airlight.scenes.offline import Shot, Studio
 
 STREET = str(DATA / "absolute_photometry.ies")
 TILTED = str(DATA / "tilt_include_geometry2.ies")
@@ -26,9 +28,9 @@ TILTED = str(DATA / "tilt_include_geometry2.ies")
 def stage(tmp_path: Path) -> Stage:
     """A room with a point, a spot that shines along +X, a sun, and a cube that emits."""
     w = room(bulb=3.0)
-    w.node(extensions=w.light(type="point", intensity=40), translation=[0.4, 1.5, -2], name="lamp")
+    w.node(extensions=w.light(type="point", intensity=40), translation=[-0.6, 2, -1], name="lamp")
     spot = w.light(type="spot", intensity=30, spot={"outerConeAngle": 0.5})
-    w.node(extensions=spot, rotation=[0, -np.sqrt(0.5), 0, np.sqrt(0.5)], name="spot")
+    w.node(extensions=spot, rotation=[0, -np.sqrt(0.5), 0, np.sqrt(0.5)], translation=[-3, 1, 0], name="spot")
     w.node(extensions=w.light(type="directional", intensity=2), name="sun")
     return open_scene(w.save(tmp_path), "none")
 
@@ -88,8 +90,9 @@ def test_names_that_no_light_has(stage: Stage) -> None:
         put_photometry(stage, [f"other={STREET}"], [read_scene_light("Bulb", PLACE), read_scene_light("0,0,0", PLACE)])
     with pytest.raises(AirlightError, match="--ies sun: is a sun, which has no photometry; name a point or a spot"):
         put_photometry(stage, [f"sun={STREET}"])
-    with pytest.raises(AirlightError, match="flying has no light of that name; none has a name: give --light"):
-        put_photometry(open_scene("flying"), [f"lamp={STREET}"])
+    stage.lights = [SceneLight(gfx.PointLight())]
+    with pytest.raises(AirlightError, match="has no light of that name; none has a name: give --light"):
+        put_photometry(stage, [f"lamp={STREET}"])
 
 
 def test_scene_lights(tmp_path: Path) -> None:
@@ -114,12 +117,12 @@ def test_scene_lights(tmp_path: Path) -> None:
             punctual_lights([sun])
 
 
-def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    small = ["--width", "48", "--quality", "draft"]
+def test_the_command(stage: Stage, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    small = ["--width", "48", "--quality", "draft", "--environment", "none"]
     out = tmp_path / "a.exr"
-    assert main(["render", "table", "-o", str(out), "--ies", f"lamp={STREET}", *small]) == 0
+    assert main(["render", stage.name, "-o", str(out), "--ies", f"lamp={STREET}", *small]) == 0
     again = tmp_path / "b.exr"
-    assert main(["render", "table", "-o", str(again), "--settings-from", str(out), *small]) == 0
+    assert main(["render", stage.name, "-o", str(again), "--settings-from", str(out), *small]) == 0
     assert again.read_bytes() == out.read_bytes()
     capfd.readouterr()
     broken = tmp_path / "broken.ies"
@@ -128,7 +131,19 @@ def test_the_command(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
         (["--ies", f"lamp={broken}"], "is cut off"), (["--ies", f"lamp={tmp_path}/none.ies"], "cannot be read"),
         (["--ies", f"lamp={STREET}", "--method", "radial"], "--ies means nothing with method radial"),
     ):  # fmt: skip
-        assert main(["render", "table", "-o", str(tmp_path / "c.png"), *more, *small]) == 2
+        assert main(["render", stage.name, "-o", str(tmp_path / "c.png"), *more, *small]) == 2
         error = capfd.readouterr().err
         assert says in error and error.count("\n") == 1
     assert not (tmp_path / "c.png").exists() and read_photometry(STREET).peak == 2200
+
+
+def test_a_constant_file_is_none_bit_for_bit_and_another_is_seen(stage: Stage, tmp_path: Path) -> None:
+    (tmp_path / "even.ies").write_bytes(ies("C", [0, 90, 180], [0], np.full((1, 3), 70.0)))
+    air = {"medium": Medium(sigma_t=(0.03,) * 3), "march": March(steps=16)}
+    del stage.lights[2]
+    layers = []
+    for texts in ((), (f"lamp={tmp_path / 'even.ies'}", f"spot={tmp_path / 'even.ies'}"), (f"lamp={STREET}",)):
+        put_photometry(stage, texts)
+        layers.append(Studio(stage, Shot(48, 27, 1), Parameters(method="march"), **air).frame(layer=True).layer[..., :3].copy())
+    np.testing.assert_array_equal(layers[0], layers[1])
+    assert layers[0].max() > 0 and layers[2].sum() < 0.8 * layers[0].sum()
