@@ -72,7 +72,7 @@ def mutated(chance: random.Random, seeds: list[bytes]) -> bytes:
 def campaign(folder: Path, number: int, seed: int, render: Callable[[Stage], None]) -> tuple[int, list[str], float, int]:
     """(how many were stages, faults, the longest in seconds, KiB that the process grew) of `number` mutants. Some stages are rendered."""
     files = ((DATA / name).read_bytes() for name in ("hawk.glb", "cases/meshopt.glb"))
-    seeds = [gltfs.everything().glb(), gltfs.everything().glb(), *files]
+    seeds = [gltfs.everything().glb(), gltfs.everything().glb(), gltfs.lamp().glb(), *files]
     path = folder / "mutant.glb"
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     stages, faults, longest = 0, [], 0.0

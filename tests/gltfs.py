@@ -79,6 +79,12 @@ class Writer:
         lights.append(light)
         return {"KHR_lights_punctual": {"light": len(lights) - 1}}
 
+    def profile(self, data: bytes, **more: Any) -> dict[str, Any]:
+        """The extensions of a node that has a light of EXT_lights_ies. more: multiplier, color."""
+        lights = self.json.setdefault("extensions", {}).setdefault("EXT_lights_ies", {"lights": []})["lights"]
+        lights.append({"bufferView": self.view(data), "mimeType": "application/x-ies-lm-63"})
+        return {"EXT_lights_ies": {"light": len(lights) - 1, **more}}
+
     def texture(self, pixels: np.ndarray, sampler: dict[str, int] | None = None) -> int:
         image = self.add("images", bufferView=self.view(png(pixels)), mimeType="image/png")
         more = {} if sampler is None else {"sampler": self.add("samplers", **sampler)}
@@ -130,6 +136,15 @@ TRIANGLE = [[-1, -1, 0], [1, -1, 0], [0, 1, 0]]
 SQUARE = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
 SQUARE_UV = [[0, 1], [1, 1], [1, 0], [0, 0]]
 SQUARE_FACES = [0, 1, 2, 0, 2, 3]
+
+
+def lamp() -> Writer:
+    """A light with the shape of a photometric file: a seed of the fuzzer too."""
+    w = Writer()
+    w.node(mesh=w.mesh(TRIANGLE))
+    data = b"IESNA91\nTILT=NONE\n1 -1 1 3 2 1 2 0 0 0 1 1 9\n0 45 90\n0 90\n50 20 10\n50 30 5\n"
+    w.node(extensions=w.profile(data, color=[1, 0.5, 0.2], multiplier=2), rotation=[0, 0.6, 0, 0.8])
+    return w
 
 
 def everything() -> Writer:

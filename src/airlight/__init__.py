@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from airlight.errors import AirlightError as AirlightError
     from airlight.errors import AirlightWarning as AirlightWarning
     from airlight.errors import MachineError as MachineError
+    from airlight.files.photometry import read_photometry as read_photometry
     from airlight.files.volumes import read_volume as read_volume
     from airlight.lights import Light as Light
     from airlight.options import Composite as Composite
@@ -29,6 +30,7 @@ _HOME = {
     "baked": ("basin", "particles"),
     "detect": ("Candidate", "find_light", "find_lights"),
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
+    "files.photometry": ("read_photometry",),
     "files.volumes": ("read_volume",),
     "lights": ("Light",),
     "options": ("Composite", "Parameters"),

@@ -33,7 +33,7 @@ _PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "
 _PICTURES |= {"on_damage"}
 _PICTURES |= NOT_IN_SCENES - OF_LOOK
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
-_SCENES |= {"animation", "scene_of_file", "volume", "particles"}
+_SCENES |= {"animation", "scene_of_file", "volume", "particles", "ies", "cookie", "projector"}
 _SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
 _BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
 
@@ -230,7 +230,7 @@ def _in_scene(ctx: click.Context, source: str, output: str, texts: Sequence[str]
     say_offer(stage, o["written"])
     for text in texts:  # before anything is drawn
         _chosen([text], base, True)
-    view = scenes.ComparedView(stage, request.shot(1, False), o["time"], o["turn"] / 360, o["exclude"])
+    view = scenes.ComparedView(stage, request.shot(1, False, stage), o["time"], o["turn"] / 360, o["exclude"])
     variants = _chosen(texts, base, True, view.lacks)
     options = {"against": o["against"], "runs": o["runs"]}
     result = _measured(variants, lambda say, work: scenes.compare(view, variants, **options, say=say, work=work))

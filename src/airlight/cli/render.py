@@ -13,6 +13,7 @@ from airlight.cli.shared import (
     FILES,
     LIGHT,
     SCENE,
+    SHAPES,
     density_options,
     file_option,
     file_scene_options,
@@ -21,6 +22,7 @@ from airlight.cli.shared import (
     medium_options,
     option,
     preset_options,
+    shape_options,
     storage_options,
     to_stdout,
 )
@@ -68,21 +70,6 @@ class SceneLightType(click.ParamType):
         return str(value)
 
 
-class ProjectorType(click.ParamType):
-    """A projector of a scene, kept as it was written."""
-
-    name = "x,y,z;..."
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        from airlight.jobs.projector_text import read_projector
-
-        try:
-            read_projector(value)
-        except AirlightError as error:
-            self.fail(str(error), param, ctx)
-        return str(value)
-
-
 class _Fps(click.ParamType):
     name = "N[/N]"
 
@@ -122,7 +109,7 @@ class _Fps(click.ParamType):
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
     "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated. "
-    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic).",
+    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic); ies=FILE shapes a lamp as --ies does.",
 )
 @option(
     "--sun",
@@ -134,21 +121,13 @@ class _Fps(click.ParamType):
     "in units 68300lx or 100W/m2.",
 )
 @option(
-    "--projector",
-    panel=LIGHT,
-    type=ProjectorType(),
-    metavar="x,y,z;...",
-    multiple=True,
-    help='Light in a frustum, beside the scene\'s lights: "0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png". '
-    "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
-)
-@option(
     "--environment",
     panel=LIGHT,
     type=SURROUNDINGS,
     metavar="NAME|FILE",
     help="Surroundings of a file: sunrise, sky, none, or an .exr or .hdr file.",
 )
+@shape_options
 @option("--exclude", panel=LIGHT, multiple=True, metavar="NAME", help="An object that hides no light; with --occluders prepass.")
 @preset_options
 @medium_options
@@ -187,7 +166,7 @@ def frames_request(ctx: click.Context, scene: str) -> "FramesRequest":
 
     ctx.params["output"] = to_stdout(ctx.params["output"], ctx.params.get("format"))
     values = gather(ctx, ctx.params["preset"], ctx.params["medium"])
-    if ctx.params.get("volume") or ctx.params.get("particles"):
+    if any(ctx.params.get(name) for name in ("volume", "particles", *SHAPES)):
         values = {"method": FOR_MEDIUM} | values
     names = {one.name for one in dataclasses.fields(FramesRequest)} & ctx.params.keys() - {"scene"}
     explicit = names | {one.name for one in declared(scenes=True)} & ctx.params.keys()

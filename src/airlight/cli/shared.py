@@ -163,6 +163,61 @@ class DensityType(click.ParamType):
         return str(value)
 
 
+SHAPES = ("ies", "cookie", "projector")  # options that shape lights of a scene, or bring some that have a shape
+
+
+class ShapeType(click.ParamType):
+    """Keeps what shapes lights as it was written: of one of SHAPES."""
+
+    def __init__(self, kind: str) -> None:
+        self.name = kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from airlight.jobs.projector_text import read_projector
+        from airlight.jobs.shape_text import COOKIE, IES, read_shape_text
+
+        try:
+            if self.name == "projector":
+                read_projector(value)
+            else:
+                read_shape_text(value, COOKIE if self.name == "cookie" else IES)
+        except AirlightError as error:
+            self.fail(str(error), param, ctx)
+        return str(value)
+
+
+def shape_options(command: F) -> F:
+    """Decorator: the options that shape lights of a scene."""
+    ies = option(
+        "--ies",
+        panel=LIGHT,
+        type=ShapeType("ies"),
+        metavar="NAME=FILE",
+        multiple=True,
+        help="How strong a point or spot light of the scene, by name, is in which direction: a photometric file, .ies or .ldt, as in "
+        '"lamp=street.ies". Its peak is as strong as the light is; or ";absolute=1", as the file says. May be repeated. docs/lights.md',
+    )
+    cookie = option(
+        "--cookie",
+        panel=LIGHT,
+        type=ShapeType("cookie"),
+        metavar="NAME=FILE",
+        multiple=True,
+        help='A picture that a spot, a projector or a sun of the scene, by name, sends out: "spot=leaves.png". A sun repeats it, every '
+        '";size=2" metres. May be repeated. docs/lights.md',
+    )
+    projector = option(
+        "--projector",
+        panel=LIGHT,
+        type=ShapeType("projector"),
+        metavar="x,y,z;...",
+        multiple=True,
+        help="Light in a frustum, beside the scene's lights: \"0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png\". "
+        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
+    )
+    return projector(cookie(ies(command)))
+
+
 def density_options(command: F) -> F:
     """Decorator: the options that put volumes and particles into the air of a scene."""
     volume = option(

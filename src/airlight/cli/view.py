@@ -10,7 +10,18 @@ from airlight.cli.compare import SourceLightType
 from airlight.cli.help import Command
 from airlight.cli.light import LightText
 from airlight.cli.options import gather, given, parameter_options
-from airlight.cli.shared import SCENE, check_source, density_options, file_scene_options, medium_options, option, preset_option, to_stdout
+from airlight.cli.shared import (
+    SCENE,
+    SHAPES,
+    check_source,
+    density_options,
+    file_scene_options,
+    medium_options,
+    option,
+    preset_option,
+    shape_options,
+    to_stdout,
+)
 from airlight.errors import AirlightError
 from airlight.options import refuse_medium
 from airlight.scatter.methods import FOR_MEDIUM
@@ -37,6 +48,7 @@ from airlight.scatter.methods import FOR_MEDIUM
 @preset_option
 @medium_options
 @density_options
+@shape_options
 @functools.partial(parameter_options, scenes=True)
 @option("--device", metavar="NAME", help="Compute on the adapter whose name holds NAME; `airlight info` lists them.")
 @click.pass_context
@@ -57,11 +69,12 @@ def view(
     up: str | None,
     volume: Sequence[str],
     particles: Sequence[str],
-    **_: Any,
+    **others: Any,
 ) -> None:
     """Show a picture or a 3-D scene (table, flying, valley, one of validation, a .glb, .gltf, .obj, .ply, .stl file) live, with a panel."""
     values = gather(ctx, preset, medium)
-    if volume or particles:
+    shapes = {name: others[name] for name in SHAPES}
+    if volume or particles or any(shapes.values()):
         values = {"method": FOR_MEDIUM} | values
     if browser and screenshot is not None:
         raise AirlightError("--browser and --screenshot exclude each other; give one")
@@ -86,10 +99,12 @@ def view(
         raise AirlightError("--animation, --scene and --up are for the file of a scene: leave them out for a picture")
     if not of_scene and (volume or particles):
         raise AirlightError("--volume and --particles are for the air of a 3-D scene: leave them out for a picture")
+    if not of_scene and (found := [name for name, texts in shapes.items() if texts]):
+        raise AirlightError(f"--{found[0]} is for the lights of a 3-D scene: leave it out for a picture")
     if not of_scene:
         refuse_medium(name for name in ctx.params if given(ctx, name))
     more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
-    more |= {"animation": animation, "scene": scene_of_file, "up": up, "densities": (volume, particles)}
+    more |= {"animation": animation, "scene": scene_of_file, "up": up, "densities": (volume, particles), "shapes": shapes}
 
     def make(canvas: Any) -> Any:
         try:

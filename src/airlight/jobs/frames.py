@@ -14,7 +14,6 @@ from airlight.jobs import tasks
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.profile import Spent
-from airlight.jobs.projector_text import make_projector
 from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import FrameTask
@@ -47,7 +46,7 @@ LARGEST = 2**27  # samples of a frame: 3.8 GB in the renderer
 MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
 SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
-LISTS = ("light", "sun", "projector", "volume", "particles", "exclude")  # and those that may be repeated
+LISTS = ("light", "sun", "projector", "ies", "cookie", "volume", "particles", "exclude")  # and those that may be repeated
 SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
 
 
@@ -82,6 +81,8 @@ class FramesRequest:
     light: Sequence[str] = ()
     sun: Sequence[str] = ()
     projector: Sequence[str] = ()
+    ies: Sequence[str] = ()
+    cookie: Sequence[str] = ()
     volume: Sequence[str] = ()
     particles: Sequence[str] = ()
     environment: str | None = None
@@ -102,6 +103,11 @@ class FramesRequest:
     resume: bool = False
     device: str | None = None
     profile: bool = False
+
+    @property
+    def shapes(self) -> dict[str, Sequence[str]]:
+        """Collect what shapes lights, by its options, as `shape_text.shaped` takes it."""
+        return {"ies": self.ies, "cookie": self.cookie, "projector": self.projector}
 
     @property
     def size(self) -> tuple[int, int]:
@@ -166,14 +172,14 @@ class FramesRequest:
         if self.eye is not None and self.camera is not None:
             raise AirlightError("--camera and --eye exclude each other; give one")
 
-    def shot(self, samples: int, smooth: bool) -> "Shot":
-        """Describe the camera and the lights. samples: along a side of a pixel."""
+    def shot(self, samples: int, smooth: bool, stage: "Stage") -> "Shot":
+        """Describe the camera and the lights, and give the stage's their shapes. samples: along a side of a pixel."""
+        from airlight.jobs.shape_text import shaped
         from airlight.scenes.offline import Shot
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
         lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
-        projectors = [make_projector(text) for text in self.projector]
-        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, (*lights, *projectors))
+        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(shaped(stage, self.shapes, lights)))
 
 
 @contextlib.contextmanager
@@ -268,6 +274,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
     from airlight.jobs.densities import put_densities, refuse_without_medium, suit, tell_idle
+    from airlight.jobs.shape_text import refuse_without_units
 
     cells = build(stage.settings | values)[Medium].particle_cells
     if METHODS[(stage.settings | values).get("method", Parameters().method)].has_units:
@@ -283,12 +290,13 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     if not method.has_units:
         refuse_without_medium(r.volume, r.particles, parameters.method)
+        refuse_without_units(r.shapes, parameters.method)
     else:
         tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)
     told.step("setting up")
-    shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias)
+    shot = r.shot(samples, parameters.quality == "draft" and not r.no_antialias, stage)
     studio = offline.Studio(
         stage,
         shot,

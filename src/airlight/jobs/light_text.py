@@ -3,7 +3,8 @@
 Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
 places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
 colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too; and with density and
-extinction, factors of the medium's as this light alone has them.
+extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and absolute=1 for the candela
+of that.
 """
 
 import math
@@ -96,12 +97,15 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = tuple(float(v) for v in value.split(","))
             elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
                 known["intensity"] = float(found[1]) * _unit(found[2], text, form)
+            elif name in OF_LAMP and form == PLACE.upper():
+                known[name] = value
             elif name == "strength" or (name in OF_MEDIUM and form in SCENE_FORMS):
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
             else:
                 keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
+                keys += OF_LAMP if form == PLACE.upper() else ()
                 wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
                 raise AirlightError(wrong + nearest(name, keys))
         except ValueError:
@@ -164,6 +168,7 @@ def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageL
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
 SCENE_FORMS = (PLACE.upper(), SUN.upper())
 OF_MEDIUM = ("density", "extinction")  # factors, of a scene's light
+OF_LAMP = ("ies", "absolute")
 SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the scene stands for
 
 
@@ -192,7 +197,11 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     for name in OF_MEDIUM:
         if not 0 <= known.get(name, 1) <= 1e6:
             raise AirlightError(f"{name}={known[name]:g} of the light {text!r} is beyond 0 to 1e6 times the medium's: give another")
-    ImageLight((0, 0), **{name: value for name, value in known.items() if name not in ("intensity", *OF_MEDIUM)})  # raises for these
+    if known.get("absolute", "1") not in ("0", "1") or ("absolute" in known and "ies" not in known):
+        raise AirlightError(f"absolute is 0 or 1, and goes with ies, in the light {text!r}: write ies=lamp.ies;absolute=1")
+    if "intensity" in known and known.get("absolute") == "1":
+        raise AirlightError(f"the light {text!r} has two intensities: leave out the strength, or absolute")
+    ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP}})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known
     at = numbers(place, form)
@@ -208,11 +217,16 @@ def _is_name(place: str) -> bool:
 
 def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     """Read `x,y,z`, the name of an object, or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with
-    `;color=R,G,B;strength=S;density=D;extinction=E`."""
+    `;color=R,G,B;strength=S;density=D;extinction=E`, of a lamp `;ies=FILE;absolute=1` too. Raises AirlightError."""
+    from airlight.files.photometry import read_photometry
     from airlight.pygfx import SceneLight
     from airlight.scenes.lamps import NamedLight
 
     at, known = light_numbers(text, form)
+    absolute = known.pop("absolute", "0") == "1"
+    if "ies" in known:
+        known["photometry"] = photometry = read_photometry(known.pop("ies"))
+        known |= {"intensity": photometry.own_candela((0.0, -1.0, 0.0))} if absolute else {}
     if not at:
         return NamedLight(split_light(text, form.upper())[0], **known)
     if form == PLACE:

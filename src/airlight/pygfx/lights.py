@@ -1,6 +1,7 @@
 """Describes what casts shafts in a scene."""
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,6 +11,7 @@ import numpy.typing as npt
 import pygfx as gfx
 
 from airlight.errors import AirlightError
+from airlight.files.photometry import read_photometry
 from airlight.lights import ImageLight
 from airlight.lights.shape import Cookie
 
@@ -29,8 +31,12 @@ class SceneLight:
     a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
     position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead, times
     strength. anisotropy: -0.99 to 0.99, instead of the medium's. density, extinction: factors, 0 to 1e6, of the medium's density and
-    extinction as this light alone has them: artistic, since the air is not twice where two lights shine. cookie: a picture that a spot, a
-    projector or a sun sends out.
+    extinction as this light alone has them: artistic, since the air is not twice where two lights shine.
+
+    cookie: a picture that a spot, a projector or a sun sends out. photometry: how strong a point or spot light is in which direction: the
+    path of an .ies or .ldt file, or a Photometry; its peak is the intensity. A light has one of them. turned: (3, 3) the axes of its shape,
+    rows right, up and ahead, in those of the gfx light, or the world's where there is none; None: ahead is where the light shines, of a
+    point down, and up is the world's, or -Z where it shines up or down.
     """
 
     target: Any = None
@@ -46,6 +52,9 @@ class SceneLight:
     cookie: Cookie | None = None
     density: float = 1.0
     extinction: float = 1.0
+    photometry: Any = None
+    turned: Any = None
+    _measured: Any = field(default=None, init=False, repr=False, compare=False)
     _body: Any = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -73,8 +82,22 @@ class SceneLight:
         for name in ("density", "extinction"):
             if not 0 <= getattr(self, name) <= 1e6:
                 raise AirlightError(f"a SceneLight's {name} must be 0 to 1e6 times the medium's, not {getattr(self, name)!r}")
+        if self.photometry is not None and self.cookie is not None:
+            raise AirlightError("a SceneLight takes one of cookie and photometry, not both")
+        if self.photometry is not None and not (isinstance(self.photometry, str | os.PathLike) or hasattr(self.photometry, "at")):
+            raise AirlightError(f"a SceneLight's photometry must be a file's path or have at(q), not {type(self.photometry).__name__}")
+        if self.turned is not None and not _turns(self.turned):
+            raise AirlightError("a SceneLight's turned must be unit vectors right, up and ahead at right angles, right x up = -ahead")
         if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
+
+    def distribution(self) -> Any:
+        """Give its photometry, read where it is a path, the same while that is the same; None where it has none. Raises AirlightError."""
+        if not isinstance(self.photometry, str | os.PathLike):
+            return self.photometry
+        if self._measured is None or self._measured[0] != self.photometry:
+            self._measured = self.photometry, read_photometry(os.fspath(self.photometry))
+        return self._measured[1]
 
     def seen(self, position: tuple[float, float], fade: float = 1.0) -> ImageLight:
         """Makes the light that methods of the screen have, at a position in the picture. fade: a further factor."""
@@ -119,6 +142,14 @@ def beam(light: Any) -> npt.NDArray[np.float64]:
     ahead = (parent.world.matrix @ (0.0, 0.0, -1.0, 1.0))[:3] if isinstance(parent, gfx.Camera) else light.target.world.position
     direction = np.asarray(ahead, float) - light.world.position
     return direction if np.any(direction) else np.array((0.0, 0.0, -1.0))
+
+
+def _turns(axes: Any) -> bool:
+    try:
+        found = np.asarray(axes, float)
+    except (TypeError, ValueError):
+        return False
+    return found.shape == (3, 3) and np.allclose(found @ found.T, np.eye(3), atol=1e-4) and float(np.linalg.det(found)) < 0
 
 
 def _finite(value: Sequence[float], size: int) -> bool:

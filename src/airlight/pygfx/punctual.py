@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
+from airlight.errors import AirlightError
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
 from airlight.lights.projector import ProjectorLight
@@ -72,7 +73,19 @@ def _upwards(thing: Any) -> Iterator[Any]:
 
 def _own(light: SceneLight) -> Any:
     """Gathers what a light has to itself of a medium, as keywords of a PunctualLight."""
-    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction", "cookie")}
+    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction", "cookie")} | _shape(light)
+
+
+def _shape(light: SceneLight, gfx_light: Any = None) -> Any:
+    """Gathers photometry and axes of a light, as keywords of a PunctualLight; gfx_light: in whose axes it is turned."""
+    photometry, turned = light.distribution(), light.turned
+    if photometry is not None and (light.direction is not None or isinstance(gfx_light, gfx.DirectionalLight | Projector)):
+        kind = "projector" if isinstance(gfx_light, Projector) else "sun"
+        raise AirlightError(f"photometry is for point and spot lights: a {kind} has none; leave it out")
+    if turned is not None and gfx_light is not None:
+        axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
+        turned = np.asarray(turned, float) @ (axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)).T
+    return {"photometry": photometry, "turned": turned}
 
 
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
@@ -125,4 +138,4 @@ def _of(gfx_light: Any, light: SceneLight, near: float, pre_exposure: float) -> 
     power = np.array(gfx_light.color.to_physical()[:3]) * own
     intensity = triple(np.maximum(power, 0) * light.color)
     make = next(make for kind, make in GFX_KINDS.items() if isinstance(gfx_light, kind))
-    return make(gfx_light, intensity, near, _own(light))
+    return make(gfx_light, intensity, near, _own(light) | _shape(light, gfx_light))

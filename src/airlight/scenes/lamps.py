@@ -32,7 +32,7 @@ class NamedLight:
     """Asks for an object of the scene as a light: a lamp that it has, or a mesh, with a lamp in it.
 
     color, strength, intensity: as SceneLight's of a lamp. Of a mesh they are candela, with strength None: what it emits, tinted.
-    density, extinction: as SceneLight's.
+    density, extinction, photometry, cookie: as SceneLight's.
     """
 
     name: str
@@ -41,6 +41,8 @@ class NamedLight:
     intensity: float | None = None
     density: float = 1.0
     extinction: float = 1.0
+    photometry: Any = None
+    cookie: Any = None
 
 
 @dataclass
@@ -110,7 +112,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Project
         free.remove(taken)
         _set(taken.target, one.intensity)
         made.moved.append((taken.target, _turned(taken.target, one.direction) if one.direction is not None else one.position))
-        made.lights.append(dataclasses.replace(taken, color=one.color, strength=one.strength, **_of_medium(one)))
+        made.lights.append(dataclasses.replace(taken, color=one.color, strength=one.strength, **_own(one)))
     if made.added:
         lost = lost_maps(stage.scene, [lamp for lamp, _ in made.added])
         if lost:
@@ -242,12 +244,13 @@ def _added(stage: Stage, one: SceneLight, made: Lighting) -> SceneLight:
     made.added.append((lamp, stage.scene))
     physical = one.intensity is not None or intensity.max() >= (PHYSICAL_CANDELA if one.direction is None else PHYSICAL_LUX)
     tint: Any = tuple(float(v) for v in (intensity / max(intensity.max(), 1e-30) if physical else intensity))  # what is exposed
-    return SceneLight(lamp, screen_tint=tint, disc_half_angle=one.disc_half_angle, anisotropy=one.anisotropy, **_of_medium(one))
+    return SceneLight(lamp, screen_tint=tint, disc_half_angle=one.disc_half_angle, anisotropy=one.anisotropy, **_own(one))
 
 
-def _of_medium(one: SceneLight | NamedLight) -> Any:
-    """Gather what a light has to itself of a medium."""
-    return {"density": one.density, "extinction": one.extinction}
+def _own(one: SceneLight | NamedLight) -> Any:
+    """Gather what a light has to itself in a medium, and its shape."""
+    shape = {name: getattr(one, name) for name in ("photometry", "cookie") if getattr(one, name) is not None}
+    return {"density": one.density, "extinction": one.extinction} | shape
 
 
 def _named(stage: Stage, one: NamedLight, made: Lighting) -> None:
@@ -258,7 +261,7 @@ def _named(stage: Stage, one: NamedLight, made: Lighting) -> None:
     if lamps:
         for light in lamps:
             _set(light.target, one.intensity)
-        made.lights += [dataclasses.replace(light, color=one.color, strength=strength, **_of_medium(one)) for light in lamps]
+        made.lights += [dataclasses.replace(light, color=one.color, strength=strength, **_own(one)) for light in lamps]
         return
     known: set[int] = set()
     for thing in things:
@@ -294,7 +297,7 @@ def _in_mesh(stage: Stage, one: NamedLight, meshes: list[Any], made: Lighting) -
     # Methods of the screen sum the body's own light, which is in the picture whatever the lamp's strength.
     share = 0.0 if asked == 0 else min(1.0, BODY_RADIANCE / max(float(radiance(body.material).max()), BODY_RADIANCE))
     tint: Any = tuple(share * v for v in one.color)
-    return SceneLight(body, screen_tint=tint, **_of_medium(one))
+    return SceneLight(body, screen_tint=tint, **_own(one))
 
 
 def _name(thing: Any) -> str:

@@ -168,7 +168,7 @@ def table() -> Stage:
 
     ball = gfx.Mesh(gfx.sphere_geometry(LAMP_RADIUS, 48, 24), gfx.MeshBasicMaterial(color=gfx.Color.from_physical(*LAMP_RADIANCE)))
     ball.local.position = LAMP
-    glow = gfx.PointLight(color=gfx.Color.from_physical(1.0, 0.56, 0.24), intensity=32, decay=2, cast_shadow=True)
+    glow = gfx.PointLight(color=gfx.Color.from_physical(1.0, 0.56, 0.24), intensity=32, decay=2, cast_shadow=True, name="lamp")
     glow.shadow.camera.depth_range = (0.1, 40)
     glow.shadow.bias = 0.0002  # in normalised depth: 1 cm at 2 units, 5 cm at 5
     ball.add(glow, _cage())

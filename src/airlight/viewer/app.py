@@ -40,8 +40,8 @@ class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
     source: a picture's path, a Picture, a scene's name or path; animation, scene, up: those of `open_scene`; lamps: of a scene, as
-    `--light` has them; densities: as `--volume` and `--particles` have them. Raises AirlightError where it cannot be shown; later failures
-    are lines in the panel. Shows itself in notebooks, if the canvas does.
+    `--light` has them; densities: as `--volume` and `--particles` have them; shapes: as `shape_text.shaped`. Raises AirlightError where it
+    cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if the canvas does.
     """
 
     def __init__(
@@ -58,13 +58,14 @@ class Viewer:
         up: str | None = None,
         lamps: Sequence[str] = (),
         densities: tuple[Sequence[str], Sequence[str]] = ((), ()),
+        shapes: dict[str, Sequence[str]] | None = None,
         pace: Pace = IN_SLICES,
     ) -> None:
         from airlight.viewer.panel import Panel
 
         self.canvas, self.folder = canvas, folder
         self._of_file = {"animation": animation, "scene": scene, "up": up}  # of the source with which it begins
-        self._lamps, self._densities = lamps, densities  # of that too
+        self._lamps, self._densities, self._shapes = lamps, densities, shapes or {}  # of that too
         self.device = shared_device(device)
         self.scene: Any = None
         self.errands: Any = None
@@ -134,8 +135,8 @@ class Viewer:
             unfit = ("method",) if METHODS[before].lights_medium else ()
             st.open_defaults(state, {}, unfit)
         else:
-            chosen, lamps = (self._of_file, self._lamps) if path == state.source else ({}, ())
-            stage = _open_scene(path, lamps, chosen)
+            chosen, lamps, shapes = (self._of_file, self._lamps, self._shapes) if path == state.source else ({}, (), {})
+            stage = _open_scene(path, lamps, chosen, shapes)
             if self.scene is None:
                 from airlight.viewer.stage import SceneView
 
@@ -143,6 +144,7 @@ class Viewer:
             state.automatic = {}
             self.scene.open(stage, state, lamps)
             state.opening = tuple(f"--{name}={value}" for name, value in chosen.items() if value is not None)
+            state.opening += tuple(f"--{name}={text}" for name, texts in shapes.items() for text in texts)
             if path == state.source and any(self._densities):
                 state.opening += put_densities(stage, *self._densities, cells=state.medium.particle_cells)
                 suit(stage, st.values(state), state.medium.particle_cells)
@@ -313,18 +315,18 @@ def _read(path: str) -> Picture:
         raise AirlightError(f"{error}; a scene is {A_FILE}") from None
 
 
-def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any]) -> Any:
-    """Open a scene with the lamps of `--light`. chosen: options of its file."""
+def _open_scene(name: str, lamps: Sequence[str], chosen: dict[str, Any], shapes: dict[str, Sequence[str]]) -> Any:
+    """Open a scene with the lamps of `--light`, and shapes as `shape_text.shaped` has them. chosen: options of its file."""
     try:
-        from airlight.scenes import open_scene
-
-        if not lamps:
-            return open_scene(name, **chosen)
         from airlight.jobs.light_text import PLACE, read_scene_light
+        from airlight.jobs.shape_text import shaped
+        from airlight.scenes import open_scene
         from airlight.scenes.lamps import relight
 
-        stage = open_scene(name, lamps=True, **chosen)
-        relight(stage, [read_scene_light(text, PLACE) for text in lamps])
+        stage = open_scene(name, lamps=bool(lamps), **chosen)
+        requested = shaped(stage, shapes, [read_scene_light(text, PLACE) for text in lamps])
+        if requested:
+            relight(stage, requested)
         return stage
     except ImportError as error:
         raise AirlightError(f"{name}: scenes need more packages ({error}): pip install airlight[scenes]") from None

@@ -7,7 +7,6 @@ from airlight.scenes.gltf.container import shown
 # What a picture lacks without them.
 CHANGES = {
     "ADOBE_materials_thin_transparency": "panes",
-    "EXT_lights_ies": "the shape of lamps' light",
     "EXT_lights_image_based": "the light of its surroundings; --environment gives others",
     "KHR_animation_pointer": "animated materials, lights and cameras",
     "KHR_environment_map": "the light of its surroundings; --environment gives others",

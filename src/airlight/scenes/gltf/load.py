@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pygfx as gfx
+import pylinalg as la
 
 from airlight.errors import warn
+from airlight.files.photometry import IntensityDistribution
 from airlight.pygfx import SceneLight
 from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
@@ -27,6 +29,10 @@ FILL = 0.8  # of a 16:9 picture that what there is to see fills
 SUN_ASIDE = math.radians(14)  # from where that camera looks, where a file without lights has its sun
 SKY_LIMIT = 8.0  # greatest radiance of the background
 GLOW = 0.5  # the mean radiance around a light that its shafts are made for: brighter surroundings make its strength smaller
+PROFILE_AXES = {  # of EXT_lights_ies, rows right, up, ahead: its horizontal angles of types A and B begin a quarter of a turn aside
+    "C": np.diag([1.0, 1.0, -1.0]),
+    "A": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+}
 SUN_SIZE = 1.0  # degrees: of the disc of a light that has no body
 
 
@@ -62,6 +68,7 @@ class _Loader:
         self._camera_nodes: dict[int, list[gfx.PerspectiveCamera]] = {}
         self._lights: dict[int, gfx.Light] = {}
         self._described: dict[int, schema.Light] = {}
+        self._profiles: dict[int, IntensityDistribution] = {}
         self._surroundings: Environment | None = None
 
     # ---------------------------------------------------------------- building
@@ -103,13 +110,21 @@ class _Loader:
         nodes, lights = self._document.nodes, self._document.extensions.lights.lights
         shown = sorted({*self._gltf.order} - self._gltf.hidden)
         named = {i: lights[found.light] for i in shown if (found := nodes[i].extensions.light) is not None}
+        for i in shown:
+            if (one := nodes[i].extensions.profile) is not None:
+                if i in named:
+                    self._gltf.tell("both", f"node {i} has a light of EXT_lights_ies and one of KHR_lights_punctual; the first is shown")
+                profile = self._profiles[i] = self._gltf.profile(one.light)
+                name = self._document.extensions.profiles.lights[one.light].name
+                r, g, b = (min(max(value, 0.0), 1.0) for value in one.color)
+                named[i] = schema.Light(type="point", name=name, color=(r, g, b), intensity=one.multiplier * profile.peak)
         shining = {i: light for i, light in named.items() if light.intensity > 0 and max(light.color) > 0}
         if len(shining) > MAX_LIGHTS:
             warn(f"{self._gltf.container.path}: has {len(shining)} lights; the {MAX_LIGHTS} brightest shine", 4)
             shining = dict(sorted(shining.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in shining.items():
             self._lights[i], self._described[i] = _light(light), light
-            self._lights[i].name = nodes[i].name[:80] or self._lights[i].name
+            self._lights[i].name = nodes[i].name[:80] or self._lights[i].name or f"light {len(self._lights)}"
             self._scene.add(self._lights[i])
 
     def _spare_maps(self) -> None:
@@ -140,19 +155,16 @@ class _Loader:
         if isinstance(light, gfx.DirectionalLight):
             place = self._center - ahead * self._radius * 1.5
         light.local.position = place
+        if i in self._profiles:
+            light.local.rotation = la.quat_from_mat(_turn(matrix))
         if not isinstance(light, gfx.PointLight):
             light.target.local.position = place + ahead * self._radius
 
     def _look(self, i: int, camera: gfx.PerspectiveCamera) -> None:
         """Put a camera where its node is, without the node's scale."""
         matrix = self._nodes[i].world.matrix
-        axes = matrix[:3, :3].copy()
-        u, size, v = np.linalg.svd(axes)
-        turn = u @ v if size[2] > 0 else np.eye(3)
-        if np.linalg.det(turn) < 0:
-            turn[:, 0] *= -1
         whole = np.eye(4)
-        whole[:3, :3], whole[:3, 3] = turn, matrix[:3, 3]
+        whole[:3, :3], whole[:3, 3] = _turn(matrix), matrix[:3, 3]
         camera.local.matrix = whole
 
     # ---------------------------------------------------------------- what there is to see, and by what light
@@ -248,7 +260,11 @@ class _Loader:
             strongest = max(other.intensity for other in self._described.values() if (other.type == "directional") == lux)
             r, g, b = (max(0.0, value) for value in described.color)
             share = described.intensity / strongest * self._level(_towards(light) if lux else None) / max(r, g, b)
-            found.append(SceneLight(light, screen_tint=(share * r, share * g, share * b), disc_half_angle=SUN_SIZE))
+            shape: dict[str, Any] = {}
+            if i in self._profiles:
+                kind = self._profiles[i].kind
+                shape = {"photometry": self._profiles[i], "turned": PROFILE_AXES["C" if kind == "C" else "A"]}
+            found.append(SceneLight(light, screen_tint=(share * r, share * g, share * b), disc_half_angle=SUN_SIZE, **shape))
         return found
 
     def _level(self, towards: np.ndarray | None) -> float:
@@ -256,6 +272,15 @@ class _Loader:
         if self._surroundings is None:
             return 1.0
         return min(1.0, GLOW / max(self._surroundings.aureole(towards, SKY_LIMIT), 1e-6))
+
+
+def _turn(matrix: np.ndarray) -> np.ndarray:
+    """Find the rotation (3, 3) of a node's (4, 4) matrix, without its scale."""
+    u, size, v = np.linalg.svd(matrix[:3, :3])
+    turn: np.ndarray = u @ v if size[2] > 0 else np.eye(3)
+    if np.linalg.det(turn) < 0:
+        turn[:, 0] *= -1
+    return turn
 
 
 def _towards(light: gfx.DirectionalLight) -> np.ndarray:

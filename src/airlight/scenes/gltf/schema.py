@@ -260,6 +260,14 @@ class NodeLight(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     light: Index
 
 
+class NodeProfile(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    """Describes a light with the shape of a photometric file, of EXT_lights_ies."""
+
+    light: Index
+    multiplier: Amount = 1.0
+    color: Three = (1.0, 1.0, 1.0)
+
+
 class Instancing(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     attributes: dict[Text, Index]
 
@@ -270,6 +278,7 @@ class Visibility(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 
 class NodeExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     light: NodeLight | None = field(default=None, name="KHR_lights_punctual")
+    profile: NodeProfile | None = field(default=None, name="EXT_lights_ies")
     instancing: Instancing | None = field(default=None, name="EXT_mesh_gpu_instancing")
     visibility: Visibility = field(default=Visibility(), name="KHR_node_visibility")
 
@@ -333,8 +342,19 @@ class Lights(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     lights: list[Light] = []
 
 
+class Profile(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    uri: str | None = None
+    buffer_view: Index | None = None
+    name: str = ""
+
+
+class Profiles(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
+    lights: list[Profile] = []
+
+
 class RootExtensions(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     lights: Lights = field(default=Lights(), name="KHR_lights_punctual")
+    profiles: Profiles = field(default=Profiles(), name="EXT_lights_ies")
 
 
 class Document(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):

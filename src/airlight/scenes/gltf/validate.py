@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 from airlight.errors import AirlightError, warn
+from airlight.files.photometry import IntensityDistribution, parse_photometry
 from airlight.messages import counted, nearest
 from airlight.scenes.gltf import (
     MAX_BYTES,
@@ -29,6 +30,7 @@ from airlight.scenes.gltf.extensions import ignored
 
 EXTENSIONS = frozenset(
     (
+        "EXT_lights_ies",
         "EXT_mesh_gpu_instancing",
         "EXT_meshopt_compression",
         "EXT_texture_avif",
@@ -65,6 +67,7 @@ class Gltf(Accessors):
         super().__init__(path)
         self._scene = scene
         self._images: dict[int, tuple[bytes | memoryview, str]] = {}
+        self._profiles: dict[int, IntensityDistribution] = {}
         self._pixels = 0
         self._told: set[str] = set()
         self._check()
@@ -183,6 +186,17 @@ class Gltf(Accessors):
             self._images[index] = data, found[0]
         return self._images[index]
 
+    def profile(self, index: int) -> IntensityDistribution:
+        """Read the photometric file of a light profile."""
+        if index not in self._profiles:
+            profile, what = self.document.extensions.profiles.lights[index], f"light profile {index}"
+            if (profile.uri is None) == (profile.buffer_view is None):
+                self.refuse(f"{what} needs either a URI or a buffer view")
+            uri = profile.uri
+            data = bytes(self.view(profile.buffer_view, what)[0] if uri is None else self.container.resource(uri, what))
+            self._profiles[index] = parse_photometry(data, f"{self.container.path}: {what}")
+        return self._profiles[index]
+
     def source(self, texture: int) -> int | None:
         """Choose the image of a texture: of WebP or AVIF if it is there, else what stands in for that."""
         found: schema.Texture = self.document.textures[texture]
@@ -294,6 +308,9 @@ class Gltf(Accessors):
                 self.within(node.camera, d.cameras, f"the camera of node {i}")
             if node.extensions.light is not None:
                 self.within(node.extensions.light.light, d.extensions.lights.lights, f"the light of node {i}")
+            if node.extensions.profile is not None:
+                self.within(node.extensions.profile.light, d.extensions.profiles.lights, f"the light profile of node {i}")
+                self.profile(node.extensions.profile.light)
             if node.skin is not None:
                 self.within(node.skin, d.skins, f"the skin of node {i}")
             if node.mesh is None:

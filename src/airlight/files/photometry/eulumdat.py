@@ -1,0 +1,110 @@
+"""Read photometric files of EULUMDAT (.ldt): a line a value."""
+
+import itertools
+import math
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from airlight.errors import AirlightError
+from airlight.files.photometry.distribution import MAX_VALUES, IntensityDistribution, distribution
+
+_COUNTS = range(2, 6)  # lines, from 1, that are numbers in every file: kind, symmetry, planes and their distance
+MAX_SETS = 20  # of lamps
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+def is_eulumdat(text: str) -> bool:
+    """Tell whether the lines that say how many planes there are hold numbers."""
+    head = text.split("\n", _COUNTS.stop)[_COUNTS.start - 1 : _COUNTS.stop - 1]
+    return len(head) == len(_COUNTS) and all(_NUMBER.fullmatch(_plain(line)) for line in head)
+
+
+def parse(text: str, path: str) -> IntensityDistribution:
+    """Read the text of a file, with \\n at the ends of lines. Raises AirlightError."""
+    lines = _Lines(text, path)
+    lines.skip(2, "its head")
+    symmetry, planes = (int(value) for value in lines.counts(2, "symmetry and number of planes"))
+    lines.skip(1, "its head")
+    rows = int(lines.counts(1, "number of angles")[0])
+    if symmetry > 4:
+        raise AirlightError(f"{path}: its symmetry, line 3, is {symmetry:g}; it must be 0 to 4")
+    first, stored = {
+        0: (0, planes),
+        1: (0, 1),
+        2: (0, planes // 2 + 1),
+        3: (planes - planes // 4, planes // 2 + 1),
+        4: (0, planes // 4 + 1),
+    }[symmetry]
+    if not planes >= 1 or rows < 1 or max(planes, stored) * rows > MAX_VALUES:
+        raise AirlightError(f"{path}: claims {planes:g} planes of {rows:g} angles, none or too many ({MAX_VALUES}); export it again")
+    lines.skip(17, "its head")
+    conversion = lines.take(1, "conversion factor")[0]
+    lines.skip(1, "its head")
+    sets = int(abs(lines.take(1, "number of lamp sets")[0]))
+    if sets > MAX_SETS:
+        raise AirlightError(f"{path}: claims {sets:g} sets of lamps, more than {MAX_SETS}; export it again")
+    told: list[str] = []
+    flux = _flux(lines, sets, path, told)
+    lines.skip(10, "its direct ratios")
+    listed, vertical = lines.take(planes, "planes' angles"), lines.take(rows, "angles")
+    horizontal = [listed[i % planes] + 360 * (i // planes) for i in range(first, first + stored)]
+    candela = np.array(lines.take(stored * rows, "intensities")).reshape(stored, rows)
+    scale = flux / 1000 * (conversion if conversion > 0 else 1.0)
+    return distribution("C", (vertical, horizontal[:1] if stored == 1 else horizontal), candela * scale, path, told=told)
+
+
+def _flux(lines: "_Lines", sets: int, path: str, told: list[str]) -> float:
+    """Read the luminous flux, lumens, of the first set of lamps, by which the intensities count; 1000 where it is not said."""
+    flux = 0.0
+    for i in range(sets):
+        lines.skip(2, "its lamps")
+        found = lines.take(1, "lamps' flux")[0]
+        flux = found if i == 0 else flux
+        lines.skip(3, "its lamps")
+    if flux <= 0:
+        told.append(f"{path}: says no luminous flux; its candela are those of 1000 lumens")
+    return flux if flux > 0 else 1000.0
+
+
+def _plain(line: str) -> str:
+    """Write a number with a point, as some files have a comma."""
+    return line.strip().replace(",", ".")
+
+
+class _Lines:
+    """Takes lines one after the other."""
+
+    def __init__(self, text: str, path: str) -> None:
+        self._lines: Iterator[str] = (found[0] for found in re.finditer(r"[^\n]*\n|[^\n]+\Z", text))
+        self._path = path
+
+    def skip(self, count: int, word: str) -> None:
+        """Leave lines out. word: what they are. Raises AirlightError."""
+        self._next(count, word)
+
+    def take(self, count: int, word: str) -> list[float]:
+        """Take so many numbers; word: what they are. Raises AirlightError."""
+        found = [_plain(line) for line in self._next(count, f"its {word}")]
+        wrong = next((line for line in found if not _NUMBER.fullmatch(line)), None)
+        if wrong is not None:
+            raise AirlightError(f"{self._path}: {wrong[:30]!r} stands among its {word}, which are numbers; correct it, or export it again")
+        values = [float(line) for line in found]
+        if not all(map(math.isfinite, values)):
+            raise AirlightError(f"{self._path}: a number of its {word} is too large; correct it, or export it again")
+        return values
+
+    def counts(self, count: int, word: str) -> list[float]:
+        """Take so many whole numbers from 0 on. Raises AirlightError."""
+        found = self.take(count, word)
+        wrong = next((value for value in found if value < 0 or value != int(value)), None)
+        if wrong is not None:
+            raise AirlightError(f"{self._path}: {wrong:g} stands for its {word}; it must be whole, 0 or more")
+        return found
+
+    def _next(self, count: int, word: str) -> list[str]:
+        found = list(itertools.islice(self._lines, count))
+        if len(found) < count:
+            raise AirlightError(f"{self._path}: is cut off: it ends among {word}; copy or export it again")
+        return found

@@ -1,0 +1,139 @@
+"""Reads what shapes lights of a scene as a user writes it, `NAME=FILE;key=value;...`; and gives it to them."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from airlight.errors import AirlightError
+from airlight.files.photometry import read_photometry
+from airlight.jobs.cookies import read_cookie
+from airlight.jobs.density_text import Grammar
+from airlight.jobs.projector_text import make_projector
+from airlight.messages import nearest
+
+if TYPE_CHECKING:
+    from airlight.pygfx import SceneLight
+    from airlight.scenes.lamps import NamedLight
+    from airlight.scenes.stage import Stage
+
+IES = Grammar("photometry", "NAME=FILE, then ;absolute=1", (), {"absolute": ("0", "1")}, {})
+COOKIE = Grammar("cookie", "NAME=FILE, then ;size=M", (), {}, {"size": (1e-3, 1e6)})
+NAMES_TOLD = 12
+DOWN = (0.0, -1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class ShapeText:
+    """Holds a file for the lights of a name. known: values of the keys that are given."""
+
+    name: str
+    path: str
+    known: dict[str, Any]
+
+
+def read_shape_text(text: str, grammar: Grammar = IES) -> ShapeText:
+    """Read what was written, without a look at any file. Raises AirlightError."""
+    both, known = grammar.read(text)
+    name, _, path = (part.strip() for part in both.partition("="))
+    if not (name and path):
+        raise AirlightError(f"cannot read the {grammar.what} {text!r}: write {grammar.form}")
+    return ShapeText(name, path, known)
+
+
+def refuse_without_units(shapes: dict[str, Sequence[str]], method: str) -> None:
+    """Raise AirlightError for shapes of lights, by their options, with a method that takes its light from the picture."""
+    for name in (name for name, texts in shapes.items() if texts):
+        raise AirlightError(f"--{name} means nothing with method {method}: leave it out, or use --method march")
+
+
+def shaped(stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
+    """Give lights of a stage, and those of `requested` that go by a name, the shapes of --ies and --cookie; return the requested ones with
+    theirs, and the projectors of --projector. Raises AirlightError."""
+    lights = put_photometry(stage, shapes.get("ies", ()), requested)
+    lights = put_cookies(stage, shapes.get("cookie", ()), lights)
+    return [*lights, *(make_projector(text) for text in shapes.get("projector", ()))]
+
+
+def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
+    """Give lights of a stage, and those of `requested` that go by a name, cookies of files, as `put_photometry` does."""
+    import pygfx as gfx
+
+    lights: list[Any] = list(requested)
+    for text in texts:
+        written = read_shape_text(text, COOKIE)
+        cookie = read_cookie(written.path, size=written.known.get("size", 1.0))
+        own, asked = _of_name(stage, lights, written.name, "--cookie")
+        for light in own:
+            lamps = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, gfx.Light)]
+            if any(isinstance(lamp, gfx.PointLight) for lamp in lamps) or light.position is not None:
+                raise AirlightError(f"--cookie {written.name}: shines all around; name a spot, a projector or a sun")
+            if "size" in written.known and not any(isinstance(lamp, gfx.DirectionalLight) for lamp in lamps):
+                raise AirlightError(f"--cookie {written.name}: is no sun, whose cookies alone have a size; leave it out")
+            light.cookie = cookie
+        for i in asked:
+            lights[i] = dataclasses.replace(lights[i], cookie=cookie)
+    return lights
+
+
+def _of_name(stage: "Stage", lights: Sequence[Any], name: str, option: str) -> tuple[list[Any], list[int]]:
+    """Find the lights of a stage that go by a name, and the numbers of the requested ones that do. Raises AirlightError where none does."""
+    own = [light for light in stage.lights if name in _names(light)]
+    asked = [i for i, one in enumerate(lights) if getattr(one, "name", None) == name]
+    if not own and not asked:
+        there = [name for light in stage.lights for name in _names(light)] + [getattr(one, "name", "") for one in lights]
+        raise _unknown(stage, name, list(dict.fromkeys(filter(None, there))), option)
+    return own, asked
+
+
+def put_photometry(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
+    """Give lights of a stage, and those of `requested` that go by a name, the photometry of files, as `--ies` has it; return the requested
+    ones with it. Raises AirlightError for a name that no light has."""
+    lights: list[Any] = list(requested)
+    for text in texts:
+        written = read_shape_text(text)
+        photometry, absolute = read_photometry(written.path), written.known.get("absolute") == "1"
+        own, asked = _of_name(stage, lights, written.name, "--ies")
+        for light in own:
+            _shape(light, photometry, absolute, written.name)
+        for i in asked:
+            more: dict[str, Any] = {"intensity": photometry.own_candela(DOWN)} if absolute else {}
+            lights[i] = dataclasses.replace(lights[i], photometry=photometry, **more)
+        stage.measured = stage.measured or absolute
+    return lights
+
+
+def _shape(light: "SceneLight", photometry: Any, absolute: bool, name: str) -> None:
+    """Give a light a photometry, and the candela of that where they are absolute."""
+    import pygfx as gfx
+
+    from airlight.pygfx.lights import beam
+
+    lamps = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, gfx.Light)]
+    if light.direction is not None or any(isinstance(lamp, gfx.DirectionalLight) for lamp in lamps):
+        raise AirlightError(f"--ies {name}: is a sun, which has no photometry; name a point or a spot light")
+    light.photometry = photometry
+    for lamp in lamps if absolute else ():
+        lamp.intensity = photometry.own_candela(beam(lamp) if isinstance(lamp, gfx.SpotLight) else DOWN)
+    if absolute and not lamps:
+        light.intensity = photometry.own_candela(DOWN)
+
+
+def _names(light: "SceneLight") -> list[str]:
+    """List the names by which a light goes: of its target, of the lamps in it, else of what these hang on."""
+    import pygfx as gfx
+
+    if light.target is None:
+        return []
+    own = [light.target, *(thing for thing in light.target.iter() if isinstance(thing, gfx.Light))]
+    found = [str(thing.name) for thing in own if thing.name]
+    above = light.target.parent
+    while not found and above is not None:
+        found, above = [str(above.name)] if above.name else [], above.parent
+    return found
+
+
+def _unknown(stage: "Stage", name: str, there: list[str], option: str) -> AirlightError:
+    unnamed = "none has a name" + (": give --light 'x,y,z;ies=FILE'" if option == "--ies" else ": give --projector 'x,y,z;cookie=FILE'")
+    known = f"there is {', '.join(there[:NAMES_TOLD])}" if there else unnamed
+    return AirlightError(f"{option} {name}: {stage.name} has no light of that name; {known}{nearest(name, there)}")
