@@ -7,8 +7,7 @@ import numpy as np
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.opacity import BLENDED, split
 
-LEAST = 0.5  # transmission from which light passes; below, a surface is drawn, and casts, as a solid one
-DARK = 0.05  # transmission times tint below which nothing is seen through it: it is solid too
+DARK = 0.05  # transmission times tint below which nothing is seen through a surface: it is drawn, and casts, as a solid one
 BODY = 0.02  # of a surface's own colour, from which it is drawn over what is behind
 TINT: dict[str, Any] = {"alpha_mode": "multiply", "depth_write": False}
 GLOSS: dict[str, Any] = {"alpha_mode": "add", "depth_write": False}
