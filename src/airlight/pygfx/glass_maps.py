@@ -3,6 +3,7 @@ through are in each texel, by depth peeling (Everitt 2001), and what is left of 
 nothing of the scene is touched.
 """
 
+import math
 import weakref
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -23,6 +24,7 @@ from airlight.shadows import Shadow, ShadowView, fit
 
 PACK = "pygfx/glass_pack.wgsl"
 SIDE = 1024  # texels at most
+MOST_BYTES = 2**27  # of a buffer that any device binds
 SURFACES = 4  # as in glass.wgsl; the last of them are all that lie behind the others
 BYTES = {False: 16, True: 32}  # of a texel, without colours and with them
 DIMMING = (OVER, PREMULTIPLIED, TINT, DARKEN)  # ways to be blended by which less light passes
@@ -78,9 +80,10 @@ class GlassMaps:
         del self._buffers[len(shadows) :]
         contents = self.contents(found)
         for i, shadow in enumerate(shadows):
-            side = min(max(shadow.size // (2 if exact else 4), 1), SIDE)
             seen = self._reached(shadow.views, shadow.size, hulls)
             coloured = any(is_coloured(found[j]) for j in {j for own in seen for j in own})
+            most = math.isqrt(MOST_BYTES // (BYTES[coloured] * len(shadow.views)))
+            side = min(max(shadow.size // (2 if exact else 4), 1), SIDE, most)
             size = BYTES[coloured] * side * side * len(shadow.views)
             if i == len(self._buffers) or self._buffers[i][0].size != size:
                 self._buffers[i : i + 1] = [(self.device.buffer(size=size), None)]
