@@ -190,3 +190,84 @@ def test_the_colour_behind_surfaces_is_its_twin() -> None:
     found = call("scatter/march/walk.wgsl", "code_behind", [depth, surfaces, codes])
     np.testing.assert_array_equal(found, panes.code_behind(depth, surfaces, codes))
     assert (found == panes.WHITE).any()
+
+
+# ---------------------------------------------------------------- on surfaces
+
+
+def lamp_over(kind: str) -> Any:
+    """A light above the middle of the floor."""
+    if kind == "sun":
+        made = gfx.DirectionalLight(intensity=3, cast_shadow=True)
+        made.local.position = (0, 6, 0.1)
+        return made
+    kinds: Any = {"spot": (gfx.SpotLight, {"angle": 1.2}), "point": (gfx.PointLight, {})}
+    make, more = kinds[kind]
+    made = make(intensity=60, decay=2, cast_shadow=True, **more)
+    made.local.position = (0, 6, 0)
+    if kind == "spot":
+        made.look_at((0, 0, 0.001))
+    return made
+
+
+def floor_of(colour: Any = "#fff", **more: Any) -> Any:
+    made = mesh(np.array([[[-4, 0, 4], [4, 0, 4], [4, 0, -4]], [[-4, 0, 4], [4, 0, -4], [-4, 0, -4]]], float))
+    made.geometry.normals = gfx.Buffer(np.tile(np.float32([0, 1, 0]), (6, 1)))
+    made.material = gfx.MeshPhongMaterial(color=colour, specular="#000", side="both", **more)
+    made.receive_shadow = True
+    return made
+
+
+def level(height: float, half: float, x: float = 0.0) -> np.ndarray:
+    a, b, c, d = ((x + i * half, height, j * half) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    return np.array([[a, b, c], [a, c, d]], float)
+
+
+@pytest.mark.parametrize("kind", ["sun", "spot", "point"])
+def test_what_coloured_light_falls_on_is_coloured(stage: Stage, kind: str) -> None:
+    """Half of a floor below a red pane and a blue one, and some of it below smoked glass; the rest is as it was."""
+    lamp, floor = lamp_over(kind), floor_of()
+    stage.camera = gfx.OrthographicCamera(8, 4.5, depth_range=(0, 50))
+    stage.camera.local.position = (0, 2, 0)  # below the glass
+    stage.camera.look_at((0, 0, -0.0001))
+    wide = 12.0
+    stage.scene = gfx.Scene().add(floor, lamp)
+    shafts = LightShafts(stage.renderer, stage.scene, stage.camera, [SceneLight(target=lamp)])
+    stage.renderer.effect_passes = []
+    stage.draw()
+    full = stage.renderer.snapshot()[..., :3].astype(float)
+    glass = [tinted(level(3, wide, wide), RED), tinted(level(4, wide, wide), BLUE)]
+    smoked = mesh(level(3.5, wide, -wide - 2), color="#fff", opacity=0.7, alpha_mode="blend")
+    stage.scene.add(*glass, smoked)
+    stage.draw()
+    found = stage.renderer.snapshot()[..., :3].astype(float) / full
+    edge = {"sun": (0, -2.0)}.get(kind, (0, -4.3))
+    x = (np.arange(SIZE[0]) + 0.5) / SIZE[0] * 8 - 4
+    right, left = found[:, x > edge[0] + 0.3], found[:, x < edge[1] - 0.3]
+    middle = found[:, (x < -0.3) & (x > max(edge[1], -4) + 0.3)]
+    np.testing.assert_allclose(right, np.broadcast_to(np.multiply(RED, BLUE), right.shape), atol=4e-3)
+    np.testing.assert_allclose(left, 0.3, atol=4e-3)
+    np.testing.assert_allclose(middle, 1.0, atol=4e-3)
+    shafts.medium = shafts.medium.__class__(transparency="none")
+    stage.draw()
+    np.testing.assert_array_equal(stage.renderer.snapshot()[..., :3].astype(float), full)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.7])
+@pytest.mark.parametrize("kind", ["sun", "point"])
+def test_glass_does_not_dim_itself(stage: Stage, kind: str, slope: float) -> None:
+    """A pane's own colour, where light falls on it aslant, is as without maps."""
+    lamp, pane = lamp_over(kind), floor_of(alpha_mode="blend", opacity=0.5)
+    pane.local.rotation = (math.sin(slope / 2), 0, 0, math.cos(slope / 2))
+    stage.camera = gfx.OrthographicCamera(6, 3.4, depth_range=(0, 50))
+    stage.camera.local.position = (0, 9, 0)
+    stage.camera.look_at((0, 0, -0.0001))
+    stage.scene = gfx.Scene().add(pane, floor_of("#000"), lamp)
+    shafts = LightShafts(stage.renderer, stage.scene, stage.camera, [SceneLight(target=lamp)])
+    stage.renderer.effect_passes = []
+    stage.draw()
+    found = stage.renderer.snapshot()[..., :3].astype(float)
+    shafts.medium = shafts.medium.__class__(transparency="none")
+    stage.draw()
+    np.testing.assert_allclose(found, stage.renderer.snapshot()[..., :3].astype(float), rtol=2e-3)
+    assert found.min() > 0

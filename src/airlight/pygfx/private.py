@@ -4,7 +4,6 @@ import weakref
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import jinja2
 import numpy as np
 import pygfx as gfx
 import wgpu
@@ -27,6 +26,7 @@ from pygfx.utils.trackable import PropTracker
 
 from airlight.gpu.shader import load
 from airlight.projection import Matrix
+from airlight.pygfx.private_surfaces import GlassBinding, Shaders
 
 __all__ = [
     "Blender",
@@ -229,7 +229,6 @@ KINDS = {"directional": gfx.DirectionalLight, "spot": gfx.SpotLight, "point": gf
 MAPS = {"flat": ("directional", "spot"), "cube": ("point",)}  # shadow maps of surfaces, and which kinds of lights have layers in them
 CASTERS = 2**16  # objects that are told apart
 LAYERS = {"directional": 1, "spot": 1, "point": 6}  # of a light
-SHADERS = ("light_shadow.wgsl", "light_punctual.wgsl")  # of pygfx, that files of those names here stand in for
 Casting = tuple[tuple[bool, ...], ...]  # of each kind of KINDS, which of its lights have a shadow map
 
 
@@ -239,14 +238,14 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
     Overrides _setup_light_resources, _get_light_vars_code, prepare_for_draw.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int]) -> None:
-        self.casting, self.sizes = dict(zip(KINDS, casting, strict=True)), sizes
-        self.layers = {name: sum(LAYERS[kind] * sum(self.casting[kind]) for kind in kinds) for name, kinds in MAPS.items()}
+    def __init__(self, casting: Casting, sizes: dict[str, int], glass: int) -> None:
+        self.casting, self.sizes, self.texels = dict(zip(KINDS, casting, strict=True)), sizes, glass
+        self.layers = layers_of(casting)
         super().__init__(*(len(self.casting[kind]) for kind in ("point", "directional", "spot")))
 
     def _setup_light_resources(self) -> None:
         count = max(sum(self.layers.values()), 2)
-        fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4"}
+        fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4", "glass": f"{count}*4xu4"}
         self.shared = Buffer(array_from_shadertype({**gfx.AmbientLight.uniform_type, **fields}), force_contiguous=True)
         self.bindings.append(Binding("u_ambient_light", "buffer/uniform", self.shared, structname="AmbientLight"))
         self.buffers: dict[str, Any] = {}
@@ -263,10 +262,13 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
                 self.maps[name] = [texture.create_view(dimension="2d", base_array_layer=i, array_layer_count=1) for i in range(layers)]
                 self.bindings.append(Binding(f"u_{name}_maps", "shadow_texture/2d-array", texture.create_view(dimension="2d-array")))
         self.bindings.append(Binding("s_shadow", "sampler/non_filtering", GfxSampler("nearest", "clamp")))
+        self.glass = GlassBinding(self.device, self.texels) if self.texels else None
 
     def _get_light_vars_code(self, bind_group_index: int) -> str:
-        last = f"@group({bind_group_index}) @binding({len(self.bindings) - 1}) var s_shadow: sampler;"
-        return "\n".join([super()._get_light_vars_code(bind_group_index), last, ""])
+        last = len(self.bindings) - 1
+        more = [f"@group({bind_group_index}) @binding({last}) var s_shadow: sampler;"]
+        more += [self.glass.code(bind_group_index, last + 1)] if self.glass else []
+        return "\n".join([super()._get_light_vars_code(bind_group_index), *more, ""])
 
     def prepare_for_draw(self, point_lights: Any, directional_lights: Any, spot_lights: Any, ambient_color: Any) -> None:
         """Fills the lights' buffers; a shadow_bias is the number of the light's first view instead, by the order of `casters`."""
@@ -289,17 +291,18 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
     casters: (light, name of its map) of those that cast, in the order of their views. maps: of a name, a view of each layer.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int], blend_hash: tuple[Any, ...]) -> None:
+    def __init__(self, casting: Casting, sizes: dict[str, int], glass: int, blend_hash: tuple[Any, ...]) -> None:
         self.device = get_shared().device
-        self.light_renderstate = _SurfaceLights(casting, sizes)
+        own = self.light_renderstate = _SurfaceLights(casting, sizes, glass)
         self.blend_renderstate = BlendRenderState.obtain_from_hash(blend_hash)
-        self.bindings = [*self.light_renderstate.bindings, *self.blend_renderstate.bindings]
+        self.bindings = [*own.bindings, *([own.glass] if own.glass else []), *self.blend_renderstate.bindings]
         self.wgpu_bind_group_layout, self.wgpu_bind_group = self._collect_bindings()
 
     def get_shader_kwargs(self, bind_group_index: int = 1) -> dict[str, Any]:
         lights = self.light_renderstate
         casts = {kind: any(own) for kind, own in lights.casting.items()}
         own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
+        own["airlight_glass"] = lights.glass is not None
         return {**super().get_shader_kwargs(bind_group_index), **own}
 
     @property
@@ -307,21 +310,33 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         return self.light_renderstate.maps
 
     @property
+    def glass(self) -> GlassBinding | None:
+        return self.light_renderstate.glass
+
+    @property
     def casters(self) -> list[tuple[Any, str]]:
         own, names = self.light_renderstate, {kind: name for name, kinds in MAPS.items() for kind in kinds}
         of_kind = ((kind, zip(own.lights[f"{kind}_lights"], own.casting[kind], strict=True)) for kind in KINDS)
         return [(light, names[kind]) for kind, lights in of_kind for light, casts in lights if casts]
 
-    def write(self, views: Matrix, scales: Matrix, casters: Iterable[Any]) -> None:
-        """Writes what the shaders know of the maps, (N, 4, 4) and (N, 4), see light_shadow.wgsl, and which objects are drawn into them."""
+    def write(self, views: Matrix, scales: Matrix, casters: Iterable[Any], glass: Any = ()) -> None:
+        """Writes what the shaders know of the maps, (N, 4, 4) and (N, 4), see light_shadow.wgsl, which objects are drawn into them, and
+        (N, 4) where those of glass lie, see surface_glass.wgsl."""
         shared = self.light_renderstate.shared
         data = shared.data
         data["views"], data["scales"] = 0, 0
+        data["glass"][: len(glass)] = np.reshape(glass, (-1, 4))
         data["views"][: len(views)], data["scales"][: len(views)] = views.transpose(0, 2, 1), scales
         bits = np.zeros(CASTERS, np.uint8)
         bits[[min(int(thing.uniform_buffer.data["renderer_id"]), CASTERS - 1) for thing in casters]] = 1
         data["casters"] = np.packbits(bits, bitorder="little").view("<u4").reshape(-1, 4)
         shared.update_full()
+
+
+def layers_of(casting: Casting) -> dict[str, int]:
+    """Counts the layers of each map of MAPS."""
+    counts = {kind: LAYERS[kind] * sum(own) for kind, own in zip(KINDS, casting, strict=True)}
+    return {name: sum(counts[kind] for kind in kinds) for name, kinds in MAPS.items()}
 
 
 _states: Any = weakref.WeakValueDictionary()
@@ -332,13 +347,14 @@ _chosen: list[Any] = [None]  # (owner, state) of the render state that was chose
 def shade_surfaces(renderer: Any, owner: Any) -> None:
     """Let what a renderer draws take its shadows from maps of ours, while `owner` lives and says so.
 
-    owner: has wants(lights), which tells whether to, and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's
-    render states. sizes: of the maps' sides. Touches renderer._blender; replaces two functions that pygfx's renderer calls, and two
-    files of its shaders, which for all other renderers stay as they are.
+    owner: has wants(lights), which tells whether to, glass_texels(layers), which tells how many texels of what dims lights there are, and
+    draw(state), which draws the maps of a SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides. Touches
+    renderer._blender; replaces two functions that pygfx's renderer calls, and two files of its shaders, which for all other renderers
+    stay as they are.
     """
     if rendering.get_renderstate is get_renderstate:
         rendering.get_renderstate, rendering.render_shadow_maps = _choose_state, _draw_shadows
-        templating.root_loader.mapping["pygfx"] = _Shaders(templating.root_loader.mapping["pygfx"])
+        templating.root_loader.mapping["pygfx"] = Shaders(templating.root_loader.mapping["pygfx"])
         templating.jinja_env.cache.clear()
     _owners.setdefault(renderer._blender, []).append(weakref.ref(owner))
 
@@ -352,10 +368,10 @@ def _choose_state(lights: Any, blender: Any) -> Any:
         _chosen[0] = None
         return get_renderstate(lights, blender)
     casting = tuple(tuple(bool(light.cast_shadow) for light in lights[f"{kind}_lights"]) for kind in KINDS)
-    key = casting, tuple(owner.sizes.items()), BlendRenderState.state_to_hash(blender)
+    key = casting, tuple(owner.sizes.items()), owner.glass_texels(layers_of(casting)), BlendRenderState.state_to_hash(blender)
     state = _states.get(key)
     if state is None:
-        state = _states[key] = SurfaceState(casting, owner.sizes, key[2])
+        state = _states[key] = SurfaceState(casting, owner.sizes, *key[2:])
     state.prepare_for_draw(tuple(lights[name] for name in LIGHTS), (blender,))
     state.write(np.zeros((0, 4, 4)), np.zeros((0, 4)), ())  # where nothing casts pygfx draws none
     _chosen[0] = owner, state
@@ -377,17 +393,3 @@ def _draw_shadows(*parts: Any) -> None:
 
 
 LIGHTS = ("point_lights", "directional_lights", "spot_lights", "ambient_color")  # as pygfx hands them on
-
-
-class _Shaders(jinja2.BaseLoader):
-    """Loads pygfx's shaders; of SHADERS also ours, for render states that are ours."""
-
-    def __init__(self, loader: Any) -> None:
-        self.loader = loader
-
-    def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
-        source, name, is_current = self.loader.get_source(environment, template)
-        if template in SHADERS:
-            ours = "$$ if airlight_casts is defined and lighting is defined and lighting"  # what is unlit is told of no lights
-            source = "\n".join([ours, load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
-        return source, name, is_current
