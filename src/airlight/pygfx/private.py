@@ -265,10 +265,8 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
         self.glass = GlassBinding(self.device, self.texels) if self.texels else None
 
     def _get_light_vars_code(self, bind_group_index: int) -> str:
-        last = len(self.bindings) - 1
-        more = [f"@group({bind_group_index}) @binding({last}) var s_shadow: sampler;"]
-        more += [self.glass.code(bind_group_index, last + 1)] if self.glass else []
-        return "\n".join([super()._get_light_vars_code(bind_group_index), *more, ""])
+        last = f"@group({bind_group_index}) @binding({len(self.bindings) - 1}) var s_shadow: sampler;"
+        return "\n".join([super()._get_light_vars_code(bind_group_index), last, ""])
 
     def prepare_for_draw(self, point_lights: Any, directional_lights: Any, spot_lights: Any, ambient_color: Any) -> None:
         """Fills the lights' buffers; a shadow_bias is the number of the light's first view instead, by the order of `casters`."""
@@ -302,7 +300,7 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         lights = self.light_renderstate
         casts = {kind: any(own) for kind, own in lights.casting.items()}
         own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
-        own["airlight_glass"] = lights.glass is not None
+        own["airlight_glass"] = (bind_group_index, len(lights.bindings)) if lights.glass else None
         return {**super().get_shader_kwargs(bind_group_index), **own}
 
     @property

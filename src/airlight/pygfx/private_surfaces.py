@@ -31,10 +31,6 @@ class GlassBinding:
         layout = {"binding": slot, "visibility": wgpu.ShaderStage.FRAGMENT, "buffer": {"type": "read-only-storage"}}
         return entry, layout
 
-    def code(self, group: int, slot: int) -> str:
-        """Declares it."""
-        return f"@group({group}) @binding({slot}) var<storage, read> {self.name}: array<vec4u>;"
-
 
 class Shaders(jinja2.BaseLoader):
     """Loads pygfx's shaders; of SHADERS also ours, for render states that are ours."""

@@ -1,5 +1,8 @@
 // Light on pygfx's surfaces behind what dims or colours it, from maps of glass_maps.py: a part of light_shadow.wgsl.
 //! include "scatter/march/glass_texel.wgsl"
+@group({{ airlight_glass[0] }}) @binding({{ airlight_glass[1] }})
+var<storage, read> u_glass: array<vec4u>; // see GlassMaps
+
 const GLASS_BIAS = 1e-3;        // of depths, which are half floats, by which a surface lies before one that may be itself
 const GLASS_SLACK = 0.1;        // texels of its slope more
 
