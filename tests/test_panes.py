@@ -576,7 +576,7 @@ def test_a_texture_that_is_drawn_into_is_never_taken_for_the_same(stage: Stage) 
     held, drawn = gfx.Texture(np.zeros((4, 4, 4), np.uint8), dim=2), gfx.Texture(dim=2, size=(4, 4, 1), format="rgba8unorm")
     for texture, same in ((held, True), (drawn, False)):
         pane.material.map = gfx.TextureMap(texture)
-        first, second = (maps.contents(pane) for _ in range(2))
+        first, second = (maps.contents([pane]) for _ in range(2))
         assert (first == second) == same
 
 

@@ -182,8 +182,11 @@ def test_light_passes_glass_tinted(tmp_path: Path, eye: Eye) -> None:
         ((1.0, (0.5, 1, 1), texels(np.ones((64, 64)), (255, 255, 0))), {}, [0.5, 1, 0]),
         ((1.0,), {"emissiveFactor": [0, 0.5, 0]}, [1, 1.5, 1]),
         ((0.6,), {"emissiveFactor": [0, 0.5, 0]}, [0.6, 1.1, 0.6]),
-        ((0.4,), {}, [0, 0, 0]),  # solid, and it is dark
+        ((0.4,), {}, [0.4, 0.4, 0.4]),
+        ((0.04,), {}, [0, 0, 0]),  # solid, and it is dark
         ((1.0, (0.01, 0.01, 0.01)), {}, [0, 0, 0]),
+        ((1.0, (1, 0.5, 0.25)), {"alphaMode": "BLEND"}, [1, 0.5, 0.25]),
+        ((1.0, (0.5, 0.5, 1), texels(np.full((64, 64), 0.5), (0, 255, 255))), {"alphaMode": "BLEND"}, [0.5, 0.75, 1]),  # half of it is open
         ((1.0,), {"extensions": {"KHR_materials_unlit": {}}, "emissiveFactor": [0, 0, 0]}, [1, 1, 1]),
     ]
     for values, more, expected in cases:
@@ -200,9 +203,9 @@ def test_glass_neither_casts_nor_writes_depth_and_what_lets_little_through_does(
 
     assert found(1.0) == [("add", False, False)]
     assert found(1.0, colour=(1, 0.5, 0.5)) == [("multiply", False, False), ("add", False, False)]
-    assert found(0.7) == [VEIL, ("add", False, False)]
-    assert found(0.4) == found(1.0, colour=(0.02, 0.01, 0)) == [WHOLE]
-    assert found(1.0, alphaMode="BLEND", colour=(1, 0.5, 0.5)) == [("add", False, False)]
+    assert found(0.7) == found(0.2) == [("multiply", False, False), ("add", False, False), ("add", False, False)]
+    assert found(0.04) == found(1.0, colour=(0.02, 0.01, 0)) == [WHOLE]
+    assert found(1.0, alphaMode="BLEND", colour=(1, 0.5, 0.5)) == [("multiply", False, False), ("add", False, False)]
 
 
 def test_holes_in_glass_are_holes(tmp_path: Path, eye: Eye) -> None:
@@ -233,6 +236,11 @@ def test_a_texture_tells_panes_from_their_frame(tmp_path: Path, eye: Eye) -> Non
     w = Writer()
     pane(w, 1.0, texture=mask)
     assert modes(w, tmp_path)[0] == WHOLE and [cast for *_, cast in modes(w, tmp_path)] == [True, False, False]
+    for value in (0.7, 0.2):  # as much as the texture says, texel by texel
+        mask[DISC, 0] = round(255 * value)
+        w = Writer()
+        pane(w, 1.0, (1, 0.5, 1), texture=mask)
+        assert through(w, tmp_path, eye) == pytest.approx([value, value / 2, value], abs=0.1)
 
 
 # ---------------------------------------------------------------- specular-glossiness

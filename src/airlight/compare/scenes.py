@@ -177,7 +177,7 @@ class ComparedView:
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
-        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity", unknown)
+        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity and colour", unknown)
         layer = seen_through.layer(view, projection, size, seen, panes, self.punctual, medium, casting, work.share)
         glass = f", {len(panes)} of its meshes seen through" if panes else ""
         about = f"by a float64 ray tracer over the scene's {count:,} triangles{glass}, which has the exact lit segments of each ray"

@@ -46,6 +46,9 @@ $$ if count > 0
             let layer = view{{ " - %d" % airlight_flat_layers if kind == "point" else "" }};
             let lit = surface_shadow(u_{{ maps }}_maps, layer, view, geometry.position, surface_facet, to_light, surface_casts);
             punctual_light.color *= lit;
+            $$ if airlight_glass
+            punctual_light.color *= surface_left(view, geometry.position, surface_facet);
+            $$ endif
         }
         $$ endif
         RE_Direct(punctual_light, geometry, material, &reflected_light);

@@ -67,3 +67,6 @@ fn surface_shadow(maps: texture_depth_2d_array, layer: i32, view: i32, place: ve
     let lit = select(max(sum.x / sum.y - LEAK, 0.0) / (1.0 - LEAK), 1.0, sum.y <= 0.0);
     return select(lit, 0.0, joint);
 }
+$$ if airlight_glass
+//! include "pygfx/surface_glass.wgsl"
+$$ endif

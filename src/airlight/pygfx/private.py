@@ -4,7 +4,6 @@ import weakref
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-import jinja2
 import numpy as np
 import pygfx as gfx
 import wgpu
@@ -27,6 +26,7 @@ from pygfx.utils.trackable import PropTracker
 
 from airlight.gpu.shader import load
 from airlight.projection import Matrix
+from airlight.pygfx.private_surfaces import GlassBinding, Shaders
 
 __all__ = [
     "Blender",
@@ -237,7 +237,6 @@ MAPS = {"flat": ("directional", "spot"), "cube": ("point",)}  # shadow maps of s
 CASTERS = 2**16  # objects that are told apart
 LAYERS = {"directional": 1, "spot": 1, "point": 6}  # of a light
 PLANES = 12  # that bound a light, at most
-SHADERS = ("light_shadow.wgsl", "light_punctual.wgsl")  # of pygfx, that files of those names here stand in for
 Casting = tuple[tuple[bool, ...], ...]  # of each kind of KINDS, which of its lights have a shadow map
 
 
@@ -247,17 +246,17 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
     Overrides _setup_light_resources, _get_light_vars_code, prepare_for_draw.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int], shaping: Casting) -> None:
-        self.casting, self.sizes = dict(zip(KINDS, casting, strict=True)), sizes
+    def __init__(self, casting: Casting, sizes: dict[str, int], glass: int, shaping: Casting) -> None:
+        self.casting, self.sizes, self.texels = dict(zip(KINDS, casting, strict=True)), sizes, glass
         numbers = iter(range(sum(map(sum, shaping))))
         self.shapes = {kind: [next(numbers) if one else -1 for one in own] for kind, own in zip(KINDS, shaping, strict=True)}
         self.shape_count = sum(map(sum, shaping))
-        self.layers = {name: sum(LAYERS[kind] * sum(self.casting[kind]) for kind in kinds) for name, kinds in MAPS.items()}
+        self.layers = layers_of(casting)
         super().__init__(*(len(self.casting[kind]) for kind in ("point", "directional", "spot")))
 
     def _setup_light_resources(self) -> None:
         count = max(sum(self.layers.values()), 2)
-        fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4"}
+        fields = {"views": f"{count}*4x4xf4", "scales": f"{count}*4xf4", "casters": f"{CASTERS // 128}*4xu4", "glass": f"{count}*4xu4"}
         if (shapes := self.shape_count) > 0:
             counts = {"shape_rows": 3 * shapes, "shape_planes": PLANES * shapes}
             counts |= {name: max(shapes, 2) for name in ("shape_scales", "shape_falls")}
@@ -285,6 +284,7 @@ class _SurfaceLights(LightRenderState):  # type: ignore[misc]
             self.bindings.append(Binding("t_shapes", "texture/auto", view))
             self.bindings.append(Binding("s_shapes", "sampler/filtering", GfxSampler("linear", "repeat")))
         self.bindings.append(Binding("s_shadow", "sampler/non_filtering", GfxSampler("nearest", "clamp")))
+        self.glass = GlassBinding(self.device, self.texels) if self.texels else None
 
     def _get_light_vars_code(self, bind_group_index: int) -> str:
         own = {"s_shadow": "sampler", "s_shapes": "sampler", "t_shapes": "texture_2d_array<f32>"}
@@ -313,12 +313,12 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
     casters: (light, name of its map) of those that cast, in the order of their views. maps: of a name, a view of each layer.
     """
 
-    def __init__(self, casting: Casting, sizes: dict[str, int], blend_hash: tuple[Any, ...], shaping: Casting) -> None:
+    def __init__(self, casting: Casting, sizes: dict[str, int], glass: int, blend_hash: tuple[Any, ...], shaping: Casting) -> None:
         self.device = get_shared().device
-        self.light_renderstate = _SurfaceLights(casting, sizes, shaping)
+        own = self.light_renderstate = _SurfaceLights(casting, sizes, glass, shaping)
         self._written: list[Any] = []
         self.blend_renderstate = BlendRenderState.obtain_from_hash(blend_hash)
-        self.bindings = [*self.light_renderstate.bindings, *self.blend_renderstate.bindings]
+        self.bindings = [*own.bindings, *([own.glass] if own.glass else []), *self.blend_renderstate.bindings]
         self.wgpu_bind_group_layout, self.wgpu_bind_group = self._collect_bindings()
 
     def get_shader_kwargs(self, bind_group_index: int = 1) -> dict[str, Any]:
@@ -327,6 +327,7 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         own = {"airlight_casts": casts, "airlight_flat_layers": lights.layers["flat"], "airlight_casters": CASTERS}
         own |= {"airlight_planes": PLANES, "airlight_side": SHAPE_SIDE}
         own |= {"airlight_shapes": {kind: numbers if max(numbers, default=-1) >= 0 else [] for kind, numbers in lights.shapes.items()}}
+        own["airlight_glass"] = (bind_group_index, len(lights.bindings)) if lights.glass else None
         return {**super().get_shader_kwargs(bind_group_index), **own}
 
     @property
@@ -334,16 +335,22 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
         return self.light_renderstate.maps
 
     @property
+    def glass(self) -> GlassBinding | None:
+        return self.light_renderstate.glass
+
+    @property
     def casters(self) -> list[tuple[Any, str]]:
         own, names = self.light_renderstate, {kind: name for name, kinds in MAPS.items() for kind in kinds}
         of_kind = ((kind, zip(own.lights[f"{kind}_lights"], own.casting[kind], strict=True)) for kind in KINDS)
         return [(light, names[kind]) for kind, lights in of_kind for light, casts in lights if casts]
 
-    def write(self, views: Matrix, scales: Matrix, casters: Iterable[Any]) -> None:
-        """Writes what the shaders know of the maps, (N, 4, 4) and (N, 4), see light_shadow.wgsl, and which objects are drawn into them."""
+    def write(self, views: Matrix, scales: Matrix, casters: Iterable[Any], glass: Any = ()) -> None:
+        """Writes what the shaders know of the maps, (N, 4, 4) and (N, 4), see light_shadow.wgsl, which objects are drawn into them, and
+        (N, 4) where those of glass lie, see surface_glass.wgsl."""
         shared = self.light_renderstate.shared
         data = shared.data
         data["views"], data["scales"] = 0, 0
+        data["glass"][: len(glass)] = np.reshape(glass, (-1, 4))
         data["views"][: len(views)], data["scales"][: len(views)] = views.transpose(0, 2, 1), scales
         bits = np.zeros(CASTERS, np.uint8)
         bits[[min(int(thing.uniform_buffer.data["renderer_id"]), CASTERS - 1) for thing in casters]] = 1
@@ -367,6 +374,12 @@ class SurfaceState(CombinedRenderState):  # type: ignore[misc]
             self._written = list(layers)
 
 
+def layers_of(casting: Casting) -> dict[str, int]:
+    """Counts the layers of each map of MAPS."""
+    counts = {kind: LAYERS[kind] * sum(own) for kind, own in zip(KINDS, casting, strict=True)}
+    return {name: sum(counts[kind] for kind in kinds) for name, kinds in MAPS.items()}
+
+
 _states: Any = weakref.WeakValueDictionary()
 _owners: Any = weakref.WeakKeyDictionary()  # of a renderer's blender: weak references to what draws maps for it
 _chosen: list[Any] = [None]  # (owner, state) of the render state that was chosen last, where it is ours
@@ -375,14 +388,14 @@ _chosen: list[Any] = [None]  # (owner, state) of the render state that was chose
 def shade_surfaces(renderer: Any, owner: Any) -> None:
     """Let what a renderer draws take its shadows from maps of ours, while `owner` lives and says so.
 
-    owner: has wants(lights), which tells whether to, shapes(lights), which gives the shape of each, by kind, or None, write_shapes(state,
-    shapes), and draw(state), which draws the maps of a SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides.
-    Touches renderer._blender; replaces two functions that pygfx's renderer calls, and two files of its shaders, which for all others stay
-    as they are.
+    owner: has wants(lights), which tells whether to, glass_texels(layers), which tells how many texels of what dims lights there are,
+    shapes(lights), which gives the shape of each, by kind, or None, write_shapes(state, shapes), and draw(state), which draws the maps of a
+    SurfaceState; lights as in pygfx's render states. sizes: of the maps' sides. Touches renderer._blender; replaces two functions that
+    pygfx's renderer calls, and two files of its shaders, which for all others stay as they are.
     """
     if rendering.get_renderstate is get_renderstate:
         rendering.get_renderstate, rendering.render_shadow_maps = _choose_state, _draw_shadows
-        templating.root_loader.mapping["pygfx"] = _Shaders(templating.root_loader.mapping["pygfx"])
+        templating.root_loader.mapping["pygfx"] = Shaders(templating.root_loader.mapping["pygfx"])
         templating.jinja_env.cache.clear()
     _owners.setdefault(renderer._blender, []).append(weakref.ref(owner))
 
@@ -398,10 +411,10 @@ def _choose_state(lights: Any, blender: Any) -> Any:
     casting = tuple(tuple(bool(light.cast_shadow) for light in lights[f"{kind}_lights"]) for kind in KINDS)
     shapes = owner.shapes(lights)
     shaping = tuple(tuple(shape is not None for shape in shapes[kind]) for kind in KINDS)
-    key = casting, tuple(owner.sizes.items()), BlendRenderState.state_to_hash(blender), shaping
+    key = casting, tuple(owner.sizes.items()), owner.glass_texels(layers_of(casting)), BlendRenderState.state_to_hash(blender), shaping
     state = _states.get(key)
     if state is None:
-        state = _states[key] = SurfaceState(casting, owner.sizes, key[2], shaping)
+        state = _states[key] = SurfaceState(casting, owner.sizes, *key[2:])
     state.prepare_for_draw(tuple(lights[name] for name in LIGHTS), (blender,))
     state.write(np.zeros((0, 4, 4)), np.zeros((0, 4)), ())  # where nothing casts pygfx draws none
     if any(map(any, shaping)):
@@ -425,17 +438,3 @@ def _draw_shadows(*parts: Any) -> None:
 
 
 LIGHTS = ("point_lights", "directional_lights", "spot_lights", "ambient_color")  # as pygfx hands them on
-
-
-class _Shaders(jinja2.BaseLoader):
-    """Loads pygfx's shaders; of SHADERS also ours, for render states that are ours."""
-
-    def __init__(self, loader: Any) -> None:
-        self.loader = loader
-
-    def get_source(self, environment: Any, template: str) -> tuple[str, str | None, Callable[[], bool]]:
-        source, name, is_current = self.loader.get_source(environment, template)
-        if template in SHADERS:
-            ours = "$$ if airlight_casts is defined and lighting is defined and lighting"  # what is unlit is told of no lights
-            source = "\n".join([ours, load(f"pygfx/{template}"), "$$ else", source, "$$ endif", ""])
-        return source, name, is_current

@@ -73,7 +73,7 @@ def hold_back(renderer: Any, owner: Any) -> None:
     owner: has sort(scene, objects, renderstate), which gives for each object None, as pygfx draws it, "held": not at all, or states in the
     place of its own, to draw it with one after the other: (state, whether among what is solid); and hold(objects, renderstate, camera's
     uniforms), which is told those that are held, in the order of their drawing. Touches renderer._blender, FlatScene and its
-    _wobject_wrappers, _bake_functions, _compute_pipeline_containers; replaces the class that pygfx's renderers make.
+    shadow_objects, _wobject_wrappers, _bake_functions, _compute_pipeline_containers; replaces the class that pygfx's renderers make.
     """
     if rendering.FlatScene is FlatScene:
         rendering.FlatScene = _Sorted
@@ -83,11 +83,14 @@ def hold_back(renderer: Any, owner: Any) -> None:
 class _Sorted(FlatScene):  # type: ignore[misc]
     """Draws a scene as what holds objects back wants it."""
 
+    shadow_objects: list[Any]
     _wobject_wrappers: list[Any]
     _bake_functions: list[Any]
     _compute_pipeline_containers: list[Any]
 
     def collect_pipelines_container_groups(self, renderstate: Any) -> None:
+        if getattr(renderstate, "glass", None) is not None and not self.shadow_objects:
+            self.shadow_objects = [self.scene]  # or pygfx asks for no maps of what dims lights
         alive = [owner for owner in _owners.get(renderstate.blender, ()) if owner() is not None]
         drawn = self._wobject_wrappers
         ways: Any = [None] * len(drawn)

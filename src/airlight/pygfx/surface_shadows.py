@@ -15,7 +15,9 @@ from airlight.options import March, Medium
 from airlight.projection import Matrix
 from airlight.pygfx import private
 from airlight.pygfx.casters import Casters, Gathered
+from airlight.pygfx.glass_maps import MOST_BYTES, GlassMaps
 from airlight.pygfx.origin import root_of
+from airlight.pygfx.private_surfaces import TEXEL
 from airlight.pygfx.punctual import GFX_KINDS
 from airlight.pygfx.surface_shapes import SurfaceShapes
 from airlight.shadows import ShadowView, fit
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
 SIZES = {"flat": 1536, "cube": 1024}  # texels along a map of a sun or a spot, and along a face of a point's
+GLASS_SIZES = {"flat": 1024, "cube": 512}  # and of what dims them, where all of that is no more than a buffer holds; else halves of these
 BORDER = 6.37  # texels around a lamp's map, that filters read; no round number, lest edges that lie at such are on texels' centres
 
 
@@ -32,7 +35,8 @@ class SurfaceShadows:
     """Lets surfaces of a LightShafts' scene, where its renderer draws that, take their shadows from maps of ours.
 
     Lights cast as their cast_shadow says, objects as theirs does if they are solid (`Casters`), and shadows fall where receive_shadow says.
-    A sun's map holds all that casts, or what its shadow camera sees where that is less; depths, bias and cull mode have no effect.
+    A sun's map holds all that casts, or what its shadow camera sees where that is less; depths, bias and cull mode have no effect. What
+    lets light through dims and colours it as in the air, whatever its cast_shadow says, but with Medium.transparency "none".
     """
 
     sizes = SIZES
@@ -41,6 +45,9 @@ class SurfaceShadows:
         self._shafts = weakref.ref(shafts)
         self._casters = Casters(shafts.device, shafts.scene)
         self._shapes = SurfaceShapes()
+        self._glass = GlassMaps(shafts.device)
+        self._found: tuple[list[Any], Any] = [], None  # what lets light through, and its hulls
+        self._sides: dict[str, int] = {}
         private.shade_surfaces(shafts.renderer, self)
 
     def wants(self, lights: Any) -> bool:
@@ -60,6 +67,19 @@ class SurfaceShadows:
         """Writes the shapes of a state's lights."""
         self._shapes.write(state, shapes)
 
+    def glass_texels(self, layers: dict[str, int]) -> int:
+        """Counts the texels of maps of what dims lights; layers: of each kind of map. Gathers that."""
+        shafts = self._shafts()
+        assert shafts is not None
+        none = shafts.medium.transparency == "none"
+        self._found = ([], None) if none else self._glass.gather(shafts.scene, (), shafts.lights)
+        if not self._found[0]:
+            return 0
+        self._sides = dict(GLASS_SIZES)
+        while (texels := sum(count * self._sides[name] ** 2 for name, count in layers.items())) * TEXEL > MOST_BYTES:
+            self._sides = {name: side // 2 for name, side in self._sides.items()}
+        return texels
+
     def draw(self, state: private.SurfaceState) -> None:
         """Draws and submits the maps of a state, and writes where they lie."""
         shafts = self._shafts()
@@ -68,15 +88,26 @@ class SurfaceShadows:
         casters.scene, casters.lights, casters.still = shafts.scene, shafts.lights, shafts.still
         gathered = _casting(casters.gather())
         free = {name: iter(layers) for name, layers in state.maps.items()}
-        drawn, scales = [], []
-        for light, name in state.casters:
+        drawn, scales, glass = [], [], []
+        begin, (found, hulls), binding = 0, self._found, state.glass
+        own = (id(self._glass), hulls.tobytes(), self._glass.contents(found)) if binding is not None else ()
+        for i, (light, name) in enumerate(state.casters):
             size = SIZES[name]
-            for view in surface_views(light, gathered[1], size):
+            views = surface_views(light, gathered[1] if binding is None else np.concatenate([gathered[1], hulls]), size)
+            if binding is not None:
+                side = self._sides[name]
+                key = *own, [view.matrix.tobytes() for view in views]
+                if binding.filled.pop(i, None) != key:
+                    self._glass.fill(binding.buffer, begin, side, views, size, found, hulls, True, None)
+                binding.filled[i] = key
+                glass += [[begin + k * side * side, side, size, 0] for k in range(len(views))]
+                begin += len(views) * side * side
+            for view in views:
                 drawn.append((view.matrix, size, next(free[name])))
                 sun = isinstance(light, gfx.DirectionalLight)
                 scales.append([view.texel, 0, view.depth_scale, 0] if sun else [0, view.texel, 0, 1 / view.depth_scale])
         casters.draw_layers(drawn, gathered)
-        state.write(np.array([matrix for matrix, _, _ in drawn]), np.array(scales), (thing for thing, _ in gathered[0]))
+        state.write(np.array([matrix for matrix, _, _ in drawn]), np.array(scales), (thing for thing, _ in gathered[0]), glass)
 
 
 def surface_views(light: Any, hulls: Matrix, size: int) -> list[ShadowView]:

@@ -17,18 +17,20 @@ from airlight.reference import tracer
 from airlight.reference.medium import Layer
 
 Array = tracer.Array
+COLOUR_CODES = np.array([2047, 2047, 1023])  # of 11, 11 and 10 bits
+WHITE = 2**32 - 1
 SAME = 1e-9  # of a distance, by which two that belong to one face may differ
 
 
 @dataclass(frozen=True)
 class Pane:
-    """Describes what is seen through: triangles (N, 3, 3), world, and the share of light that each face lets through, 0..1.
+    """Describes what is seen through: triangles (N, 3, 3), world, and the share of light that each face lets through, 0..1, one or (3,).
 
     dims: whether it dims lights, which both sides do. side: on which the eye sees it, "front", "back" or "both".
     """
 
     triangles: Array
-    passed: float
+    passed: Any
     dims: bool = True
     side: str = "both"
 
@@ -38,6 +40,26 @@ def left_behind(depth: Any, surfaces: Any, left: Any) -> Array:
     nearer to it than the next; left (..., 4): behind each."""
     count = (np.asarray(surfaces) > np.asarray(depth)[..., None]).sum(axis=-1)
     every = np.concatenate([np.ones((*count.shape, 1)), np.broadcast_to(left, (*count.shape, 4))], axis=-1)
+    return np.asarray(np.take_along_axis(every, count[..., None], axis=-1)[..., 0])
+
+
+def pack_left(left: Any) -> Array:
+    """Packs (..., 3) what is left of a light, 0..1, into codes (...), uint32, of the roots of its parts."""
+    codes = np.rint(np.sqrt(np.clip(left, 0, 1)) * COLOUR_CODES).astype(np.uint32)
+    return np.asarray(codes[..., 0] | codes[..., 1] << np.uint32(11) | codes[..., 2] << np.uint32(22))
+
+
+def unpack_left(code: Any) -> Array:
+    """Unpacks (..., 3) what `pack_left` packs."""
+    code = np.asarray(code, np.uint32)
+    parts = np.stack([code & np.uint32(2047), code >> np.uint32(11) & np.uint32(2047), code >> np.uint32(22)], axis=-1)
+    return np.asarray((parts / COLOUR_CODES) ** 2)
+
+
+def code_behind(depth: Any, surfaces: Any, codes: Any) -> Array:
+    """Chooses, as `left_behind`, codes (...), uint32, of what is left of a light; codes (..., 4): behind each surface."""
+    count = (np.asarray(surfaces) > np.asarray(depth)[..., None]).sum(axis=-1)
+    every = np.concatenate([np.full((*count.shape, 1), WHITE, np.uint32), np.asarray(codes, np.uint32)], axis=-1)
     return np.asarray(np.take_along_axis(every, count[..., None], axis=-1)[..., 0])
 
 
@@ -54,16 +76,19 @@ class _Division:
         self.panes = panes
         self.volumes = [[(tracer.shadow_volumes(pane.triangles, light), pane.passed) for pane in panes if pane.dims] for light in lights]
 
-    def __call__(self, tile: tracer.Tile, number: int | None, segments: tracer.Segments) -> Iterator[tuple[float, tracer.Segments]]:
+    def __call__(self, tile: tracer.Tile, number: int | None, segments: tracer.Segments) -> Iterator[tuple[Any, tracer.Segments]]:
         met = [(*self._seen_behind(tile, pane), pane.passed) for pane in self.panes]
         for volumes, passed in [] if number is None else self.volumes[number]:
             met.append((*tracer.hidden(tile.origin, tile.ray, tile.reach, tracer.in_reach(tile, *volumes)), passed))
-        low, high, left = (np.concatenate(parts, axis=1) for parts in zip(*((a, b, np.full(a.shape, p)) for a, b, p in met), strict=True))
+        channels = 3 if any(np.size(passed) > 1 for *_, passed in met) else 1
+        shaped = ((a, b, np.broadcast_to(passed, (*a.shape, channels))) for a, b, passed in met)
+        low, high, left = (np.concatenate(parts, axis=1) for parts in zip(*shaped, strict=True))
         # Keep of each ray what dims a part of it
         dims = low < high
         order = np.argsort(~dims, axis=1, kind="stable")[:, : int(dims.sum(axis=1).max(initial=0))]
-        low, high, left, dims = (np.take_along_axis(x, order, axis=1) for x in (low, high, left, dims))
-        left = np.where(dims, left, 1.0)
+        left = np.take_along_axis(left, order[..., None], axis=1)
+        low, high, dims = (np.take_along_axis(x, order, axis=1) for x in (low, high, dims))
+        left = np.where(dims[..., None], left, 1.0)
         # Cut the segments, and weigh each part by all that dims it
         which, start, end = segments
         marks = np.column_stack([start, low[which], high[which], end])
@@ -71,10 +96,13 @@ class _Division:
         row, column = np.nonzero(marks[:, 1:] > marks[:, :-1])
         which, start, end = which[row], marks[row, column], marks[row, column + 1]
         middle = (start + end)[:, None] / 2
-        shares = np.where((low[which] < middle) & (middle < high[which]), left[which], 1.0).prod(axis=1).round(12)
-        for share in np.unique(shares[shares > 0]).tolist():
-            some = shares == share
-            yield share, (which[some], start[some], end[some])
+        behind = (low[which] < middle) & (middle < high[which])
+        shares = np.where(behind[..., None], left[which], 1.0).prod(axis=1).round(12)
+        different, each = np.unique(shares, axis=0, return_inverse=True)
+        each = each.reshape(-1)
+        for i in np.flatnonzero(different.any(axis=1)).tolist():
+            some = each == i
+            yield different[i], (which[some], start[some], end[some])
 
     @staticmethod
     def _seen_behind(tile: tracer.Tile, pane: Pane) -> tuple[Array, Array]:

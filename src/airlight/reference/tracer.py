@@ -44,10 +44,10 @@ class Tile(NamedTuple):
 
 
 # Divides segments by the share of their light that reaches the eye; of a light's number, or None: of what is around
-Divide = Callable[[Tile, int | None, Segments], Iterable[tuple[float, Segments]]]
+Divide = Callable[[Tile, int | None, Segments], Iterable[tuple[Any, Segments]]]
 
 
-def _undivided(tile: Tile, number: int | None, segments: Segments) -> Iterable[tuple[float, Segments]]:
+def _undivided(tile: Tile, number: int | None, segments: Segments) -> Iterable[tuple[Any, Segments]]:
     return ((1.0, segments),)
 
 

@@ -33,7 +33,7 @@ class Shadow:
     A sun has 1 to 4 views (cascades, near to far); beyond their map everything is lit. A spot has one: its cone lies in it. A point has
     six, which tile all directions. Views' order is that of the layers. drawn: what was drawn, to compare with what a later one says; None:
     it cannot be compared. glass: a buffer of what dims the light without hiding it, of glass_side x glass_side texels a view, see
-    `pygfx.glass_maps.GlassMaps`; None: nothing does.
+    `pygfx.glass_maps.GlassMaps`; None: nothing does. coloured: it holds colours.
     """
 
     texture: Any
@@ -42,3 +42,4 @@ class Shadow:
     drawn: Any = None
     glass: Any = None
     glass_side: int = 0
+    coloured: bool = False

@@ -1,6 +1,8 @@
 // Light that has passed surfaces which are seen through: maps of a light's own, beside its shadow map, that hold in each texel how far the first
 // four of them are, and what is left of the light behind each. They are drawn by pygfx/glass_maps.py.
+//! include "scatter/march/glass_texel.wgsl"
 override GLASS: bool = false;   // there are such surfaces
+override COLOURED: bool = false; // some of them colour the light
 
 @group(0) @binding(13) var<storage, read> glass: array<vec4u>; // see GlassMaps
 
@@ -15,14 +17,22 @@ fn left_behind(depth: f32, surfaces: vec4f, left: vec4f) -> f32 {
 }
 
 /// Look up what is left of view i's light at a position of its shadow map and a depth.
-fn light_left(i: u32, position: vec2f, depth: f32) -> f32 {
+fn light_left(i: u32, position: vec2f, depth: f32) -> vec3f {
     let side = light.glass_side;
     let texel = floor(position * (side / light.side));
     let within = clamp(texel, vec2f(0.0), vec2f(side - 1.0));
-    let found = glass[(i * u32(side) + u32(within.y)) * u32(side) + u32(within.x)];
-    let surfaces = vec4f(unpack2x16float(found.x), unpack2x16float(found.y));
-    let left = left_behind(depth, surfaces, vec4f(unpack2x16unorm(found.z), unpack2x16unorm(found.w)));
-    return select(left, 1.0, any(within != texel));
+    let at = (i * u32(side) + u32(within.y)) * u32(side) + u32(within.x);
+    var left = vec3f(1.0);
+    if (COLOURED) {
+        let found = glass[2u * at];
+        let surfaces = vec4f(unpack2x16float(found.x), unpack2x16float(found.y));
+        left = unpack_left(code_behind(depth, surfaces, vec4u(found.zw, glass[2u * at + 1u].x, glass[2u * at + 1u].y)));
+    } else {
+        let found = glass[at];
+        let surfaces = vec4f(unpack2x16float(found.x), unpack2x16float(found.y));
+        left = vec3f(left_behind(depth, surfaces, vec4f(unpack2x16unorm(found.z), unpack2x16unorm(found.w))));
+    }
+    return select(left, vec3f(1.0), any(within != texel));
 }
 
 /// Note in a list of steps that are lit, of a group of MOST_DIMMED at most, three bits each, that the k-th is. Twin: reference/panes.py:with_lit.

@@ -162,7 +162,7 @@ class March:
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
             chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None, "SHAPE": SHAPES.index(shape_of(light))}
-            chosen["FALLS"] = light.falloff_terms() != (1.0, 0.0, 0.0)
+            chosen |= {"FALLS": light.falloff_terms() != (1.0, 0.0, 0.0), "COLOURED": shadow is not None and shadow.coloured}
             if self._varies:
                 chosen |= {"TABLE": shade is not None, "EXACT": medium.exact, "TEXTURE": self._tables[i][1] is not self._varying.no_table}
                 chosen["RETURNS"] = medium.exact or panes or (shadow is not None and len(shadow.views) > 1)

@@ -399,7 +399,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
         if (GLASS) {
             let angle = start + (first + lit_step(lit, count, fract(37.618034 * o + 0.618034 * first)) + o) * each;
             let at = line.b + min(nearest.x + nearest.y * tangent(angle), last) * line.a;
-            total += sum * select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
+            total += sum * select(light_left(i, at.xy / at.w, at.z / at.w), vec3f(1.0), at.w <= 0.0);
         }
         continuing { break if k >= end; }
     }

@@ -14,6 +14,11 @@ const SEARCH_TURNS = 12u;
 const SAME = 1e-4;              // share of the light
 const MAX_SEGMENTS = 5u;        // lit segments that wait, so that neighbouring rays are summed at the same time
 
+struct Part {                   // of a lit segment, on which as much of the light is left
+    end: f32,
+    left: vec3f,
+}
+
 var<private> segments: array<vec2f, MAX_SEGMENTS + 3u>;
 var<private> segment_views: array<u32, MAX_SEGMENTS + 3u>; // in which each is lit
 var<private> segment_count: u32;
@@ -27,28 +32,28 @@ fn push_segment(start: f32, end: f32) {
 }
 
 /// Look up what is left of view i's light on a line at t.
-fn left_on_line(i: u32, a: vec4f, b: vec4f, t: f32) -> f32 {
+fn left_on_line(i: u32, a: vec4f, b: vec4f, t: f32) -> vec3f {
     let at = b + t * a;
-    return select(light_left(i, at.xy / at.w, at.z / at.w), 1.0, at.w <= 0.0);
+    return select(light_left(i, at.xy / at.w, at.z / at.w), vec3f(1.0), at.w <= 0.0);
 }
 
-/// Find the next part of a lit segment in view i, from `begin` on, that as much of the light is left on: (its end, what is left). That is looked up
+/// Find the next part of a lit segment in view i, from `begin` on, that as much of the light is left on. That is looked up
 /// along the segment, GLASS_TEXELS of the map apart, and where it changes the place is searched for between two look-ups.
-fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
+fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> Part {
     let a = light.view[i].matrix * vec4f(ray.direction, 0.0);
     let b = light.view[i].matrix * vec4f(ray.origin, 1.0);
     let ends = mat2x4f(b + segment.x * a, b + segment.y * a);
     let texels = length(ends[1].xy / max(ends[1].w, 1e-9) - ends[0].xy / max(ends[0].w, 1e-9)) * light.glass_side / light.side;
     let each = (segment.y - segment.x) / clamp(ceil(texels / GLASS_TEXELS), LEAST_LOOKS, MOST_LOOKS);
     let left = left_on_line(i, a, b, begin + 1e-3 * each);
-    if (segment.y - segment.x < 1e-4 * segment.y) { return vec2f(segment.y, left); } // the digits of t tell no more apart
+    if (segment.y - segment.x < 1e-4 * segment.y) { return Part(segment.y, left); } // the digits of t tell no more apart
     var low = begin;
     var high = segment.x + each * (floor((begin - segment.x) / each + 1e-3) + 1.0);
     var changes = false;
     // Look for another value
     loop {
         high = min(high, segment.y - 1e-3 * each);
-        changes = abs(left_on_line(i, a, b, high) - left) > SAME;
+        changes = any(abs(left_on_line(i, a, b, high) - left) > vec3f(SAME));
         if (changes || high >= segment.y - 2e-3 * each) { break; }
         low = high;
         high += each;
@@ -57,7 +62,7 @@ fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
     var turn = 0u;
     loop {
         let middle = 0.5 * (low + high);
-        let same = !changes || abs(left_on_line(i, a, b, middle) - left) <= SAME;
+        let same = !changes || all(abs(left_on_line(i, a, b, middle) - left) <= vec3f(SAME));
         low = select(low, middle, same);
         high = select(middle, high, same);
         turn += 1u;
@@ -65,7 +70,7 @@ fn next_part(i: u32, ray: Ray, segment: vec2f, begin: f32) -> vec2f {
     }
     // Always move on, by more than the digits of t lose
     let end = max(high, begin + max(2e-3 * each, 2e-6 * begin));
-    return vec2f(select(segment.y, end, changes && end < segment.y), left);
+    return Part(select(segment.y, end, changes && end < segment.y), left);
 }
 
 /// Integrate over the lit segments that wait, and drop them: transmittance for a directional light, else in-scattered radiance.
@@ -76,11 +81,11 @@ fn flush_segments(ray: Ray, nearest: vec2f, full: vec2f) -> vec3f {
     loop {
         if (k >= segment_count) { break; }
         var segment = segments[k];
-        var left = 1.0;
+        var left = vec3f(1.0);
         if (GLASS) {
             let part = next_part(segment_views[k], ray, segment, begin);
-            left = part.y;
-            segment = vec2f(begin, part.x);
+            left = part.left;
+            segment = vec2f(begin, part.end);
         }
         if (DIRECTIONAL) {
             sum += left * integrate_directional(ray, segment);

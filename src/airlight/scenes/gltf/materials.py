@@ -28,7 +28,7 @@ class Materials:
     def __init__(self, gltf: Gltf) -> None:
         self._gltf = gltf
         self._textures: dict[tuple[int, bool, bool], gfx.Texture] = {}
-        self._parts: dict[tuple[int, bool, opacity.Range], list[gfx.Material]] = {}
+        self._parts: dict[tuple[int, bool, opacity.Range, bool], list[gfx.Material]] = {}
 
     def _texture(self, image: int, mips: bool, bled: bool) -> gfx.Texture:
         if (image, mips, bled) not in self._textures:
@@ -69,15 +69,17 @@ class Materials:
         """Make the material as one, or glTF's default one. flat: of a mesh without normals."""
         return self._made(self._described(index), flat, opacity.SOLID)
 
-    def parts(self, index: int | None, flat: bool = False, alphas: opacity.Range = (1.0, 1.0)) -> list[gfx.Material]:
+    def parts(
+        self, index: int | None, flat: bool = False, alphas: opacity.Range = (1.0, 1.0), painted: bool = False
+    ) -> list[gfx.Material]:
         """Make the materials that show a mesh, to be drawn one after the other; none for what is cut away whole.
 
-        alphas: the range of those of its vertices' colours.
+        painted: its vertices have colours; alphas: the range of theirs.
         """
-        key = (-1 if index is None else index, flat, alphas)
+        key = (-1 if index is None else index, flat, alphas, painted)
         if key not in self._parts:
             m = self._described(index)
-            found = self._glass(m, flat) if m.extensions.transmission is not None else []
+            found = self._glass(m, flat, painted) if m.extensions.transmission is not None else []
             if not found:
                 found = [self._made(m, flat, settings) for settings in self._modes(m, alphas)]
                 self._glossy(m, found)
@@ -132,7 +134,7 @@ class Materials:
         alpha = None if codes is None else codes[..., 3]
         return opacity.layers(opacity.alpha_range(alpha, pbr.base_color_factor[3], alphas), opacity.is_cut_out(alpha))
 
-    def _glass(self, m: schema.Material, flat: bool) -> list[gfx.Material]:
+    def _glass(self, m: schema.Material, flat: bool, painted: bool) -> list[gfx.Material]:
         """Make the materials of what light passes; none for what it does not."""
         info = m.pbr_metallic_roughness.base_color_texture
         mask = None if m.extensions.transmission is None else m.extensions.transmission.transmission_texture
@@ -142,16 +144,31 @@ class Materials:
             share *= float(codes[..., 0].mean()) / 255
         if not glass.is_glass(m, share):
             return []
-        color, base = colour(tuple(glass.tint(m))), self._map(info, m.alpha_mode != "OPAQUE")
+        base, least, passed = self._map(info, m.alpha_mode != "OPAQUE"), share, share * glass.tint(m)
+        through, alpha = base, min(max(m.pbr_metallic_roughness.base_color_factor[3], 0.0), 1.0)
         if framed and codes is not None and (base := base or self._map(mask)) is not None:
-            base.texture = gfx.Texture(glass.in_frame(codes, self._codes(info), share), dim=2, generate_mipmaps=True)
-        tinted = m.alpha_mode != "BLEND" and (base is not None or min(color.to_physical()[:3]) < 1)
+            inside = glass.in_frame(codes, self._codes(info), share)
+            clear = inside[..., 3] < 255
+            least, passed = 1 - float(inside[..., 3].max(initial=0, where=clear)) / 255, glass.tint(m)
+            through = self._map(info or mask)
+            assert through is not None
+            for found, own in ((base, inside), (through, glass.through_frame(inside))):
+                found.texture = gfx.Texture(own, dim=2, generate_mipmaps=True)
+        elif m.alpha_mode == "BLEND":
+            through, covered = self._map(info, True), self._codes(info, True)
+            if through is None or covered is None:
+                passed = 1 - alpha * (1 - passed)
+            else:
+                through.texture = gfx.Texture(glass.through_cover(covered, passed, alpha), dim=2, generate_mipmaps=True)
+                passed = np.ones(3)
+        tinted = through is not None or painted or float(passed.min()) < 1
         made: list[gfx.Material] = []
-        for what, settings in glass.draws(share, framed, tinted):
+        for what, settings in glass.draws(share, least, framed, tinted):
             if m.alpha_mode == "MASK":
                 settings = {**settings, "alpha_test": min(m.alpha_cutoff, MOST_CUTOFF) * settings.get("opacity", 1.0)}
             if what == "tint":
-                made.append(gfx.MeshBasicMaterial(color=color, map=base, side=_side(m), **settings))
+                cut = (alpha,) if m.alpha_mode == "MASK" else ()
+                made.append(gfx.MeshBasicMaterial(color=colour((*passed, *cut)), map=through, side=_side(m), **settings))
                 continue
             made.append(self._made(m, flat, settings))
             if framed:

@@ -64,7 +64,8 @@ class Meshes:
                 found.append(self._thin(geometry, primitive))
                 found[-1].local.position = shift
                 continue
-            materials = self._materials.parts(primitive.material, "NORMAL" not in primitive.attributes, self._alphas(primitive))
+            lacking, painted = "NORMAL" not in primitive.attributes, "COLOR_0" in primitive.attributes
+            materials = self._materials.parts(primitive.material, lacking, self._alphas(primitive), painted)
             if not materials:
                 continue
             material = materials[0]
