@@ -43,7 +43,7 @@ def test_how_it_is_written() -> None:
     assert (found.name, found.path, found.known) == ("street lamp", "a b.ies", {"absolute": "1"})
     for text, says in (
         ("lamp", "write NAME=FILE, then ;absolute=1"), ("=x.ies", "write NAME=FILE"), ("lamp=", "write NAME=FILE"),
-        ("lamp=x;absolute=yes", "use 0, 1"), ("lamp=x;absolut=1", "did you mean 'absolute'"),
+        ("lamp=x;absolute=yes", "use 0, 1"), ("lamp=x;absolutes=1", "did you mean 'absolute'"),
     ):  # fmt: skip
         with pytest.raises(AirlightError, match=says):
             read_shape_text(text)
