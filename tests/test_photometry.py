@@ -180,6 +180,9 @@ def test_eulumdat(symmetry: int, comma: bool) -> None:
     mirrors = {0: [], 1: [(-1, 1), (1, -1)], 2: [(1, -1)], 3: [(-1, 1)], 4: [(-1, 1), (1, -1)]}[symmetry]
     for mirror in [(-1, 1), (1, -1)]:
         assert np.allclose(found.at(SPHERE), found.at(SPHERE * (*mirror, 1))) == (mirror in mirrors)
+    empty = ldt(symmetry, candela, comma=comma).split(b"\r\n")
+    empty[23] = b""  # the conversion factor
+    assert read(b"\r\n".join(empty)).peak == pytest.approx(2 * candela.max())
     with pytest.warns(AirlightWarning, match="no luminous flux"):
         assert read(ldt(symmetry, candela, flux=0)).peak == pytest.approx(candela.max())
 

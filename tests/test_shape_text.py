@@ -1,5 +1,6 @@
 """`--ies` and `ies=` of `--light`: which lights get which file, and what is said of names that no light has."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from airlight.pygfx.punctual import punctual_lights
 from airlight.scenes import Stage, open_scene
 from airlight.scenes.lamps import lighting
 from airlight.scenes.offline import Shot, Studio
+from airlight.viewer import command
+from airlight.viewer.state import LightControl, ViewerState
 
 STREET = str(DATA / "absolute_photometry.ies")
 TILTED = str(DATA / "tilt_include_geometry2.ies")
@@ -40,7 +43,7 @@ def test_how_it_is_written() -> None:
     assert (found.name, found.path, found.known) == ("street lamp", "a b.ies", {"absolute": "1"})
     for text, says in (
         ("lamp", "write NAME=FILE, then ;absolute=1"), ("=x.ies", "write NAME=FILE"), ("lamp=", "write NAME=FILE"),
-        ("lamp=x;absolute=yes", "use 0, 1"), ("lamp=x;absolut=1", "did you mean 'absolute'"),
+        ("lamp=x;absolute=yes", "use 0, 1"), ("lamp=x;absolutes=1", "did you mean 'absolute'"),
     ):  # fmt: skip
         with pytest.raises(AirlightError, match=says):
             read_shape_text(text)
@@ -147,3 +150,16 @@ def test_a_constant_file_is_none_bit_for_bit_and_another_is_seen(stage: Stage, t
         layers.append(Studio(stage, Shot(48, 27, 1), Parameters(method="march"), **air).frame(layer=True).layer[..., :3].copy())
     np.testing.assert_array_equal(layers[0], layers[1])
     assert layers[0].max() > 0 and layers[2].sum() < 0.8 * layers[0].sum()
+
+
+def test_the_viewers_command_keeps_what_its_panel_does_not_show() -> None:
+    control = LightControl((0.0, 2.0, -3.0), written=f"0,2,-3;ies={STREET};strength=7cd;color=1,1,0.5", color=(1.0, 1.0, 0.5))
+    state = ViewerState(source="room.glb", is_image=False, lights=[control], lights_before=[replace(control)])
+    assert command.light_words(state) == [f"--light={control.written}"]
+    control.position = (1.0, 2.0, -3.0)
+    assert command.light_words(state) == [f"--light=1,2,-3;ies={STREET};strength=7cd;color=1,1,0.5"]
+    control.strength = 2.0
+    (word,) = command.light_words(state)
+    assert word == f"--light=1,2,-3;color=1.0,1.0,0.5;strength=2.0;ies={STREET};strength=7cd"
+    light = read_scene_light(word.removeprefix("--light="), PLACE)
+    assert (light.intensity, light.strength, light.photometry.peak) == (7, 2, 2200)

@@ -6,7 +6,7 @@ import shlex
 from typing import Any
 
 from airlight.files import OUTPUTS
-from airlight.jobs.light_text import OF_MEDIUM, LightText
+from airlight.jobs.light_text import OF_LAMP, OF_MEDIUM, LightText
 from airlight.options.declare import as_text as value_as_text
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -35,8 +35,23 @@ def light_words(state: ViewerState) -> list[str]:
         kind = control.kind if state.is_smart else None
         text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
         factors = "".join(f";{key}={getattr(control, key)!r}" for key in OF_MEDIUM if getattr(control, key) != 1)
-        words.append(f"{name}={text}{factors}")
+        words.append(f"{name}={text}{factors}{_unseen(control.written or '')}")
     return words
+
+
+def _unseen(written: str) -> str:
+    """Take of a light's option what the panel does not show: its own intensity, which has a unit, and its photometry."""
+    parts = [tuple(word.strip() for word in part.split("=", 1)) for part in written.split(";")[1:]]
+    kept = (part for part in parts if part[0] in OF_LAMP or (part[0] == "strength" and not _plain(part[-1])))
+    return "".join(f";{'='.join(part)}" for part in kept)
+
+
+def _plain(value: str) -> bool:
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return True
 
 
 def _made(control: st.LightControl) -> tuple[Any, ...]:

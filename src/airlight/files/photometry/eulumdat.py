@@ -40,9 +40,9 @@ def parse(text: str, path: str) -> IntensityDistribution:
     if not planes >= 1 or rows < 1 or max(planes, stored) * rows > MAX_VALUES:
         raise AirlightError(f"{path}: claims {planes:g} planes of {rows:g} angles, none or too many ({MAX_VALUES}); export it again")
     lines.skip(17, "its head")
-    conversion = lines.take(1, "conversion factor")[0]
+    conversion = lines.amount("conversion factor")
     lines.skip(1, "its head")
-    sets = int(abs(lines.take(1, "number of lamp sets")[0]))
+    sets = max(1, int(abs(lines.amount("number of lamp sets"))))
     if sets > MAX_SETS:
         raise AirlightError(f"{path}: claims {sets:g} sets of lamps, more than {MAX_SETS}; export it again")
     told: list[str] = []
@@ -60,7 +60,7 @@ def _flux(lines: "_Lines", sets: int, path: str, told: list[str]) -> float:
     flux = 0.0
     for i in range(sets):
         lines.skip(2, "its lamps")
-        found = lines.take(1, "lamps' flux")[0]
+        found = lines.amount("lamps' flux")
         flux = found if i == 0 else flux
         lines.skip(3, "its lamps")
     if flux <= 0:
@@ -86,7 +86,9 @@ class _Lines:
 
     def take(self, count: int, word: str) -> list[float]:
         """Take so many numbers; word: what they are. Raises AirlightError."""
-        found = [_plain(line) for line in self._next(count, f"its {word}")]
+        return self._numbers([_plain(line) for line in self._next(count, f"its {word}")], word)
+
+    def _numbers(self, found: list[str], word: str) -> list[float]:
         wrong = next((line for line in found if not _NUMBER.fullmatch(line)), None)
         if wrong is not None:
             raise AirlightError(f"{self._path}: {wrong[:30]!r} stands among its {word}, which are numbers; correct it, or export it again")
@@ -94,6 +96,11 @@ class _Lines:
         if not all(map(math.isfinite, values)):
             raise AirlightError(f"{self._path}: a number of its {word} is too large; correct it, or export it again")
         return values
+
+    def amount(self, word: str) -> float:
+        """Take a number that may be left out, as an empty line: 0 then. Raises AirlightError."""
+        (line,) = self._next(1, f"its {word}")
+        return self._numbers([_plain(line) or "0"], word)[0]
 
     def counts(self, count: int, word: str) -> list[float]:
         """Take so many whole numbers from 0 on. Raises AirlightError."""
