@@ -161,7 +161,6 @@ def test_shares_of_cascades() -> None:
         light["view"][i]["near"], light["view"][i]["far"] = near, far
     light["blend"] = 0.3
     ahead = RNG.uniform(0, 40, 400)
-    total = np.zeros(400)
     for i in range(3):
         out = call(SLICES, "share_of_cascade", [np.uint32(i), ahead], bindings={"light": light})
         np.testing.assert_allclose(out, twin.share_of_cascade(i, ahead, light), atol=1e-5)
@@ -179,8 +178,8 @@ def pictured(kind: Any, light: PunctualLight | None, medium: ResolvedMedium, siz
     encoder = device.encoder()
     made.record(encoder, depth_texture(device, np.ones(size[::-1]) if depths is None else depths))
     device.submit(encoder)
-    layer, through = (np.frombuffer(device.read(one, 16), np.float32).reshape(size[1], size[0], 4) for one in (made.layer, made.transmittance))
-    return layer, through
+    read = [np.frombuffer(device.read(one, 16), np.float32).reshape(size[1], size[0], 4) for one in (made.layer, made.transmittance)]
+    return read[0], read[1]
 
 
 def of_planes(n: int, cell: int = 1, **more: Any) -> ResolvedMedium:
@@ -198,7 +197,9 @@ def plain(kind: str) -> PunctualLight:
     }[kind]
 
 
-def errors_of(light: PunctualLight, planes: tuple[int, ...], size: tuple[int, int], shadow: Any, cell: int = 1, trim: float = 1.0) -> list[float]:
+def errors_of(
+    light: PunctualLight, planes: tuple[int, ...], size: tuple[int, int], shadow: Any, cell: int = 1, trim: float = 1.0
+) -> list[float]:
     """Root mean squares over the mean, against the exact walk, of this share of the values, the others being farther off."""
     true = pictured(Marching, light, air(March(steps="exact")), size, shadow=shadow)[0][..., :3]
     found = []
