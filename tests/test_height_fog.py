@@ -33,10 +33,11 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 def unused() -> dict[str, Any]:
-    """What the shaders of a march bind for a density that varies."""
+    """What the shaders of a march bind for a density that varies, and for a light's shape."""
     device = open_device()
     nothing = solid(device, (1, 1, 1), "r16float")
     textures = {"atlas": nothing, "table_texture": nothing, "linear": device.sampler()}
+    textures |= {"cookie": np.zeros((1, 1, 4), "f4"), "cookie_sampler": device.sampler()}
     return {"field": np.zeros((), FIELD), "voxels": np.zeros(4, "f4"), "table": np.zeros(4, "f4"), **textures}
 
 
@@ -139,13 +140,11 @@ def test_rays_in_the_shader(kind: str, frame: Any, light: Any) -> None:
         more = lit | {"constants": constants(kind) | {"FADES": fades}}
         found = call("scatter/march/ray.wgsl", "directional_integral", [ray, segment], **more)
         close(found, march.directional_integral(ray, segment, frame, light, kind, fades), 2e-4, 1e-4)
-        more["bindings"] = more["bindings"] | unused()
-        found = call("scatter/march/lights.wgsl", "integrate_directional", [ray, segment], **more)
-        close(found, march.integrate_directional(ray, segment, frame, light, kind, fades), 2e-4, 1e-4)
+        found = call("scatter/march/lights.wgsl", "integrate_evenly", [ray, segment], **more)
+        close(found, march.integrate_evenly(ray, segment, frame, light, kind, fades), 2e-4, 1e-4)
     if kind == "none":
-        lit["bindings"] = lit["bindings"] | unused()
-        found = call("scatter/march/lights.wgsl", "integrate_directional", [ray, segment], **lit)
-        close(found, march.integrate_directional(ray, segment, frame, light, kind, False), 1e-3, 1e-4)
+        found = call("scatter/march/lights.wgsl", "integrate_evenly", [ray, segment], **lit)
+        close(found, march.integrate_evenly(ray, segment, frame, light, kind, False), 1e-3, 1e-4)
         return
     k = np.arange(COUNT) % 9
     found = call("scatter/march/ray.wgsl", "clip_to_band", [ray, segment, k.astype(np.uint32)], **own)
@@ -202,7 +201,7 @@ def test_a_sun_is_exact_over_any_stretch(kind: str, above: float, fades: bool, f
     """By quadrature of density, of the light's own way too: closed, but for a ramp to something, whose bands are 3e-3 off at most."""
     frame["fog_above"] = above
     ray, segment = rays()[:60], np.sort(RNG.uniform(0, 15, (60, 2)), axis=1).astype(np.float32)
-    found = march.integrate_directional(ray, segment, frame, light, kind, fades)
+    found = march.integrate_evenly(ray, segment, frame, light, kind, fades)
     truth = []
     for r, (start, end) in zip(ray, segment.astype(float), strict=True):
         t = np.linspace(0, end, 60_001)

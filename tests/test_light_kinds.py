@@ -24,6 +24,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "directional": {"direction": (0.48, 0.6, 0.64)},
     "spot": {"position": (1.0, 2.0, 0.5), "direction": (0.0, -0.8, -0.6), "inner": 0.4, "outer": 1.2, "range": 9.0},
     "point": {"position": (1.0, 2.0, 0.5), "range": 7.0},
+    "projector": {"position": (1.0, 2.0, 0.5), "direction": (0.0, -0.8, -0.6), "fov": (1.9, 1.5), "far": 7.0, "falloff": "inverse"},
 }
 
 
@@ -64,8 +65,10 @@ def test_it_shines_in_the_shader_as_in_float64(kind: str) -> None:
         cosine, axis_cosine = -(away * direction).sum(axis=1) / d, away @ record["axis"] / d
         ray = np.zeros(count, struct_dtype("scatter/march/ray.wgsl", "Ray"))
         parts = ray, t, d, cosine, axis_cosine
-        found = call("scatter/march/ray.wgsl", "in_scatter_punctual", parts, bindings=bindings, constants=light.flags)
-        found = found / d[:, None] ** 2
+        constants = {**light.flags, "FALLS": light.falloff_terms() != (1.0, 0.0, 0.0)}
+        found = call("scatter/march/ray.wgsl", "in_scatter_punctual", parts, bindings=bindings, constants=constants)
+        planes = light.planes()  # to which rays are clipped
+        found = found / d[:, None] ** 2 * np.all(points @ planes[:, :3].T + planes[:, 3] >= 0, axis=1)[:, None]
     assert (truth[:, 0] > 0).mean() > 0.1 and np.ptp(truth) > 0
     np.testing.assert_allclose(found, truth, rtol=1e-3, atol=1e-4 * truth.mean())
 

@@ -11,6 +11,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.lights import ImageLight
+from airlight.lights.shape import Cookie
 
 BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
 
@@ -28,7 +29,8 @@ class SceneLight:
     a sun without a mesh; 0: none. Methods that light a medium take the intensity of the gfx lights that are the target, or below it; of a
     position or direction alone, color and strength are that: candela, or lux. intensity: candela, or lux, in their stead, times
     strength. anisotropy: -0.99 to 0.99, instead of the medium's. density, extinction: factors, 0 to 1e6, of the medium's density and
-    extinction as this light alone has them: artistic, since the air is not twice where two lights shine.
+    extinction as this light alone has them: artistic, since the air is not twice where two lights shine. cookie: a picture that a spot, a
+    projector or a sun sends out.
     """
 
     target: Any = None
@@ -41,6 +43,7 @@ class SceneLight:
     screen_tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
     anisotropy: float | None = None
     intensity: float | None = None
+    cookie: Cookie | None = None
     density: float = 1.0
     extinction: float = 1.0
     _body: Any = field(default=None, init=False, repr=False, compare=False)

@@ -9,9 +9,12 @@ import pygfx as gfx
 
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
+from airlight.lights.projector import ProjectorLight
 from airlight.lights.punctual import PunctualLight, Triple, triple
+from airlight.lights.shape import axes_along
 from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
+from airlight.pygfx.projector import Projector
 
 
 def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
@@ -57,7 +60,7 @@ def _upwards(thing: Any) -> Iterator[Any]:
 
 def _own(light: SceneLight) -> Any:
     """Gathers what a light has to itself of a medium, as keywords of a PunctualLight."""
-    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction")}
+    return {name: getattr(light, name) for name in ("strength", "anisotropy", "density", "extinction", "cookie")}
 
 
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
@@ -86,7 +89,18 @@ def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualL
     return SpotLight(intensity, position, _unit(beam(gfx_light)), inner=inner, outer=outer, range=reach, near=near, **own)
 
 
+def _projector(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
+    position, direction = triple(np.asarray(gfx_light.world.position, float)), _unit(beam(gfx_light))
+    _, up, _ = axes_along(direction, gfx_light.upwards)
+    across, along = (math.radians(v) for v in gfx_light.fov)
+    known = {"falloff": gfx_light.falloff, "ambient": gfx_light.ambient, "clip": gfx_light.clip, "range": float(gfx_light.distance)}
+    own = {**own, "cookie": own.get("cookie") or gfx_light.cookie}
+    near, far = gfx_light.near, gfx_light.far or 0.0
+    return ProjectorLight(intensity, position, direction, triple(up), fov=(across, along), near=near, far=far, **known, **own)
+
+
 GFX_KINDS: dict[type, Callable[[Any, Triple, float, Any], PunctualLight]] = {
+    Projector: _projector,  # before the spot that it is for pygfx
     gfx.DirectionalLight: _directional,
     gfx.SpotLight: _spot,
     gfx.PointLight: _point,

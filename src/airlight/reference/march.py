@@ -148,7 +148,7 @@ def integrate_in_fog(ray: Any, nearest: Any, full: Any, segment: Any, frame: Any
     return np.asarray(sum(integrate_punctual(ray, nearest, full, part, frame, light, kind, fog) for part in each))
 
 
-def integrate_directional(ray: Any, segment: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
+def integrate_evenly(ray: Any, segment: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
     """Integrates density times transmittance over lit segments (..., 2) of rays, m; band by band where a part of it is not closed."""
     if fog == "none":
         start, end = (transmittance_integral(segment[..., i], frame["sigma_t"]) for i in (0, 1))

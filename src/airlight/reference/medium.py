@@ -72,7 +72,7 @@ def in_scattered(light: PunctualLight, medium: ResolvedMedium, direction: Array,
     there = (1 - glow) * phase((to_light * direction).sum(axis=-1), lobes, kind)
     there = (there + glow * glow_between(to_light, direction, medium.glow_concentration)) * irradiance
     power = medium.sigma_s * light.strength * np.array(light.intensity)
-    return np.asarray(power * there[..., None] * transmittance(t + path_length, medium.sigma_t))
+    return np.asarray(power * there[..., None] * light.colour(points) * transmittance(t + path_length, medium.sigma_t))
 
 
 def transmittance(t: Any, sigma_t: Any) -> Array:

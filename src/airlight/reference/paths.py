@@ -230,7 +230,8 @@ def directional(which: Array, start: Array, end: Array, light: PunctualLight, al
         rho = density(place, medium)
         some = rho > 0
         length = along.to(which[some], t[some]) + sun_length(place[some], towards, medium)
-        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * sigma_t)
+        colour = 1.0 if light.cookie is None else light.colour(place[some])
+        total[some] += (weight * (high - low) / 2 * rho)[some, None] * np.exp(-length[:, None] * sigma_t) * colour
     return total, which
 
 

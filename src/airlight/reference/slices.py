@@ -15,6 +15,7 @@ from airlight.reference.height import height_column, height_density
 from airlight.reference.lights import cone_ramp, range_window
 from airlight.reference.march import cascade_weight, clip_range, clip_to_cone, height, layer_of_fog, nearest_approach, optical_length
 from airlight.reference.medium import transmittance
+from airlight.reference.shape import clip_to_planes
 
 Array = npt.NDArray[np.floating[Any]]
 NOISE_CONSTANT, NOISE_SCALE, CHANNELS, CODES = 0.015, 0.05, 4, 255.0
@@ -41,13 +42,6 @@ def picture_place(q: Any, slicing: Any, is_directional: bool) -> Array:
     return np.asarray(0.5 + np.array([0.5, -0.5]) * q[..., :2] / (ahead * slicing["tangents"]))
 
 
-def clip_to_sides(ray: Any, range: Any, slicing: Any) -> Array:
-    """Clips ranges (..., 2) of t to the sides of the volume."""
-    for side in slicing["sides"][: int(slicing["side_count"])].astype(float):
-        range = clip_range(range, _dot(ray["origin"], side[:3]) + side[3], _dot(ray["direction"], side[:3]))
-    return np.asarray(range)
-
-
 def clip_to_box(ray: Any, range: Any, slicing: Any) -> Array:
     """Clips ranges (..., 2) of t to the box, but for what is ahead."""
     for axis in (0, 1):
@@ -57,13 +51,13 @@ def clip_to_box(ray: Any, range: Any, slicing: Any) -> Array:
     return np.asarray(range)
 
 
-def in_volume(place: Any, slicing: Any) -> npt.NDArray[np.bool_]:
+def in_volume(place: Any, light: Any) -> npt.NDArray[np.bool_]:
     """Tells (...) whether places (..., 3) lie in the volume."""
-    sides = slicing["sides"][: int(slicing["side_count"])].astype(float)
-    return np.asarray(np.all(np.asarray(place, float) @ sides[:, :3].T + sides[:, 3] >= 0, axis=-1))
+    planes = light["planes"][: int(light["plane_count"])].astype(float)
+    return np.asarray(np.all(np.asarray(place, float) @ planes[:, :3].T + planes[:, 3] >= 0, axis=-1))
 
 
-def volume_range(ray: Any, frame: Any, light: Any, slicing: Any, kind: str) -> Array:
+def volume_range(ray: Any, frame: Any, light: Any, kind: str) -> Array:
     """Finds (..., 2) the range of t in a light's volume. kind: directional, cone, bounded, or any other."""
     reach = ray["reach"].astype(float)
     if kind == "directional":
@@ -72,7 +66,7 @@ def volume_range(ray: Any, frame: Any, light: Any, slicing: Any, kind: str) -> A
     if kind == "cone":
         range = clip_to_cone(ray, range, light["cone_cosine"], light)
     if kind == "bounded":
-        range = clip_to_sides(ray, range, slicing)
+        range = clip_to_planes(ray, range, light)
     if light["range"] > 0:
         near = nearest_approach(ray, light)
         half = np.sqrt(np.maximum(float(light["range"]) ** 2 - near[..., 1] ** 2, 0))
@@ -161,7 +155,7 @@ def _mirrored(at: Any, count: int) -> npt.NDArray[np.int64]:
 
 def printed_falloff(d: Any, slicing: Any) -> Array:
     """Evaluates the falloff at d units from the light."""
-    square, inverse, constant = slicing["falloff"].astype(float)
+    square, inverse, constant = slicing["printed"].astype(float)
     return np.asarray(square / np.square(np.asarray(d, float)) + inverse / d + constant)
 
 

@@ -19,6 +19,7 @@ from airlight.projection import depth_terms, eye_rays
 from airlight.reference import paths
 from airlight.reference.medium import Layer, glow_between, transmittance, transmittance_integral
 from airlight.reference.medium import phase as phase_of
+from airlight.reference.shaped import clipped, crossings, divided
 
 Array = npt.NDArray[Any]
 Segments = tuple[Array, Array, Array]  # (n,) rays, and where on each a segment starts and ends, m
@@ -26,6 +27,8 @@ TILE_PX = 16  # pixels, of a tile for which triangles are chosen
 PANEL_WIDTH = 1.0  # of v, and nodes of Gauss's rule on it
 NODES = np.polynomial.legendre.leggauss(12)
 VARIED_PANEL_WIDTH, VARIED_NODES = 0.3, np.polynomial.legendre.leggauss(3)  # where panels are short anyway
+TURN_PANEL_WIDTH = 0.05  # where a light's intensity is that of a table of directions
+PATTERNED_DEPTH = 0.5  # optical depth of a panel of a directional light with a cookie, at most
 BARYCENTRIC_SLACK = 1e-12  # of a barycentric coordinate: a ray through an edge that two triangles share meets one of them
 MIN_APPROACH_METRES = 1e-9  # m: a ray is no nearer to a light
 
@@ -248,17 +251,45 @@ def in_scattered(
 ) -> Array:
     """Integrates (R, 3) radiance over lit segments, see `lit`. along: optical lengths of the rays; None: where density is 1 everywhere."""
     power = medium.sigma_s * light.intensity * light.strength
+    which, start, end = clipped((which, start, end), origin, ray, light)
     if isinstance(light, PositionalLight):
         return power * _summed(*_over_panels(origin, ray, which, start, end, light, medium, along), len(ray))
-    if along is None:
-        parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
-    else:
+    shaped = light.cookie is not None
+    if shaped:
+        _, (which, start, end) = divided((which, start, end), crossings(origin, ray, light, _farthest(which, end, len(ray))))
+    if along is not None:
         parts, which = paths.directional(which, start, end, light, along, medium.sigma_t)
+    elif shaped:
+        parts, which = _patterned(origin, ray, which, start, end, light, medium)
+    else:
+        parts = np.exp(-start[:, None] * medium.sigma_t) * transmittance_integral(end - start, medium.sigma_t)
     to_light, _, irradiance = light.incident(origin)
     glow = medium.settings.sun_glow
     there = (1 - glow) * phase((ray * to_light).sum(axis=1), medium, light) + glow * glow_between(ray, to_light, medium.glow_concentration)
     there = there * irradiance
     return power * there[:, None] * _summed(parts, which, len(ray))
+
+
+def _farthest(which: Array, end: Array, count: int) -> Array:
+    """Finds (R,) where the last segment of each ray ends."""
+    found = np.zeros(count)
+    np.maximum.at(found, which, end)
+    return found
+
+
+def _patterned(
+    origin: Array, ray: Array, which: Array, start: Array, end: Array, light: PunctualLight, medium: ResolvedMedium
+) -> tuple[Array, Array]:
+    """Integrates transmittance times a directional light's shape over segments in which that is smooth: (n, 3) m, and (n,) their rays."""
+    parts = np.ceil((end - start) * medium.sigma_t.max() / PATTERNED_DEPTH).clip(1).astype(int)
+    part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    which, start, long = (np.repeat(x, parts) for x in (which, start, (end - start) / parts))
+    found = np.zeros((len(which), 3))
+    for node, weight in zip(*VARIED_NODES):
+        t = start + long * (part + (node + 1) / 2)
+        colour = light.colour(origin[which] + t[:, None] * ray[which])
+        found += (weight * long / 2)[:, None] * np.exp(-t[:, None] * medium.sigma_t) * colour
+    return found, which
 
 
 def _summed(parts: Array, which: Array, count: int) -> Array:
@@ -280,7 +311,8 @@ def _over_panels(
     to_light = -light.travel(origin)
     nearest = np.einsum("rj,rj->r", to_light, ray)
     h = np.maximum(np.linalg.norm(to_light - nearest[:, None] * ray, axis=1), MIN_APPROACH_METRES)
-    breaks = break_distances(light, ray, to_light, nearest, h)[which]
+    breaks = break_distances(light, ray, to_light, nearest, h)
+    breaks = np.column_stack([breaks, crossings(origin, ray, light, nearest)])[which]
     if along is not None:
         part, start, end = paths.panels(which, start, end, along)
         which, breaks = which[part], breaks[part]
@@ -288,7 +320,8 @@ def _over_panels(
     low, high = np.arcsinh((np.stack([marks[:, :-1], marks[:, 1:]]) - nearest[which, None]) / h[which, None])
     row, column = np.nonzero(high > low)
     which, low, high = which[row], low[row, column], high[row, column]
-    width, rule = (VARIED_PANEL_WIDTH, VARIED_NODES) if medium.varies else (PANEL_WIDTH, NODES)
+    width, rule = (VARIED_PANEL_WIDTH, VARIED_NODES) if medium.varies or light.cookie is not None else (PANEL_WIDTH, NODES)
+    width = width if light.photometry is None else TURN_PANEL_WIDTH
     panels = np.ceil((high - low) / width).astype(int)
     part = np.arange(panels.sum()) - np.repeat(np.cumsum(panels) - panels, panels)
     which, low, half = (np.repeat(x, panels) for x in (which, low, (high - low) / panels / 2))
@@ -297,12 +330,13 @@ def _over_panels(
     for node, weight in zip(*rule):
         v = low + half * (2 * part + 1 + node)
         d = h * np.cosh(v)
-        _, away, irradiance = light.incident(start + (t0 + h * np.sinh(v))[:, None] * ray)
-        seen = phase(-np.tanh(v), medium, light) * irradiance * away**2 * weight * half / d
+        place = start + (t0 + h * np.sinh(v))[:, None] * ray
+        _, away, irradiance = light.incident(place)
+        seen = (phase(-np.tanh(v), medium, light) * irradiance * away**2 * weight * half / d)[:, None] * light.colour(place)
         if along is None:
-            result += seen[:, None] * np.exp(-np.maximum(t0 + h * np.exp(v), 0)[:, None] * medium.sigma_t)
+            result += seen * np.exp(-np.maximum(t0 + h * np.exp(v), 0)[:, None] * medium.sigma_t)
         else:
-            result += seen[:, None] * paths.lamp_factor(which, t0 + h * np.sinh(v), light, along, medium.sigma_t)
+            result += seen * paths.lamp_factor(which, t0 + h * np.sinh(v), light, along, medium.sigma_t)
     return result, which
 
 

@@ -11,6 +11,9 @@
 @group(0) @binding(7) var<storage, read> light_storage: Light;
 
 const QUADRATURE_WIDTHS = vec3f(0.25, 0.5, 0.25); // of v, of a piece: before, in and behind a cone's fully lit part
+const SHAPED_WIDTH = 0.25;      // of v, of a piece of what a light with a cookie adds, and with photometry
+const TURN_WIDTH = 0.06;
+const LONGEST_DEPTH = 0.25;     // optical depth of a piece of what a directional light with a cookie adds
 const GAUSS_NODE = 0.38729833;  // sqrt(3 / 5) / 2: of the outer nodes from a piece's middle, of its width
 
 /// Find the part of a range of t in which a spot's cone is fully lit; at its border the integrand has a kink.
@@ -74,26 +77,83 @@ fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
     return sum;
 }
 
+/// Evaluate the integrand over v of a light with a shape.
+fn shaped_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
+    let grown = exp(v);
+    return shape_colour(nearest.x + 0.5 * nearest.y * (grown - 1.0 / grown), 0.0) * sinh_integrand(ray, nearest, v);
+}
+
+/// Integrate in-scattered radiance over a lit segment of the ray of a light with a position and a shape, from texel to texel of that.
+fn integrate_shaped(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
+    var sum = vec3f(0.0);
+    var t = segment.x;
+    loop {
+        if (t >= segment.y) { break; }
+        let v = sinh_parameter(nearest, t);
+        let most = exp(v + select(SHAPED_WIDTH, TURN_WIDTH, SHAPE == SPHERE));
+        let widest = nearest.x + 0.5 * nearest.y * (most - 1.0 / most);
+        var end = max(min(min(next_texel(t), widest), segment.y), t + 1e-6 * max(t, 1e-3));
+        if (t < full.x) { end = min(end, max(full.x, t + 1e-6 * max(t, 1e-3))); } else if (t < full.y) { end = min(end, max(full.y, t + 1e-6 * max(t, 1e-3))); }
+        end = min(end, segment.y);
+        // Sum the piece by Gauss's rule of three nodes
+        let width = sinh_parameter(nearest, end) - v;
+        let middle = v + 0.5 * width;
+        let off = GAUSS_NODE * width;
+        let outer = shaped_integrand(ray, nearest, middle - off) + shaped_integrand(ray, nearest, middle + off);
+        sum += width / 18.0 * (5.0 * outer + 8.0 * shaped_integrand(ray, nearest, middle));
+        t = select(end, segment.y, end >= segment.y);
+    }
+    return sum;
+}
+
+/// Integrate density times transmittance, times its shape, over a lit segment of the ray of a directional light, m, from texel to texel.
+fn integrate_patterned(ray: Ray, segment: vec2f) -> vec3f {
+    var sum = vec3f(0.0);
+    var t = segment.x;
+    let longest = LONGEST_DEPTH / max(max(frame.sigma_t.x, max(frame.sigma_t.y, frame.sigma_t.z)), 1e-12);
+    loop {
+        if (t >= segment.y) { break; }
+        let end = min(max(min(next_texel(t), t + longest), t + 1e-6 * max(t, 1e-3)), segment.y);
+        let middle = 0.5 * (t + end);
+        sum += shape_colour(0.5 * (t + middle), 0.0) * integrate_evenly(ray, vec2f(t, middle));
+        sum += shape_colour(0.5 * (middle + end), 0.0) * integrate_evenly(ray, vec2f(middle, end));
+        t = end;
+    }
+    return sum;
+}
+
+/// Integrate in-scattered radiance over a lit segment of the ray where the fog is smooth.
+fn integrate_smooth(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
+    if (SHAPE != 0u) { return integrate_shaped(ray, nearest, full, segment); }
+    return integrate_punctual(ray, nearest, full, segment);
+}
+
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position, band by band of the fog's heights.
 /// Twin: reference/march.py:integrate_in_fog.
 fn integrate_in_fog(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> vec3f {
     if (VARIES) { return integrate_in_field(ray, nearest, full, segment); }
-    if (FOG == EVEN) { return integrate_punctual(ray, nearest, full, segment); }
+    if (FOG == EVEN) { return integrate_smooth(ray, nearest, full, segment); }
     var sum = vec3f(0.0);
     var k = 0u;
     loop {
         if (k >= FOG_BANDS) { break; }
         let part = clip_to_band(ray, segment, k);
-        if (part.y > part.x) { sum += integrate_punctual(ray, nearest, full, part); }
+        if (part.y > part.x) { sum += integrate_smooth(ray, nearest, full, part); }
         k += 1u;
     }
     return sum;
 }
 
-/// Integrate density times transmittance over a lit segment of the ray of a directional light, m: band by band of the fog's heights where
-/// there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_directional.
+/// Integrate density times transmittance, and its shape, over a lit segment of the ray of a directional light, m.
 fn integrate_directional(ray: Ray, segment: vec2f) -> vec3f {
     if (VARIES) { return integrate_in_field(ray, vec2f(0.0), vec2f(0.0), segment); }
+    if (SHAPE != 0u) { return integrate_patterned(ray, segment); }
+    return integrate_evenly(ray, segment);
+}
+
+/// Integrate density times transmittance over a lit segment of the ray of a directional light without a shape, m: band by band of the fog's
+/// heights where there is fog above the ramp, as then a part of it is not closed. Twin: reference/march.py:integrate_evenly.
+fn integrate_evenly(ray: Ray, segment: vec2f) -> vec3f {
     if (FOG == EVEN) { return transmittance_integral(segment.y, frame.sigma_t) - transmittance_integral(segment.x, frame.sigma_t); }
     if (FOG == EXPONENTIAL || !FADES) { return directional_integral(ray, segment); }
     var sum = vec3f(0.0);

@@ -10,6 +10,7 @@ from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
+from airlight.scatter.march.cookies import SHAPES, Cookies, shape_of
 from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.shade import Shade
@@ -71,6 +72,8 @@ class March:
         self._varying = Varying(device)
         self._varies = False
         self._tables: list[tuple[Any, Any]] = []  # a buffer and a texture each light, of what dims it
+        self._cookies = Cookies(device)
+        self._shapes: list[tuple[Any, Any]] = []  # a texture and a sampler each light
         self._fills: list[tuple[int, Any, Any, Shade]] = []  # tables to be filled: light, for what, pipeline, where they lie
         self._own_frames: dict[int, Any] = {}  # of lights that have the medium otherwise
         self._moments = Moments(device)
@@ -133,6 +136,7 @@ class March:
         self._radius = medium.march.variance_radius if averaged else None
         self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
         self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
+        self._shapes = [(self._cookies.none, self.device.sampler()) if light is None else self._cookies.of(light) for light, _ in passes]
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
         self._pipelines, self._tables = [], [(self._varying.voxels, self._varying.no_table)] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
@@ -157,7 +161,8 @@ class March:
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
-            chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None}
+            chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None, "SHAPE": SHAPES.index(shape_of(light))}
+            chosen["FALLS"] = light.falloff_terms() != (1.0, 0.0, 0.0)
             if self._varies:
                 chosen |= {"TABLE": shade is not None, "EXACT": medium.exact, "TEXTURE": self._tables[i][1] is not self._varying.no_table}
                 chosen["RETURNS"] = medium.exact or panes or (shadow is not None and len(shadow.views) > 1)
@@ -213,7 +218,8 @@ class March:
         spare, profile = _no_profile(self.device), self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
         first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
-        more = first, light, *varying, *panes, *last_one, self._varying.atlas.texture, self.device.sampler(), texture
+        atlas = self._varying.atlas.texture, self.device.sampler(), texture
+        more = first, light, *varying, *panes, *last_one, *atlas, *self._shapes[i]
         return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
@@ -222,7 +228,8 @@ class March:
             self._build_hierarchy(encoder, timer)
         for i, key, pipeline, shade in self._fills:
             varying, (buffer, texture), light = self._varying, self._tables[i], self._lights[i]
-            held = varying.record, varying.voxels, light, buffer, varying.atlas.texture, self.device.sampler(), varying.no_table
+            atlas = varying.atlas.texture, self.device.sampler(), varying.no_table
+            held = varying.record, varying.voxels, light, buffer, *atlas, *self._shapes[i]
             where = self.frame, light, depth, self._shadows[i], _spare(self.device), self.transmittance
             bind = self._bound(("shade", i), SHADE, *where, *held)
             compute(encoder, pipeline, bind, (-(-shade.count[0] // GROUP), -(-shade.count[1] // GROUP), shade.faces), "light table", timer)

@@ -3,6 +3,7 @@
 //! include "medium/phase.wgsl"
 //! include "medium/height.wgsl"
 //! include "lights/irradiance.wgsl"
+override FALLS: bool = false;   // the light falls otherwise than as 1 / d^2
 override FIRST: bool = true;    // the first light's pass begins with the ambient term, the others with what came before
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -119,7 +120,9 @@ fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
 /// extinction: `cosine` as of the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:scattered_share.
 fn scattered_share(d: f32, cosine: f32, axis_cosine: f32) -> f32 {
     let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
-    return phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
+    let strength = phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
+    if (FALLS) { return strength * (light.falloff.x + d * (light.falloff.y + d * light.falloff.z)); }
+    return strength;
 }
 
 /// Evaluate what a light scatters into the ray from a point at t, along a metre of it, times d^2: d metres from the light, `cosine` as of

@@ -8,6 +8,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import depth_terms, eye_rays
+from airlight.scatter.march.cookies import even_colour, shape_record
 from airlight.scatter.march.shade import Shade
 from airlight.shadows import Shadow
 
@@ -46,7 +47,9 @@ def light_record(
     """
     out, view = np.zeros((), LIGHT), np.asarray(view, np.float64)
     into = np.linalg.inv(view)
-    out["intensity"] = np.array(light.intensity) * (light.strength * light.fade(into[:3, 3], medium))
+    even = even_colour(light)
+    shape = 1.0 if even is None else even
+    out["intensity"] = np.array(light.intensity) * shape * (light.strength * light.fade(into[:3, 3], medium))
     out["position"], out["axis"] = light.in_view(view), view[:3, :3] @ light.axis()
     out["cone_scale"], out["cone_offset"] = light.cone()
     out["cone_cosine"], out["range"] = light.cone_cosine(), light.attenuation_range()
@@ -60,6 +63,7 @@ def light_record(
         out["shade_count"], out["shade_faces"] = shade.count, shade.faces
         out["shade_near"], out["shade_step"], out["shade_tangent"] = shade.near, shade.step, shade.tangent
         out["shade_cell"], out["shade_pieces"], out["shade_stride"] = shade.cell, shade.pieces, shade.stride
+    shape_record(out, light, into)
     if shadow is not None:
         out["views"], out["side"], out["glass_side"] = len(shadow.views), shadow.size, shadow.glass_side
         for i, one in enumerate(shadow.views):

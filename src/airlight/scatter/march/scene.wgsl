@@ -1,6 +1,7 @@
 // Structs of a march's uniforms, which records.py fills: the camera and its medium, a light and its shadow views. All in view space.
 override DIRECTIONAL: bool = false; // the light is a sun: its rays are parallel, and its shadow views are cascades
 override CONE: bool = false;    // the light is a spot
+override BOUNDED: bool = false; // there is light between planes alone
 override CUBE: bool = false;    // the light's shadow views are the faces of a cube around it
 override LIT: bool = true;      // there is a light
 override VARIES: bool = false;  // the density has more than closed forms
@@ -65,5 +66,11 @@ struct Light {
     shade_rows: array<vec4f, 3>, // from a place to an index of the table; of a light with a position to its axes, m
     shade_into: array<vec4f, 3>, // back
     glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
+    plane_count: u32,           // that bound it
+    shape_scale: vec2f,         // of its shape, see shape.wgsl
+    shape_size: vec2f,          // texels
+    falloff: vec3f,             // with the distance d: of 1 / d^2, 1 / d, 1
+    shape_rows: array<vec4f, 3>, // from a place to one along the shape's axes
+    planes: array<vec4f, 12>,   // n x + d >= 0 where there is light
     view: array<ShadowView, 6>,
 }

@@ -3,6 +3,7 @@
 // A table of each light holds, along columns that run with its rays, what the optical length from the light is more than the closed form of
 // the air: of a directional light over a box in its axes, of one with a position over the directions of a face, or of six, and distance.
 //! include "scatter/march/field.wgsl"
+//! include "scatter/march/shape.wgsl"
 override TABLE: bool = false;   // there is one
 override TEXTURE: bool = false; // and it is in a texture, too
 
@@ -132,7 +133,8 @@ fn in_scatter_in_field(ray: Ray, t: f32, along: vec2f) -> vec3f {
     let from_light = place - light.position;
     let d = max(length(from_light), 1e-9);
     let strength = scattered_share(d, -dot(from_light, ray.direction) / d, dot(from_light, light.axis) / d);
-    return frame.sigma_s * light.intensity * (strength * along.x / (d * d)) * exp(-frame.sigma_t * (along.y + light_length(ray, t)));
+    let power = frame.sigma_s * light.intensity * shape_colour(t, 0.0);
+    return power * (strength * along.x / (d * d)) * exp(-frame.sigma_t * (along.y + light_length(ray, t)));
 }
 
 /// Choose the panel from the cursor on, up to `most`, over which the light varies little too. full: see full_cone_range.
@@ -148,6 +150,7 @@ fn next_lit_panel(ray: Ray, nearest: vec2f, full: vec2f, most: f32) -> Panel {
         if (CONE && t >= full.x && t < full.y) { long = min(long, full.y - t); }
         if (CONE && t >= full.y) { long = min(long, max(BORDER_SHARE * (cone_range.y - full.y), 1e-5 * t)); }
     }
+    if (SHAPE != 0u) { long = min(long, next_texel(t) - t); }
     if (TABLE && !panel.varies && t < shaded.y) {
         let cell = light.shade_cell * select(max(length(vec2f(t - nearest.x, nearest.y)), light.shade_near), 1.0, DIRECTIONAL);
         long = min(long, max(SHADE_CELLS * cell, shaded.x - t));
@@ -168,7 +171,7 @@ fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
         let panel = next_lit_panel(ray, nearest, full, max(select(segment.x, segment.y, start.x >= segment.x), start.x));
         let along = panel_length(ray, panel);
         if (DIRECTIONAL) {
-            sum += is_lit * lit_part(ray, panel.end, start.y, along.x);
+            sum += is_lit * shape_colour(0.5 * (start.x + panel.end), 0.0) * lit_part(ray, panel.end, start.y, along.x);
         } else {
             let long = panel.end - start.x;
             sum += is_lit * 0.5 * long * (at_node(ray, start, along, long, -1.0) + at_node(ray, start, along, long, 1.0));

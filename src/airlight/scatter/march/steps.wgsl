@@ -12,6 +12,7 @@
 //! include "wgsl/jitter.wgsl"
 override CASCADES: bool = false; // of a directional light, several
 
+const SPREAD = 0.5;             // of a step, over which the shape of a light is averaged
 const LEAST_STEPS = 2.0;        // of a part of a ray
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
@@ -210,7 +211,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
                 share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
             }
             // Add the step's integral of transmittance
-            let found = select(vec3f(0.0), weight * share, k < end);
+            let found = select(vec3f(0.0), weight * share * shape_colour(sample, SPREAD * select(each, samples.y, VARIES)), k < end);
             if (GLASS) {
                 sum += found;
                 let is_lit = share > 0.0 && k < end;
@@ -304,6 +305,11 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             } else {
                 scattered = equiangular_integrand(ray, nearest, angle);
             }
+            if (SHAPE != 0u) {
+                let slope = tangent(angle);
+                let long = each * nearest.y * (1.0 + slope * slope); // m of the step
+                scattered *= shape_colour(nearest.x + nearest.y * slope, SPREAD * long);
+            }
             let found = select(vec3f(0.0), scattered * share, k < end);
             if (GLASS) {
                 sum += found;
@@ -337,6 +343,7 @@ fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f 
     let o = offset(pixel);
     var n = f32(light_storage.steps);
     let most = max(n, LEAST_STEPS); // of a part
+    enter_shape(ray);
     if (VARIES) { enter_shade(ray); }
     if (DIRECTIONAL) {
         var far = min(ray.reach, frame.sun_reach);
@@ -353,12 +360,14 @@ fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f 
     let nearest = nearest_approach(ray);
     var range = vec2f(0.0, ray.reach);
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    if (BOUNDED) { range = clip_to_planes(ray, range); }
     range.y = max(range.x, range.y);
     let start = equiangular_angle(nearest, range.x);
     let all = equiangular_angle(nearest, range.y) - start;
     if (PANES) {
         var whole = around;
         if (CONE) { whole = clip_to_cone(ray, whole, light.cone_cosine); }
+        if (BOUNDED) { whole = clip_to_planes(ray, whole); }
         let angles = equiangular_angle(nearest, whole.y) - equiangular_angle(nearest, whole.x);
         n = clamp(ceil(n * all / max(angles, 1e-20)), LEAST_STEPS, most);
     }

@@ -209,7 +209,9 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
     if (!DIRECTIONAL) { nearest = nearest_approach(ray); }
     if (DIRECTIONAL) { range.y = min(range.y, frame.sun_reach + around.x); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
+    if (BOUNDED) { range = clip_to_planes(ray, range); }
     range.y = max(range.x, range.y);
+    enter_shape(ray);
     if (VARIES) { cone_range = range; }
     let full = full_cone_range(ray, range);
     var total = vec3f(0.0);

@@ -11,6 +11,8 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
+from airlight.luminance import REC709_F32
+from airlight.scatter.march.cookies import SHAPES, even_colour, shape_of
 from airlight.scatter.slices.noise_maps import SIDE, noise_maps
 from airlight.scatter.slices.records import slicing_record, view_box
 from airlight.scatter.slices.slices import GROUP, Lit, Slices
@@ -60,8 +62,9 @@ class Printed(Slices):
         box = view_box(light, view, medium)
         count = planes_at((box[0] + box[1]) / 2, march.planes or MOST, march.plane_distance)
         out = slicing_record(light, shadow, view, box, count)
-        out["gain"] = SCALE * MOST / count
-        out["falloff"] = FALLOFFS["none" if light.directional else march.plane_falloff]
+        even = even_colour(light)
+        out["gain"] = SCALE * MOST / count * (1.0 if even is None or not march.plane_cookie else float(even @ REC709_F32))
+        out["printed"] = FALLOFFS["none" if light.directional else march.plane_falloff]
         out["unit"] = march.plane_unit
         speeds = march.plane_scroll, march.plane_scroll_second
         ways = (way / np.linalg.norm(way) * speed * time for way, speed in zip(SCROLLS, speeds, strict=True))
@@ -75,8 +78,7 @@ class Printed(Slices):
         found: dict[str, Any] = {"CLIP": march.plane_clip, "MASK": march.plane_mask, "NOISE": march.plane_noise}
         found |= {"SHADOW": march.plane_shadow, "BIASED": bool(march.shadow_bias)}
         if light is not None:
-            found |= {name: value for name, value in light.flags.items() if name != "BOUNDED"}
-            found["COOKIE"] = light.cookie is not None and march.plane_cookie
+            found |= {**light.flags, "SHAPE": SHAPES.index(shape_of(light)) * march.plane_cookie}
         return found
 
     def _extra(self, i: int, extent: Any) -> Any:

@@ -18,9 +18,29 @@ const CHANNELS = 4.0;
 
 @group(0) @binding(8) var maps: texture_2d<f32>; // two noise maps: red and green
 
+/// Interpolate a map between the centres of its texels, at a place of it; it repeats.
+fn interpolated(map: texture_2d<f32>, at: vec2f) -> vec4f {
+    let size = vec2i(textureDimensions(map));
+    let place = at * vec2f(size) - 0.5;
+    let low = floor(place);
+    let part = place - low;
+    let a = ((vec2i(low) % size) + size) % size;
+    let b = (a + 1) % size;
+    let top = mix(textureLoad(map, a, 0), textureLoad(map, vec2i(b.x, a.y), 0), part.x);
+    let bottom = mix(textureLoad(map, vec2i(a.x, b.y), 0), textureLoad(map, b, 0), part.x);
+    return mix(top, bottom, part.y);
+}
+
+/// Look up the light's cookie, or photometry, towards a place, nothing filtered.
+fn shape_towards(place: vec3f) -> vec3f {
+    let q = shape_index(place, 1.0);
+    if (SHAPE == PERSPECTIVE && q.z <= 0.0) { return vec3f(0.0); }
+    return textureSampleLevel(cookie, cookie_sampler, shape_place(q, light.shape_scale, light.shape_size), 0.0).rgb;
+}
+
 /// Evaluate the falloff at d units from the light. Twin: reference/slices.py:printed_falloff.
 fn printed_falloff(d: f32) -> f32 {
-    return slicing.falloff.x / (d * d) + slicing.falloff.y / d + slicing.falloff.z;
+    return slicing.printed.x / (d * d) + slicing.printed.y / d + slicing.printed.z;
 }
 
 /// Round a light to codes of 8 bits. Twin: reference/slices.py:codes_of.
@@ -53,11 +73,11 @@ fn printed_sample(place: vec3f) -> f32 {
         let ramp = cone_ramp(q.z / max(d, 1e-20), light.cone_scale, light.cone_offset);
         found *= ramp * ramp;
     }
-    if (COOKIE) { found *= luminance(cookie_towards(q)); }
+    if (SHAPE != 0u) { found *= luminance(shape_towards(place)); }
     var noise = NOISE_CONSTANT;
     if (NOISE) {
         let at = noise_place(q);
-        noise = NOISE_SCALE * interpolated(maps, at + slicing.scroll.xy, true).r * interpolated(maps, at + slicing.scroll.zw, true).g;
+        noise = NOISE_SCALE * interpolated(maps, at + slicing.scroll.xy).r * interpolated(maps, at + slicing.scroll.zw).g;
     }
     found *= noise;
     if (SHADOW && found > 0.0) { found *= shadow_towards(place); }
@@ -76,7 +96,7 @@ fn clip_to_box(ray: Ray, range: vec2f) -> vec2f {
 /// Tell whether a place lies in the volume. Twin: reference/slices.py:in_volume.
 fn in_volume(place: vec3f) -> bool {
     var least = 0.0;
-    for (var i = 0u; i < slicing.side_count; i++) { least = min(least, dot(slicing.sides[i], vec4f(place, 1.0))); }
+    for (var i = 0u; i < light.plane_count; i++) { least = min(least, dot(light.planes[i], vec4f(place, 1.0))); }
     return least >= 0.0;
 }
 
@@ -87,7 +107,7 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     let ray = camera_ray(id.xy);
     // Bound the planes to those that the ray meets in the box, before a surface
     var range = clip_to_box(ray, vec2f(0.0, ray.reach));
-    if (CLIP) { range = clip_to_sides(ray, range); }
+    if (CLIP && BOUNDED) { range = clip_to_planes(ray, range); }
     let apart = (slicing.high.z - slicing.low.z) / slicing.count;
     let ends = (range * -ray.direction.z - slicing.low.z) / apart - 0.5;
     var k = clamp(ceil(ends.x), 0.0, slicing.count);
@@ -96,7 +116,7 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     loop {
         if (k >= end) { break; }
         let place = ray.origin + (slicing.low.z + (k + 0.5) * apart) / -ray.direction.z * ray.direction;
-        if (CLIP || in_volume(place)) {
+        if (CLIP || !BOUNDED || in_volume(place)) {
             let found = printed_sample(place);
             if (MASK) {
                 let channel = k - CHANNELS * floor(k / CHANNELS);

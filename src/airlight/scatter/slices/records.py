@@ -1,12 +1,10 @@
-"""Describes to slices the volumes that lights fill: records of scatter/slices/volume.wgsl, the boxes around them, and their pictures."""
+"""Describes to slices the volumes that lights fill: records of scatter/slices/volume.wgsl, and the boxes around them."""
 
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from airlight.errors import AirlightError
-from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.lights.punctual import PositionalLight, PunctualLight
 from airlight.medium.resolve import ResolvedMedium
@@ -14,7 +12,6 @@ from airlight.shadows import Shadow
 
 Array = npt.NDArray[np.floating[Any]]
 SLICING = struct_dtype("scatter/slices/volume.wgsl", "Slicing")
-MOST_SIDES = SLICING["sides"].shape[0]
 UNBOUND = 1e30  # m
 
 
@@ -51,50 +48,15 @@ def view_box(light: PunctualLight, view: Any, medium: ResolvedMedium) -> tuple[A
 def slicing_record(
     light: PunctualLight, shadow: Shadow | None, view: Any, box: tuple[Array, Array], count: float, cell: int = 1
 ) -> np.ndarray:
-    """Fill a SLICING. box: see `view_box`; count: planes in it. Raises AirlightError for more planes around a light than it holds."""
+    """Fill a SLICING. box: see `view_box`; count: planes in it; cell: pixels along one, whose planes lie apart."""
     out, view = np.zeros((), SLICING), np.asarray(view, np.float64)
     into = np.linalg.inv(view)
     out["low"], out["high"] = box
     out["count"], out["cell"], out["views"] = count, cell, 0 if shadow is None else len(shadow.views)
     axes = light.axes()
     out["rows"] = np.column_stack([axes, -axes @ light.origin()]) @ into
-    sides = light.planes()
-    if len(sides) > MOST_SIDES:
-        too_many = f"{len(sides)} planes around a light are more than the {MOST_SIDES} that slices take"
-        raise AirlightError(f"{too_many}; leave some clip planes out")
-    out["sides"][: len(sides)], out["side_count"] = sides @ into, len(sides)
-    out["falloff"] = light.falloff_terms()
     out["tangents"] = light.tangents()
     if light.directional and light.cookie is not None:
         rows, columns = light.cookie.pixels.shape[:2]
         out["tangents"] = light.cookie.size / 2 * np.array([1.0, rows / columns])
-    out["gain"], out["tint"], out["unit"] = 1.0, 1.0, 1.0
     return out
-
-
-class Pictures:
-    """Holds the textures of lights' cookies, one a light."""
-
-    def __init__(self, device: Device) -> None:
-        self._device = device
-        self._held: list[tuple[Any, Any]] = []
-        self.white = device.texture(1, 1, "rgba32float", target=False)
-        device.write(self.white, np.ones(4, np.float32).tobytes(), 16)
-
-    def of(self, i: int, light: PunctualLight) -> Any:
-        """Return the texture of the i-th light's cookie, rgba32float; white without one. Raises AirlightError for one that is too large."""
-        if light.cookie is None:
-            return self.white
-        while len(self._held) <= i:
-            self._held.append((None, self.white))
-        if self._held[i][0] is not light.cookie:
-            pixels = light.cookie.pixels
-            height, width = pixels.shape[:2]
-            if max(height, width) > self._device.max_side:
-                most = self._device.max_side
-                raise AirlightError(f"a cookie of {width} x {height} pixels is larger than the {most} that this adapter takes")
-            texture = self._device.texture(width, height, "rgba32float", target=False)
-            rgba = np.concatenate([pixels, np.ones_like(pixels[..., :1])], axis=-1)
-            self._device.write(texture, np.ascontiguousarray(rgba, np.float32), 16 * width)
-            self._held[i] = light.cookie, texture
-        return self._held[i][1]

@@ -12,10 +12,11 @@ from airlight.gpu.slices import among
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
+from airlight.scatter.march.cookies import SHAPES, Cookies, shape_of
 from airlight.scatter.march.march import FILTERS, TRANSMIT, UPSAMPLE, no_shadow, passes_of
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.variance import Moments
-from airlight.scatter.slices.records import SLICING, Pictures, slicing_record
+from airlight.scatter.slices.records import SLICING, slicing_record
 from airlight.shadows import Shadow
 
 SLICES, AVERAGE = "scatter/slices/slices.wgsl", "scatter/slices/average.wgsl"
@@ -39,7 +40,8 @@ class Slices:
         self.transmittance: Any = device.texture(*pixels, "rgba32float")
         self.targets: list[Any] = []  # of `size`, written in turn; the last result is in the first
         self._buffers: list[tuple[Any, ...]] = []  # a light: frame, light, slicing, extent
-        self._pictures = Pictures(device)
+        self._cookies = Cookies(device)
+        self._nothing = device.texture(1, 1, "rgba32float", target=False)  # is bound where nothing is read
         self._passes: list[Any] = []
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
@@ -86,7 +88,7 @@ class Slices:
                 self.device.queue.write_buffer(buffer, 0, record.tobytes())
             constants = {"FOG": FOGS.index(medium.settings.fog), "FIRST": i == 0, **self._constants(light, shadow, medium)}
             texture = no_shadow(self.device) if shadow is None else shadow.texture
-            picture = self._pictures.white if light is None else self._pictures.of(i, light)
+            picture = (self._cookies.none, self.device.sampler()) if light is None else self._cookies.of(light)
             word = "ambient" if light is None else light.word
             self._passes.append((constants, texture.create_view(dimension="2d-array"), picture, word, light))
         self._fog = {"FOG": FOGS.index(medium.settings.fog)}
@@ -115,8 +117,7 @@ class Slices:
         found = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "BIASED": bool(march.shadow_bias)}
         found |= {"FADES": light.directional and medium.fades_suns, "FILTER": FILTERS.index(march.shadow_filter), "SNAP": march.snap}
         found |= {"CASCADES": light.directional and shadow is not None and len(shadow.views) > 1, "SHADOW": march.plane_shadow}
-        found["COOKIE"] = light.cookie is not None and march.plane_cookie
-        found["INVERSE_SQUARE"] = light.directional or light.falloff_terms()[1:] == (0.0, 0.0)
+        found |= {"SHAPE": SHAPES.index(shape_of(light)) * march.plane_cookie, "FALLS": light.falloff_terms() != (1.0, 0.0, 0.0)}
         return found
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
@@ -142,9 +143,9 @@ class Slices:
     def _of_light(self, i: int, depth: Any, shadow: Any, picture: Any, before: Any, target: Any) -> Any:
         frame, light, slicing, extent = self._buffers[i]
         self.device.pipeline(self.path, "slice", **self._passes[i][0])
-        own = self._extra(i, extent), self._moments.views[i]
-        before = self._pictures.white if i == 0 else before  # the first reads nothing
-        return self.device.bind(self.path, frame, light, depth, shadow, before, target, slicing, picture, *own)
+        own = self._extra(i, extent), self._moments.views[i], *picture
+        before = self._nothing if i == 0 else before  # the first reads nothing
+        return self.device.bind(self.path, frame, light, depth, shadow, before, target, slicing, *own)
 
     def _extra(self, i: int, extent: Any) -> Any:
         """Choose what the shader binds after a light's picture."""
@@ -164,7 +165,7 @@ class Slices:
         bound = frame, light, depth, shadow
         if self.size == self.pixels:
             pipeline = self.device.pipeline(TRANSMIT, "transmit", **self._fog)
-            bind = self.device.bind(TRANSMIT, *bound, self._pictures.white, self.transmittance)
+            bind = self.device.bind(TRANSMIT, *bound, self._nothing, self.transmittance)
             compute(encoder, pipeline, bind, counts, "slices transmittance", timer)
             return
         counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))

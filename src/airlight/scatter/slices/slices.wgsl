@@ -1,14 +1,12 @@
 // Slices in a medium: planes at right angles to the view cut a light's volume, and a ray adds up, plane by plane, the integral that the march
 // has, from shadow maps and shape at one sample:
 //
-//     L = sum over planes of  V(sample) cookie(sample) sigma_s p e^(-sigma_t (t + d)) * integral of the falloff over the plane's part of the ray
+//     L = sum over planes of  V(sample) shape(sample) sigma_s p e^(-sigma_t (t + d)) * integral of the falloff over the plane's part of the ray
 //
 // The box's planes reach from the first to the last place that any ray sees of the light; a ray visits those in its own part of the volume, or
 // none. Pixel by pixel over a cell of m x m planes lie at other places, as of m^2 times as many (Keller and Heidrich 2001).
 //! include "scatter/slices/volume.wgsl"
 override CASCADES: bool = false; // of a directional light, several
-override BOUNDED: bool = false; // the light ends at sides
-override INVERSE_SQUARE: bool = true; // it falls by 1 / d^2 alone
 override SHADOW: bool = true;
 
 struct Extent {                 // bits of m ahead: the least and the most that is seen of the light
@@ -18,6 +16,7 @@ struct Extent {                 // bits of m ahead: the least and the most that 
 
 @group(0) @binding(8) var<storage, read_write> extent: Extent;
 
+const SPREAD = 0.5;             // of a plane's part of a ray, over which the shape of a light is averaged
 const BEND = 0.02;             // of what is seen of a light, m: how near to it planes draw together
 
 struct Planes {
@@ -35,7 +34,7 @@ fn volume_range(ray: Ray) -> vec2f {
     var range = vec2f(0.0, ray.reach);
     if (DIRECTIONAL) { return vec2f(0.0, min(ray.reach, frame.sun_reach)); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
-    if (BOUNDED) { range = clip_to_sides(ray, range); }
+    if (BOUNDED) { range = clip_to_planes(ray, range); }
     if (light.range > 0.0) {
         let near = nearest_approach(ray);
         let half = sqrt(max(light.range * light.range - near.y * near.y, 0.0));
@@ -70,7 +69,7 @@ fn measure(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_i
 /// Lay so many planes from the least to the most that is seen of a light, m ahead: evenly, or, of a light so far ahead, closer to each other near
 /// it. Twin: reference/slices.py:laid_planes.
 fn laid_planes(least: f32, most: f32, count: f32, lamp: f32) -> Planes {
-    if (DIRECTIONAL || !INVERSE_SQUARE) { return Planes(least, (most - least) / count, 0.0, 0.0); }
+    if (DIRECTIONAL || FALLS) { return Planes(least, (most - least) / count, 0.0, 0.0); }
     let bend = max(BEND * (most - least), 1e-6);
     let first = asinh((least - lamp) / bend);
     return Planes(first, (asinh((most - lamp) / bend) - first) / count, lamp, bend);
@@ -79,7 +78,7 @@ fn laid_planes(least: f32, most: f32, count: f32, lamp: f32) -> Planes {
 /// Place where the k-th plane's part begins, m ahead. Twin: reference/slices.py:plane_place.
 fn plane_place(k: f32, planes: Planes) -> f32 {
     let at = planes.first + k * planes.apart;
-    if (DIRECTIONAL || !INVERSE_SQUARE) { return at; }
+    if (DIRECTIONAL || FALLS) { return at; }
     let grown = exp(at);
     return planes.lamp + 0.5 * planes.bend * (grown - 1.0 / grown);
 }
@@ -87,7 +86,7 @@ fn plane_place(k: f32, planes: Planes) -> f32 {
 /// Find in which plane's part a place so many m ahead lies. Twin: reference/slices.py:plane_at.
 fn plane_at(ahead: f32, planes: Planes) -> f32 {
     var at = ahead;
-    if (!DIRECTIONAL && INVERSE_SQUARE) { at = asinh((ahead - planes.lamp) / planes.bend); }
+    if (!DIRECTIONAL && !FALLS) { at = asinh((ahead - planes.lamp) / planes.bend); }
     return (at - planes.first) / max(planes.apart, 1e-20);
 }
 
@@ -162,15 +161,12 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
             t = nearest.x + along;
             let d = sqrt(nearest.y * nearest.y + along * along);
             let to_angle = equiangular_angle(nearest, part.y);
-            var weight = (to_angle - from_angle) / nearest.y;
+            let weight = (to_angle - from_angle) / nearest.y;
             from_angle = to_angle;
-            if (!INVERSE_SQUARE) {
-                weight = slicing.falloff.x * weight + (slicing.falloff.y / d + slicing.falloff.z) * (part.y - part.x);
-            }
             let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
             found = weight * in_scatter_punctual(ray, t, d, -along / d, axis_cosine);
         }
-        if (COOKIE) { found *= cookie_towards(in_light(ray.origin + t * ray.direction)); }
+        if (SHAPE != 0u) { found *= shape_colour(t, SPREAD * (part.y - part.x) / f32(slicing.cell)); }
         // Look up its visibility
         if (SHADOW && slicing.views > 0u) {
             var share = visibility_at(i, line, min(t, last), o);
@@ -195,6 +191,7 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             let planes = laid_planes(least, bitcast<f32>(atomicLoad(&extent.most)), slicing.count, -light.position.z);
             let o = plane_offset(id.xy, slicing.cell);
             let closest = nearest_approach(ray);
+            enter_shape(ray);
             var total = vec3f(0.0);
             for (var i = 0u; i < max(slicing.views, 1u); i++) { total += slice_view(i, ray, range, closest, planes, o); }
             if (DIRECTIONAL) { total *= in_scatter_directional(ray); }
