@@ -5,6 +5,7 @@ from typing import Literal
 from airlight.options.declare import RGB, Options, choice, real, rgb, switch, whole
 
 ARTICLE = "shadow-map article (unpublished, 2014)"
+SHADERX3 = "Light Shaft Rendering"
 
 
 class March(Options, group="march"):
@@ -97,4 +98,54 @@ class March(Options, group="march"):
         1.0,
         "with method article-prose: most light before a surface in shadow; 1: as before any",
         ARTICLE, ge=0, le=1, group="article",
+    )
+    planes: int | None = whole(
+        None,
+        "planes at right angles to the view, over what is seen of a light, or with slices-printed over its whole volume; unset: 64, or 100",
+        SHADERX3, ge=1, le=4096, slider=(8, 256), log=True, group="slices",
+    )
+    plane_cell: int = whole(
+        2,
+        "pixels along a cell in which planes lie between each other's, so that its mean has as many times more as it has pixels",
+        "Keller and Heidrich 2001", "pixels", ge=1, le=8, group="slices",
+    )
+    plane_shadow: bool = switch(True, "whether samples on planes look up shadow maps", SHADERX3, group="slices")
+    plane_cookie: bool = switch(True, "whether they look up a light's cookie", SHADERX3, group="slices")
+    plane_noise: bool = switch(
+        False, "whether samples are times two projected noise maps; else times 0.015", SHADERX3, group="slices-printed",
+    )
+    plane_noise_seed: int = whole(0, "with plane-noise: which maps", "Airlight", ge=0, le=9999, group="slices-printed")
+    plane_scroll: float = real(
+        0.02, "with plane-noise: speed of the first map", SHADERX3, "maps/s", ge=-10, le=10, slider=(0, 0.2), group="slices-printed"
+    )
+    plane_scroll_second: float = real(
+        0.013, "with plane-noise: speed of the second map, another way", SHADERX3, "maps/s", ge=-10, le=10, slider=(0, 0.2),
+        group="slices-printed",
+    )
+    plane_falloff: str = choice(
+        "ambient", ("ambient", "inverse-square", "inverse", "none"),
+        "with the distance d from lamps, none of which is physical: 0.35 + 20000 / d²; without the 0.35; √20000 / d; 1",
+        SHADERX3, group="slices-printed",
+    )
+    plane_unit: float = real(
+        100.0, "units of that distance in a metre; the chapter names none", "Airlight", "1/m", gt=0, le=1e6, slider=(1, 1000), log=True,
+        group="slices-printed",
+    )
+    plane_clip: bool = switch(
+        True, "whether planes are cut to the light's volume; else what lies outside of it is dark, and costs time", SHADERX3,
+        group="slices-printed",
+    )
+    plane_mask: bool = switch(
+        True, "whether planes go to four channels of 8 bits in turn, added at the end; else to one", SHADERX3, group="slices-printed"
+    )
+    plane_distance: float | None = real(
+        None,
+        "distance from the eye to the middle of a light's volume from which on there are fewer planes, as bright; unset: none",
+        SHADERX3, "m", gt=0, le=1e9, slider=(1, 1000), log=True, group="slices-printed",
+    )
+    plane_blur: int = whole(
+        1, "samples of a blur over the layer; 1: none", SHADERX3, ge=1, le=64, slider=(1, 16), group="slices-printed"
+    )
+    plane_blur_radius: float = real(
+        2.0, "with plane-blur: its radius", "Airlight", "pixels", ge=0, le=100, slider=(0, 16), group="slices-printed"
     )

@@ -32,7 +32,8 @@ class Method:
     plan_by: of the screen, `plan(device, size, light, parameters, target)`, which gives passes of one light with
     `record(encoder, timer)`, see `scatter.screen.Target`; of a medium, a class as `scatter.march.march.March`.
     reference_by: of the screen, a function in float64 as `reference.radial.direct`; of a medium, one of arrays.
-    lights_medium: whether it works on the medium of a scene, else on a picture. has_units: whether its layer is radiance.
+    lights_medium: whether it works on the medium of a scene, else on a picture. keeps_profiles: whether it knows what lies
+    before and behind what is seen through. has_units: whether its layer is radiance.
     lights: what lights it takes, in words, where not all. is_converged: whether it gives the limit of infinitely many samples.
     follows_past_light: whether its rays may pass the light. sums_listing: whether it has Listing 13-1's sum beside Eq. 4's.
     per_sample: whether its raw sum is over samples, not an integral. stencilled: whether it draws in a buffer of 8 bits what a stencil
@@ -46,6 +47,7 @@ class Method:
     options: frozenset[str]
     jitter: str = "fixed"
     lights_medium: bool = False
+    keeps_profiles: bool = False
     has_units: bool = False
     lights: str = ""
     is_converged: bool = False
@@ -71,6 +73,10 @@ _SCREEN = frozenset(
 _SHADOWS = frozenset(
     {"max_distance", "shadow_size", "cascades", "cascade_split", "cascade_blend", "sun_size", "shadow_bias"}
 )  # of the groups medium and march, what all shadow maps need
+_EVEN_AIR = frozenset(
+    {"sigma_t", "albedo", "phase", "anisotropy", "back_anisotropy", "back_share", "ambient", "lamp_distance", "lamp_fade", "sun_distance"}
+    | {"sun_glow", "sun_glow_size", "fog", "fog_base", "fog_depth", "fog_above", "sun_extinction", "extinction", "extinction_share"}
+)  # of the group medium, what does not vary
 
 METHODS: dict[str, Method] = {
     "epipolar": Method(
@@ -109,6 +115,7 @@ METHODS: dict[str, Method] = {
         frozenset({"medium", "march", "resolution", "jitter"}),
         jitter="blue",
         lights_medium=True,
+        keeps_profiles=True,
         has_units=True,
     ),
     "article": Method(
@@ -128,6 +135,22 @@ METHODS: dict[str, Method] = {
         lights_medium=True,
         lights=ONE_SUN,
         light_of_layer=(5.0, 0.5),
+    ),
+    "slices": Method(
+        "the same light, on planes across the view",
+        "scatter.slices.slices:Slices",
+        "reference.tracer:layer",
+        _SHADOWS | _EVEN_AIR | {"slices", "resolution", "shadow_filter", "variance_radius", "variance_cut", "snap"}
+        | {"depth_sharpness", "depth_threshold"},
+        lights_medium=True,
+        has_units=True,
+    ),
+    "slices-printed": Method(
+        "planes across the view, as a chapter of 2004 adds them in buffers of 8 bits",
+        "scatter.slices.printed:Printed",
+        "reference.slices:printed",
+        _SHADOWS | {"planes", "plane_shadow", "plane_cookie", "slices-printed", "resolution"},
+        lights_medium=True,
     ),
 }
 DEFAULT, FOR_MEDIUM, CONVERGED = "epipolar", "march", "epipolar"  # unset; with a medium that names none; the limit of the screen's others

@@ -106,7 +106,7 @@ class March:
         width, height = self.pixels
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
-        passes = _passes(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
+        passes = passes_of(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
         self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
         self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
@@ -296,7 +296,7 @@ class March:
                     compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
 
 
-def _passes(
+def passes_of(
     lights: Sequence[tuple[PunctualLight, Shadow | None]], medium: ResolvedMedium, eye: np.ndarray
 ) -> list[tuple[PunctualLight | None, Shadow | None]]:
     """Orders lights so that the first, whose pass adds the ambient light, has the medium as it is; None where one without light has to.
