@@ -60,6 +60,12 @@ glass() { # docs/world.md
     put jpeg $to/glass.jpg 1 "$work/glass.png"
 }
 
+lights() { # docs/lights.md
+    render slats --method march --quality final --eye=1.9,1.3,4.1 --target=-0.4,1.5,-1 --fov 46 --width 800 -o "$work/projector.png" \
+        --projector "2.75,2.6,3.6;target=-0.9,1.3,-2.5;fov=24,40;intensity=800,800,800;cookie=examples/cookies/window.png"
+    put jpeg $to/projector.jpg 1 "$work/projector.png"
+}
+
 scenes() { # README.md
     render table -o "$work/table.png"
     render flying --time 20.2 -o "$work/flying.png"
@@ -146,7 +152,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer air fog glass scenes animation guide world validation vesper hx depth border turning streaks adaptation)
+all=(photographs comparison viewer air fog glass lights scenes animation guide world validation vesper hx depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

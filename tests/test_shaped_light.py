@@ -138,6 +138,7 @@ def test_a_projector_is_read_as_written() -> None:
         ("1,2,3;up=0,0,0", "lies along its light, or is 0"),
         ("1,2,3;falloff=cubic", "use inverse-square, inverse, constant"),
         ("1,2,3;clip=0,0,0,1", "has no direction"),
+        ("1,2,3" + ";clip=0,1,0,1" * 7, "more than 6 clip planes"),
         ("1,2,3;foo=1", "cannot read 'foo=1'"),
         ("1,2,3;intensity=-1,0,0", "intensity is -1,0,0"),
     ],

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from airlight.errors import MachineError as MachineError
     from airlight.files.photometry import read_photometry as read_photometry
     from airlight.files.volumes import read_volume as read_volume
+    from airlight.jobs.cookies import read_cookie as read_cookie
     from airlight.lights import Light as Light
     from airlight.options import Composite as Composite
     from airlight.options import Parameters as Parameters
@@ -32,6 +33,7 @@ _HOME = {
     "errors": ("AirlightError", "AirlightWarning", "MachineError"),
     "files.photometry": ("read_photometry",),
     "files.volumes": ("read_volume",),
+    "jobs.cookies": ("read_cookie",),
     "lights": ("Light",),
     "options": ("Composite", "Parameters"),
     "viewer.app": ("view",),

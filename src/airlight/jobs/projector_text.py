@@ -14,6 +14,7 @@ FORM = "x,y,z;target=x,y,z;fov=40,30;intensity=100,100,100"
 AHEAD = (0.0, 0.0, -1.0)  # where one shines without a target
 INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
 MOST = 1e9
+MOST_CLIPS = 6
 ANGLES = (1e-3, 179.0)  # degrees
 GRAMMAR = Grammar(
     what="projector",
@@ -44,6 +45,8 @@ def read_projector(text: str) -> tuple[tuple[float, ...], dict[str, Any]]:
         raise AirlightError(f"far={far:g} of the projector {text!r} is not beyond near={near:g}; give a greater one")
     if any(not any(plane[:3]) for plane in known.get("clip", ())):
         raise AirlightError(f"a clip plane of the projector {text!r} has no direction: a, b, c are 0; give its normal and d")
+    if len(known.get("clip", ())) > MOST_CLIPS:
+        raise AirlightError(f"the projector {text!r} has more than {MOST_CLIPS} clip planes; leave some out")
     return at, known
 
 

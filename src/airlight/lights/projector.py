@@ -14,6 +14,7 @@ from airlight.shadows import ShadowView
 from airlight.shadows.fit import perspective_view
 
 NEAR = 0.1  # m: unset
+MOST_CLIPS = 6  # beside the frustum's planes, as shape.wgsl holds 12
 FALLOFFS = ("inverse-square", "inverse", "constant")  # with the distance; only the first is physical
 
 

@@ -8,10 +8,12 @@ with needing("airlight.pygfx", "scenes"):
     from airlight.pygfx.origin import near_origin
     from airlight.pygfx.particles import ParticleField, undrawn
     from airlight.pygfx.private import use_hdr
+    from airlight.pygfx.projector import Projector
 
 __all__ = [
     "LightShafts",
     "ParticleField",
+    "Projector",
     "SceneLight",
     "add_light_shafts",
     "enable_timing",

@@ -7,7 +7,7 @@ from typing import Any
 import pygfx as gfx
 
 from airlight.errors import AirlightError
-from airlight.lights.projector import FALLOFFS, NEAR
+from airlight.lights.projector import FALLOFFS, MOST_CLIPS, NEAR
 from airlight.lights.shape import Cookie
 
 
@@ -44,6 +44,8 @@ class Projector(gfx.SpotLight):  # type: ignore[misc]
             raise AirlightError(f"a projector's falloff must be {', '.join(FALLOFFS)}, not {falloff!r}")
         if not 0 <= ambient < math.inf:
             raise AirlightError(f"a projector's ambient must be 0 or more, not {ambient!r}")
+        if len(clip) > MOST_CLIPS:
+            raise AirlightError(f"a projector's clip takes {MOST_CLIPS} planes at most, not {len(clip)}")
         if not all(len(plane) == 4 and any(plane[:3]) and all(math.isfinite(v) for v in plane) for plane in clip):
             raise AirlightError("a projector's clip takes planes of four finite numbers a, b, c, d, of which a, b, c are not all 0")
         wide, high = (math.tan(math.radians(v) / 2) for v in (across, along))
