@@ -35,6 +35,7 @@ class Projector(gfx.SpotLight):  # type: ignore[misc]
         clip: Sequence[Sequence[float]] = (),
         **more: Any,
     ) -> None:
+        super().__init__(color, intensity, decay=2, **more)
         across, along = (float(v) for v in fov)
         if not (0 < across < 180 and 0 < along < 180):
             raise AirlightError(f"a projector's fov must be above 0 and below 180 degrees, across and up, not {across:g}, {along:g}")
@@ -49,6 +50,6 @@ class Projector(gfx.SpotLight):  # type: ignore[misc]
         if not all(len(plane) == 4 and any(plane[:3]) and all(math.isfinite(v) for v in plane) for plane in clip):
             raise AirlightError("a projector's clip takes planes of four finite numbers a, b, c, d, of which a, b, c are not all 0")
         wide, high = (math.tan(math.radians(v) / 2) for v in (across, along))
-        super().__init__(color, intensity, angle=math.atan(math.hypot(wide, high)), decay=2, **more)
+        self.angle = math.atan(math.hypot(wide, high))
         self.upwards, self.fov, self.near, self.far = tuple(up), (across, along), float(near), far
         self.falloff, self.ambient, self.cookie, self.clip = falloff, float(ambient), cookie, tuple(clip)

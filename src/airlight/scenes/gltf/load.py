@@ -11,12 +11,13 @@ import pylinalg as la
 
 from airlight.errors import warn
 from airlight.files.photometry import IntensityDistribution
-from airlight.pygfx import SceneLight
+from airlight.pygfx import Projector, SceneLight
 from airlight.scenes.environment import Environment, load_environment
 from airlight.scenes.gltf import schema
 from airlight.scenes.gltf.materials import colour
 from airlight.scenes.gltf.meshes import vertices
 from airlight.scenes.gltf.model import Model
+from airlight.scenes.gltf.projectors import projector_of
 from airlight.scenes.gltf.validate import Gltf
 from airlight.scenes.lamps import cast_shadow, glowing, lost_maps
 from airlight.scenes.stage import Stage
@@ -123,7 +124,7 @@ class _Loader:
             warn(f"{self._gltf.container.path}: has {len(shining)} lights; the {MAX_LIGHTS} brightest shine", 4)
             shining = dict(sorted(shining.items(), key=lambda item: -item[1].intensity)[:MAX_LIGHTS])
         for i, light in shining.items():
-            self._lights[i], self._described[i] = _light(light), light
+            self._lights[i], self._described[i] = projector_of(self._gltf, light) or _light(light), light
             self._lights[i].name = nodes[i].name[:80] or self._lights[i].name or f"light {len(self._lights)}"
             self._scene.add(self._lights[i])
 
@@ -155,6 +156,8 @@ class _Loader:
         if isinstance(light, gfx.DirectionalLight):
             place = self._center - ahead * self._radius * 1.5
         light.local.position = place
+        if isinstance(light, Projector):
+            light.upwards = tuple(matrix[:3, 1])
         if i in self._profiles:
             light.local.rotation = la.quat_from_mat(_turn(matrix))
         if not isinstance(light, gfx.PointLight):

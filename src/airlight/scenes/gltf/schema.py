@@ -3,7 +3,7 @@
 Names are those of the specification in snake case; None: absent, without a default of its own.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta, field
@@ -336,6 +336,7 @@ class Light(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     intensity: Amount = 1.0
     range: Amount | None = None  # 0: none either
     spot: Spot = Spot()
+    extras: Any = None
 
 
 class Lights(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
