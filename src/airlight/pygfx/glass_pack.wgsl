@@ -19,23 +19,30 @@ fn first_surface(texel: vec2i) -> f32 {
     return select(depth, 0.0, any(within != texel) || solid_depth(within) > depth);
 }
 
-/// Read how far what is solid is in the middle of a texel.
+/// Read how far the nearest is of what is solid around the middle of a texel.
 fn solid_depth(texel: vec2i) -> f32 {
-    let ratio = vec2f(textureDimensions(solid)) / vec2f(textureDimensions(passed).xy);
-    return textureLoad(solid, vec2i((vec2f(texel) + 0.5) * ratio), 0);
+    let size = vec2f(textureDimensions(solid));
+    let middle = (vec2f(texel) + 0.5) * size / vec2f(textureDimensions(passed).xy);
+    let low = vec2i(clamp(middle - 0.5, vec2f(0.0), size - 1.0));
+    let high = vec2i(clamp(middle + 0.5, vec2f(0.0), size - 1.0));
+    let below = max(textureLoad(solid, low, 0), textureLoad(solid, vec2i(high.x, low.y), 0));
+    return max(below, max(textureLoad(solid, vec2i(low.x, high.y), 0), textureLoad(solid, high, 0)));
 }
 
-/// Choose the texel that tells of one: itself, or, where its middle lies on the frame of a pane, one beside it that shows the pane. What is lit of such
-/// a texel, by the finer shadow map, lies behind the pane, and would be as bright as without it.
+/// Choose the texel that tells of one: itself, or, where its middle lies on the frame of a pane, the nearest that shows the pane. What is lit of such a
+/// texel, by the finer shadow map or its filter, lies behind the pane, and would be as bright as without it.
 fn telling(texel: vec2i) -> vec2i {
     var found = texel;
     let before = solid_depth(texel);
     if (before > 0.0 && first_surface(texel) == 0.0) {
-        for (var k = 0; k < 8; k++) { // those that share a side last, since they are nearer
-            let place = select(6 * (k / 2) + 2 * (k % 2), 2 * k - 7, k > 3);
-            let beside = texel + vec2i(place % 3, place / 3) - 1;
-            let depth = first_surface(beside);
-            found = select(found, beside, depth > 0.0 && before >= IN_FRONT * depth);
+        var nearest = 100;
+        for (var k = 0; k < 25; k++) {
+            let away = vec2i(k % 5, k / 5) - 2;
+            let depth = first_surface(texel + away);
+            let far = away.x * away.x + away.y * away.y;
+            let better = depth > 0.0 && before >= IN_FRONT * depth && far < nearest;
+            found = select(found, texel + away, better);
+            nearest = select(nearest, far, better);
         }
     }
     return found;
