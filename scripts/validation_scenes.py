@@ -351,5 +351,7 @@ def panes() -> None:
 
 
 if __name__ == "__main__":
-    for make in (slats, foliage, cage, two_spots, window, headlamp, dense, mirrored, panes):
+    from stained_glass import stained
+
+    for make in (slats, foliage, cage, two_spots, window, headlamp, dense, mirrored, panes, stained):
         make()

@@ -271,3 +271,25 @@ def test_glass_does_not_dim_itself(stage: Stage, kind: str, slope: float) -> Non
     stage.draw()
     np.testing.assert_allclose(found, stage.renderer.snapshot()[..., :3].astype(float), rtol=2e-3)
     assert found.min() > 0
+
+
+@pytest.mark.parametrize("kind", ["sun", "point"])
+def test_no_white_light_passes_the_edges_of_a_pane_that_fills_its_frame(stage: Stage, kind: str) -> None:
+    """A roof with a hole, which a pane fills to its edges: nothing on the floor is brighter, or of another colour, than behind the pane."""
+    lamp, floor, half = lamp_over(kind), floor_of(), 0.61
+    sides = [(-9, -9, 9, -half), (-9, half, 9, 9), (-9, -half, -half, half), (half, -half, 9, half)]
+    corners = [[(x0, 3, z0), (x1, 3, z0), (x1, 3, z1), (x0, 3, z1)] for x0, z0, x1, z1 in sides]
+    roof = mesh(np.array([[c[i] for i in pair] for c in corners for pair in ((0, 1, 2), (0, 2, 3))], float), color="#000")
+    roof.cast_shadow = True
+    pane = tinted(level(3, half), (1.0, 0.2, 0.2))
+    stage.camera = gfx.OrthographicCamera(4, 2.25, depth_range=(0, 50))
+    stage.camera.local.position = (0, 2, 0)
+    stage.camera.look_at((0, 0, -0.0001))
+    stage.scene = gfx.Scene().add(floor, lamp, roof, pane)
+    shafts = LightShafts(stage.renderer, stage.scene, stage.camera, [SceneLight(target=lamp)])
+    stage.renderer.effect_passes = []
+    stage.draw()
+    found = stage.renderer.snapshot()[..., :3].astype(float)
+    lit = found[..., 0] > 0.02 * found[..., 0].max()
+    assert 0.1 < lit.mean() < 0.9 and shafts is not None
+    np.testing.assert_allclose(found[lit][:, 1] / found[lit][:, 0], 0.2, atol=0.01)

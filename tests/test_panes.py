@@ -622,11 +622,12 @@ def test_the_step_that_stands_for_the_lit_ones_is_its_twin() -> None:
     np.testing.assert_allclose(as_often, lit[:20] * 840 / count[:20, None], atol=1)
 
 
+@pytest.mark.parametrize("coloured", [True, False])
 @pytest.mark.parametrize("sun", [True, False])
-def test_few_steps_share_a_look_up(sun: bool) -> None:
+def test_few_steps_share_a_look_up(sun: bool, coloured: bool) -> None:
     n = np.arange(1, 129, dtype=np.float32)
-    found = call("scatter/march/steps.wgsl", "dimmed_steps", [n], constants={"DIRECTIONAL": sun})
-    np.testing.assert_array_equal(found, panes.dimmed_steps(n, sun))
+    found = call("scatter/march/steps.wgsl", "dimmed_steps", [n], constants={"DIRECTIONAL": sun, "COLOURED": coloured})
+    np.testing.assert_array_equal(found, panes.dimmed_steps(n, sun, coloured))
 
 
 # ---------------------------------------------------------------- functions of shaders

@@ -18,7 +18,7 @@ from airlight.scenes.triangles import world_panes, world_triangles
 SIZE = 480, 270
 # whose media vary in space
 VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs"
-SEEN_THROUGH = ("panes",)  # with glass, which Mitsuba is not given
+SEEN_THROUGH = "panes", "stained"  # with glass, which Mitsuba is not given
 VARYING_SIZE = 160, 90  # of their pictures, whose truth takes some ten times as long
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller
 SPP = {True: 1024, False: 6000}  # Mitsuba's rays of a pixel for a sun, and for a lamp, whose own way through the medium is a game of chance

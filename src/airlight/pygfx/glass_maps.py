@@ -88,12 +88,14 @@ class GlassMaps:
             if i == len(self._buffers) or self._buffers[i][0].size != size:
                 self._buffers[i : i + 1] = [(self.device.buffer(size=size), None)]
             buffer, shown_now = self._buffers[i]
-            key = contents, hulls.tobytes(), [view.matrix.tobytes() for view in shadow.views], coloured
+            key = contents, hulls.tobytes(), [view.matrix.tobytes() for view in shadow.views], coloured, shadow.drawn
             shadow.glass, shadow.glass_side, shadow.coloured = buffer, side, coloured
             if shown_now == key:
                 continue
             self._buffers[i] = buffer, None  # it may be left unfinished
-            self.fill(buffer, 0, side, shadow.views, shadow.size, found, hulls, coloured, timer)
+            one = {"dimension": "2d", "array_layer_count": 1}
+            solid = [shadow.texture.create_view(base_array_layer=k, **one) for k in range(len(shadow.views))]
+            self.fill(buffer, 0, side, shadow.views, solid, shadow.size, found, hulls, coloured, timer)
             self._buffers[i] = buffer, key
 
     def contents(self, found: Sequence[Any]) -> list[Any]:
@@ -106,17 +108,19 @@ class GlassMaps:
         begin: int,
         side: int,
         views: Sequence[ShadowView],
+        solid: Sequence[Any],
         size: int,
         found: Sequence[Any],
         hulls: Matrix,
         coloured: bool,
         timer: Timer | None,
     ) -> None:
-        """Draws and submits maps of side x side texels into a buffer, from a texel of it on. size: of the shadow map of these views."""
+        """Draws and submits maps of side x side texels into a buffer, from a texel of it on. solid: the layers of the shadow map of these
+        views, drawn already, of this size."""
         self._fit(side)
-        for view, inside in zip(views, self._reached(views, size, hulls), strict=True):
+        for view, layer, inside in zip(views, solid, self._reached(views, size, hulls), strict=True):
             self.draw_view(fit.clip(view.matrix, size), [found[j] for j in inside], timer)
-            self._pack(buffer, begin, side, coloured, timer)
+            self._pack(buffer, begin, layer, side, coloured, timer)
             begin += side * side
 
     def _reached(self, views: Sequence[ShadowView], size: int, hulls: Matrix) -> list[list[int]]:
@@ -179,13 +183,13 @@ class GlassMaps:
         made[k, mode].update(thing, state)
         return made[k, mode], state
 
-    def _pack(self, buffer: Any, begin: int, side: int, coloured: bool, timer: Timer | None) -> None:
+    def _pack(self, buffer: Any, begin: int, solid: Any, side: int, coloured: bool, timer: Timer | None) -> None:
         """Packs what was drawn into a buffer, from a texel of it on."""
         self.device.queue.write_buffer(self._begin, 0, np.array([begin], np.uint32).tobytes())
         taken, depths = (texture.create_view(dimension="2d-array") for texture in self._textures)
         encoder = self.device.encoder()
         pipeline = self.device.pipeline(PACK, "pack_glass", COLOURED=coloured)
-        bind = self.device.bind(PACK, depths, taken, buffer, self._begin)
+        bind = self.device.bind(PACK, depths, taken, buffer, self._begin, solid)
         compute(encoder, pipeline, bind, (-(-side // 8), -(-side // 8)), "glass", timer)
         self.device.submit(encoder)
 

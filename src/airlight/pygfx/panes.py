@@ -152,7 +152,8 @@ class _Opaque:
         self.base, self.hash = base, f"airlight opaque {base.hash}"
 
     def get_shader_kwargs(self, pick: bool, alpha: dict[str, Any]) -> dict[str, Any]:
-        return {"alpha_method": "opaque", "fragment_output_code": "", "write_pick": pick and "pick" in self.base.texture_info}
+        picked = pick and "pick" in self.base.texture_info
+        return {"alpha_method": "opaque", "airlight_split": True, "fragment_output_code": "", "write_pick": picked}
 
     def get_color_descriptors(self, pick: bool, alpha: dict[str, Any]) -> Any:
         return self.base.get_color_descriptors(pick, {"method": "opaque"})

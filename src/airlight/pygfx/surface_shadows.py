@@ -88,26 +88,35 @@ class SurfaceShadows:
         casters.scene, casters.lights, casters.still = shafts.scene, shafts.lights, shafts.still
         gathered = _casting(casters.gather())
         free = {name: iter(layers) for name, layers in state.maps.items()}
-        drawn, scales, glass = [], [], []
-        begin, (found, hulls), binding = 0, self._found, state.glass
-        own = (id(self._glass), hulls.tobytes(), self._glass.contents(found)) if binding is not None else ()
-        for i, (light, name) in enumerate(state.casters):
+        drawn: list[tuple[Any, int, Any]] = []
+        scales, fitted = [], []
+        reached = gathered[1] if state.glass is None else np.concatenate([gathered[1], self._found[1]])
+        for light, name in state.casters:
             size = SIZES[name]
-            views = surface_views(light, gathered[1] if binding is None else np.concatenate([gathered[1], hulls]), size)
-            if binding is not None:
-                side = self._sides[name]
-                key = *own, [view.matrix.tobytes() for view in views]
-                if binding.filled.pop(i, None) != key:
-                    self._glass.fill(binding.buffer, begin, side, views, size, found, hulls, True, None)
-                binding.filled[i] = key
-                glass += [[begin + k * side * side, side, size, 0] for k in range(len(views))]
-                begin += len(views) * side * side
-            for view in views:
+            fitted.append((surface_views(light, reached, size), name, len(drawn)))
+            for view in fitted[-1][0]:
                 drawn.append((view.matrix, size, next(free[name])))
                 sun = isinstance(light, gfx.DirectionalLight)
                 scales.append([view.texel, 0, view.depth_scale, 0] if sun else [0, view.texel, 0, 1 / view.depth_scale])
         casters.draw_layers(drawn, gathered)
+        glass = [] if state.glass is None else self._draw_glass(state.glass, fitted, [layer for _, _, layer in drawn], gathered)
         state.write(np.array([matrix for matrix, _, _ in drawn]), np.array(scales), (thing for thing, _ in gathered[0]), glass)
+
+    def _draw_glass(self, binding: Any, fitted: list[tuple[list[ShadowView], str, int]], layers: Any, gathered: Gathered) -> list[Any]:
+        """Draws what dims lights, where it has changed, and lists where it lies. fitted: of each light its views, the name of its map, and
+        which of the layers, drawn already, is its first."""
+        found, hulls = self._found
+        own = id(self._glass), hulls.tobytes(), self._glass.contents(found), self._casters.still, gathered[1].tobytes()
+        begin, glass = 0, []
+        for i, (views, name, first) in enumerate(fitted):
+            side, size, solid = self._sides[name], SIZES[name], layers[first : first + len(views)]
+            key = *own, [view.matrix.tobytes() for view in views]
+            if binding.filled.pop(i, None) != key:
+                self._glass.fill(binding.buffer, begin, side, views, solid, size, found, hulls, True, None)
+            binding.filled[i] = key
+            glass += [[begin + k * side * side, side, size, 0] for k in range(len(views))]
+            begin += len(views) * side * side
+        return glass
 
 
 def surface_views(light: Any, hulls: Matrix, size: int) -> list[ShadowView]:

@@ -63,9 +63,11 @@ def code_behind(depth: Any, surfaces: Any, codes: Any) -> Array:
     return np.asarray(np.take_along_axis(every, count[..., None], axis=-1)[..., 0])
 
 
-def dimmed_steps(n: Any, directional: bool) -> Array:
+def dimmed_steps(n: Any, directional: bool, coloured: bool = False) -> Array:
     """Chooses how many of n steps take what is left of a light from one look-up."""
     n = np.asarray(n)
+    if coloured:
+        return np.where(n >= 64, 2.0, 1.0)
     return np.where(n >= 64, 8.0 if directional else 4.0, np.where(n >= 32, 2.0, 1.0))
 
 

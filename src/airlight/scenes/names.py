@@ -22,6 +22,7 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "drift": ("two-spots", "front"),
     "puffs": ("cage", "room"),
     "panes": ("panes", "hall"),
+    "stained": ("stained", "nave"),
 }
 MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
 FILES = (".glb", ".gltf", *MESHES)

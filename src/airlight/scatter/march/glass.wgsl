@@ -7,6 +7,7 @@ override COLOURED: bool = false; // some of them colour the light
 @group(0) @binding(13) var<storage, read> glass: array<vec4u>; // see GlassMaps
 
 const MOST_DIMMED = 8.0;        // steps of a group, of which one stands for all
+const MOST_COLOURED = 2.0;      // of one behind coloured glass, where a wrong one is seen
 
 /// Find what is left of a light at a depth, behind surfaces at four depths, each nearer to the light than the next, and behind as many of them,
 /// so much. Twin: reference/panes.py:left_behind.

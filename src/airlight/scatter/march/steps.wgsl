@@ -146,6 +146,7 @@ fn see_knot(whole: f32) {
 
 /// Choose how many steps take what is left of a light from one look-up. Twin: reference/panes.py:dimmed_steps.
 fn dimmed_steps(n: f32) -> f32 {
+    if (COLOURED) { return select(1.0, MOST_COLOURED, n >= MANY_STEPS); }
     return select(1.0, select(2.0, select(4.0, 8.0, DIRECTIONAL), n >= MANY_STEPS), n >= 0.5 * MANY_STEPS);
 }
 
@@ -181,7 +182,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         var samples = vec2f(0.0); // t of the group's step 0, and m of a step
         if (VARIES || FOG != EVEN) {
             var size = group_size(k, n, stretch.zw);
-            if (GLASS) { size = min(size, MOST_DIMMED); }
+            if (GLASS) { size = min(size, select(MOST_DIMMED, MOST_COLOURED, COLOURED)); }
             let group = begin_group(ray, k, size, each, o, n, k < end);
             fade = exp(group.slope / size);
             weight = group.sum / sum_of_powers(fade, size);
