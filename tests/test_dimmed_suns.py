@@ -16,7 +16,7 @@ from airlight.lights.point import PointLight
 from airlight.medium.resolve import resolve
 from airlight.options import March, Medium
 from airlight.pygfx import LightShafts, SceneLight
-from airlight.pygfx.dimmed_suns import _lit_share, doubt_of_suns
+from airlight.pygfx.dimmed_suns import lit_share, doubt_of_suns
 
 LOW = DirectionalLight((1.0, 1.0, 1.0), (math.cos(math.radians(6)), math.sin(math.radians(6)), 0.0))
 HIGH = DirectionalLight((1.0, 1.0, 1.0), (0.0, 1.0, 0.0))
@@ -56,12 +56,12 @@ def test_the_share_is_that_of_the_closed_form() -> None:
     medium = resolved(fog_depth=5.0, max_distance=2000.0)
     start, level, climb = np.array([[0.0, 2.0, 0.0]]), np.array([[0.0, 0.0, -1.0]]), LOW.direction[1]
     column = 0.06 * 5 * math.exp(-2 / 5)
-    lit, seen = _lit_share(medium, [LOW], start, level)
+    lit, seen = lit_share(medium, [LOW], start, level)
     assert lit == pytest.approx(math.exp(-column / climb), rel=1e-6) and seen == pytest.approx(1, rel=0.01)
-    lit, seen = _lit_share(medium, [LOW, HIGH], start, np.array([LOW.direction]))
+    lit, seen = lit_share(medium, [LOW, HIGH], start, np.array([LOW.direction]))
     assert seen == pytest.approx(1 - math.exp(-column / climb), rel=0.01)
     away = np.array([[-LOW.direction[0], climb, 0.0]])  # as steep: what is dimmed to the sun and to the eye add up to twice the one
-    lit, _ = _lit_share(medium, [LOW], start, away)
+    lit, _ = lit_share(medium, [LOW], start, away)
     depth = column / climb
     assert lit == pytest.approx(depth * math.exp(-depth) / (1 - math.exp(-depth)), rel=0.01)
 

@@ -102,16 +102,19 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
         if dense:
             through = np.exp(-length[..., None] * medium.sigma_t).astype(np.float32)
             own = (studio.surfaces()[at] * through * factor).reshape(-1, 3)
-    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own) or doubt_of_its_suns(shafts, medium)
+    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own) or doubt_of_pass(shafts, medium, depth.shape[0])
 
 
-def doubt_of_its_suns(shafts: "LightShafts", medium: "ResolvedMedium") -> str | None:
-    """Word one line where fog leaves a pass that was just drawn without the light of its suns, see `doubt_of_suns`; else None."""
+def doubt_of_pass(shafts: "LightShafts", medium: "ResolvedMedium", height: int) -> str | None:
+    """Word one line where fog leaves a pass that was just drawn without the light of its suns, or where a volume is a speck in its picture
+    of so many pixels' height, see `doubt_of_suns` and `too_small`; else None."""
     from airlight.pygfx.dimmed_suns import doubt_of_suns
+    from airlight.pygfx.faint_fields import too_small
     from airlight.pygfx.punctual import punctual_lights
 
-    camera, medium = shafts.camera, medium.seen_from([-v for v in medium.origin])  # in the world's coordinates
-    return doubt_of_suns(medium, punctual_lights(shafts.lights), camera.view_matrix, camera.projection_matrix)
+    medium = medium.seen_from([-v for v in medium.origin])  # in the world's coordinates
+    seen = shafts.camera.view_matrix, shafts.camera.projection_matrix
+    return doubt_of_suns(medium, punctual_lights(shafts.lights), *seen) or too_small(medium.fields, *seen, height)
 
 
 @dataclass

@@ -29,7 +29,7 @@ def doubt_of_suns(medium: ResolvedMedium, lights: Sequence[PunctualLight], view:
     if not suns or len(suns) < len(shining) or not medium.fades_suns or medium.ambient.any():
         return None
     start, way = _rays(view, projection)
-    lit, seen = _lit_share(medium, suns, start, way)
+    lit, seen = lit_share(medium, suns, start, way)
     if seen < VISIBLE_CONTRAST or lit >= DARK_SHARE:
         return None
     depth = _depth_to_light(medium, suns, start, way)
@@ -46,7 +46,7 @@ def _rays(view: Matrix, projection: Matrix) -> tuple[Any, Any]:
     return start, (far - start) / np.linalg.norm(far - start, axis=1, keepdims=True)
 
 
-def _lit_share(medium: ResolvedMedium, suns: Sequence[DirectionalLight], start: Any, way: Any) -> tuple[float, float]:
+def lit_share(medium: ResolvedMedium, suns: Sequence[DirectionalLight], start: Any, way: Any) -> tuple[float, float]:
     """Integrate the part of the light scattered along rays that is left by the fog between it and the sun it is most of; and the rays'
     mean opacity. Nothing but fog is looked at, in the colour that is dimmed least."""
     fog, layer = medium.settings.fog, (medium.fog_depth, medium.settings.fog_above)
@@ -66,6 +66,6 @@ def _lit_share(medium: ResolvedMedium, suns: Sequence[DirectionalLight], start: 
 def _depth_to_light(medium: ResolvedMedium, suns: Sequence[DirectionalLight], start: Any, way: Any) -> float | None:
     """Find the greatest fog_depth, m, of which LIT_SHARE of a sun's light is left, to one digit; None where there is none."""
     for depth in medium.fog_depth * np.geomspace(1, LEAST_DEPTH, TRIED):
-        if _lit_share(replace(medium, fog_depth=float(depth)), suns, start, way)[0] >= LIT_SHARE:
+        if lit_share(replace(medium, fog_depth=float(depth)), suns, start, way)[0] >= LIT_SHARE:
             return float(number(float(depth), 1))
     return None
