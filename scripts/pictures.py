@@ -6,7 +6,7 @@ border OUT               occluders that cross the border: region 1 and 1.2; need
 behind OUT               a light behind the camera: mirrored, and not
 streaks OUT              speckled occluders: summed with the sky, with less contrast, and black
 points OUT PAGE          the particles that the program in a page of docs/ writes
-guide OUT PAGE           what the program in a page of docs/ draws
+guide OUT PAGE [INTO]    what the program in a page of docs/ draws; with INTO the lines that stand there in place of its `shafts = ...`
 looks OUT IN...          photographs, a row each, in all looks
 turned DEGREES           prints a place to look at
 """
@@ -184,9 +184,12 @@ def points(out: str, page: str) -> None:
     exec(compile(program_of(page).replace("fire.npz", out), page, "exec"), {})
 
 
-def guide(out: str, page: str) -> None:
-    """What the program in a page of docs/ draws."""
+def guide(out: str, page: str, into: str | None = None) -> None:
+    """What the program in a page of docs/ draws; with the lines of another page that stand there in place of its `shafts = ...`."""
     program = program_of(page)
+    if into is not None:
+        lines = re.findall(r"in place of `shafts = \.\.\.`[^\n]*:\n\n((?:    .*\n|\n)+)", Path("docs", into).read_text(encoding="utf-8"))[0]
+        program = re.sub(r"^shafts = .*$", lambda _: re.sub("^    ", "", lines, flags=re.M), program, flags=re.M)
     names: dict = {}
     exec(compile(program, page, "exec"), names)
     write(out, names["picture"][..., :3], 150_000)

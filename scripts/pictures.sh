@@ -78,7 +78,10 @@ animation() { # docs/rendering.md
     put webp $to/flying.webp 12 "$work"/flying.????.png
 }
 
-guide() { put guide $to/guide.jpg scenes.md; }
+guide() { # docs/scenes.md
+    put guide $to/guide.jpg scenes.md
+    put guide $to/guide-fog.jpg scenes.md scenes.md
+}
 
 world() { # docs/world.md
     put guide $to/world.jpg world.md

@@ -13,10 +13,7 @@ import airlight
 from airlight.options import Medium
 
 pytest.importorskip("pygfx")
-import pygfx as gfx
-from rendercanvas.offscreen import OffscreenRenderCanvas
 
-from airlight.pygfx import LightShafts, SceneLight
 from airlight.scenes import NAMES, VALIDATION, open_scene, valley
 
 PAGE = (DOCS / "fog.md").read_text(encoding="utf-8")
@@ -45,21 +42,6 @@ def test_the_fire_burns_on_the_ground(tmp_path: Path, monkeypatch: pytest.Monkey
     found: Any = np.load("fire.npz")
     lowest = found["positions"][found["positions"][:, 1].argmin()]
     assert len(found["positions"]) == 600 and abs(lowest[1] - valley.height_at(lowest[0], lowest[2])) < 1
-
-
-def test_the_two_lines_of_a_program() -> None:
-    """As they stand, with the volume that ships."""
-    one, two = re.findall(r"^    (shafts.*)$", PAGE, re.M)
-    scene, lights = gfx.Scene(), [SceneLight(direction=(0, 1, 1))]
-    canvas = OffscreenRenderCanvas(size=(32, 18))
-    names: dict[str, Any] = {"renderer": gfx.WgpuRenderer(canvas), "scene": scene, "camera": gfx.PerspectiveCamera(), "lights": lights}
-    names |= {"LightShafts": LightShafts, "Medium": Medium, "airlight": airlight}
-    exec(one, names)
-    exec(two.replace("smoke.npz", str(DOCS.parent / "examples/volumes/smoke.npz")), names)
-    assert names["shafts"].parameters.method == "march" and names["shafts"].fields[0].density.max() > 0.5
-    medium = names["shafts"].medium
-    thick, thin = airlight.density([[99, 0, 0], [99, 8, 0]], medium=medium, fields=names["shafts"].fields)
-    assert thick == 1 and 0 < thin < 0.2  # the fog is there beside the smoke
 
 
 def test_the_model_is_that_of_the_conventions() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as some
 
 from airlight.cli import image, main, render, view
 from airlight.cli.options import gather
+from airlight.compare.variants import variant
 from airlight.errors import AirlightError
 from airlight.medium.resolve import EMPTY_DEPTH, HIDING_DEPTH, doubt, resolve
 from airlight.options import ALL, OF_PICTURES, OF_SCENES, March, Medium, SceneOptions, build, declared, presets
@@ -218,7 +219,10 @@ def test_presets_keep_a_medium(tmp_path_factory: pytest.TempPathFactory, values:
     [
         ("sigma_t=1/2", "0.1/0.2/0.3, or one"),
         ("sigma_t=a", "0.1/0.2/0.3, or one"),
-        ("sigma_t=1,2,3", "no preset '2'"),
+        ("sigma_t=1,2", "0.1/0.2/0.3, or one"),
+        ("sigma_t=1,2,3,4", "no preset '4'"),
+        ("samples=1,2", "no preset '2'"),
+        ("preset=hx", "a preset is named alone: write hx in place of preset=hx"),
         ("steps=exacd", "did you mean 'exact'"),
         ("steps=0", "steps"),
         ("snap=perhaps", "snap"),
@@ -228,6 +232,13 @@ def test_presets_keep_a_medium(tmp_path_factory: pytest.TempPathFactory, values:
 def test_bad_texts_of_variants(text: str, says: str) -> None:
     with pytest.raises(AirlightError, match=re.escape(says)):
         presets.written(text)
+
+
+def test_a_triple_of_a_variant_may_have_commas_and_a_key_dashes() -> None:
+    one = variant("hx,noise-amount=3,wind=1, 0,0,fog=exponential", {}, in_scene=True)
+    assert (one.medium.noise_amount, one.medium.wind, one.medium.fog) == (3, (1, 0, 0), "exponential")
+    assert one.name == "hx, noise amount 3, wind 1/0/0, fog exponential"
+    assert presets.written("wind=-1,0,0.5,samples=4") == presets.written("wind=-1/0/0.5,samples=4")
 
 
 # what is doubtful

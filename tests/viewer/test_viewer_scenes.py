@@ -12,6 +12,7 @@ from viewer_driver import SCENE_SIZE, Driver, read_by_render, resident, stage
 from airlight import scenes
 from airlight.errors import AirlightError
 from airlight.files import read_image
+from airlight.lights.directional import DirectionalLight
 from airlight.options import Medium, declared, presets
 from airlight.scatter.methods import of_screen
 from airlight.viewer import app, command, controls
@@ -321,3 +322,13 @@ def test_lamps_of_the_command_line(tmp_path: Path) -> None:
     assert command.light_words(state) == ["--light=Bulb;strength=9", "--light=1.5,2,2.5;strength=4"]
     state.opening = ("--animation=walk",)
     assert "--animation=walk" in command.command_line(state)
+
+
+def test_fog_that_loses_its_sun_is_told(scene: Driver, monkeypatch: pytest.MonkeyPatch) -> None:
+    sun = DirectionalLight((1.0, 1.0, 1.0), (1.0, 0.03, 0.0))
+    monkeypatch.setattr("airlight.pygfx.punctual.punctual_lights", lambda lights: [sun])
+    quick = {"method": "march", "steps": 4, "shadow_size": 64, "resolution": 0.125, "sigma_t": 0.3, "fog": "exponential"}
+    for depth, dark in ((20.0, True), (0.02, False)):
+        st.set_values(scene.state, quick | {"fog_depth": depth})
+        scene.frame(3)
+        assert ("the fog is dark" in scene.state.doubt) is dark

@@ -23,6 +23,7 @@ from airlight.options import March, Medium, Parameters, SceneOptions
 from airlight.progress import SILENT, Work
 from airlight.pygfx.basin import Basin
 from airlight.pygfx.casters import Casters
+from airlight.pygfx.dimmed_suns import doubt_of_suns
 from airlight.pygfx.medium_effect import settle
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
@@ -143,7 +144,8 @@ class ComparedView:
             length = medium.optical_length(layer.transmittance).ravel()
         shown = layer.radiance, self.surfaces, self.surfaces * layer.transmittance
         light, picture, own = ((factor * pixels).reshape(-1, 3) for pixels in shown)
-        return doubt_of_medium(medium, length, drawn, light, picture, own)
+        seen = self.camera.view_matrix, self.camera.projection_matrix
+        return doubt_of_medium(medium, length, drawn, light, picture, own) or doubt_of_suns(medium, self.punctual, *seen)
 
     # ------------------------------------------------------------ truths
 

@@ -60,9 +60,8 @@ class Variant:
     @property
     def name(self) -> str:
         """Write it short: `radial, n = 64, jitter blue`."""
-        parts = [[word.strip() for word in part.split("=")] for part in self.text.split(",")]
-        short = {"method": "{}", "samples": "n = {}"}
-        return ", ".join(short.get(part[0], f"{part[0].replace('_', ' ')} {{}}").format(part[1]) if part[1:] else part[0] for part in parts)
+        short, parts = {"method": "{}", "samples": "n = {}"}, presets.divided(self.text)
+        return ", ".join(key if value is None else short.get(key, f"{key.replace('_', ' ')} {{}}").format(value) for key, value in parts)
 
 
 def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
@@ -72,7 +71,7 @@ def variant(text: str, base: dict[str, Any], in_scene: bool = False) -> Variant:
     march, where no method is said.
     """
     try:
-        named = {part.partition("=")[0].strip() for part in text.split(",")}  # what presets hold besides is left as it is
+        named = {key for key, _ in presets.divided(text)}  # what presets hold besides is left as it is
         for one in ("volume", "particles"):
             if one in named:
                 raise AirlightError(f"{one} lies in the air of all that is compared: give --{one} beside --variant")

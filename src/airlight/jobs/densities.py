@@ -10,14 +10,12 @@ from airlight.jobs.density_text import npz_kind
 from airlight.jobs.particle_text import load_particles, read_particle_text
 from airlight.jobs.volume_text import FileVolume, read_volume_text, tell_apart
 from airlight.medium.field import as_field
-from airlight.medium.resolve import OPTICAL_DEPTH
+from airlight.medium.resolve import OPTICAL_DEPTH, SEEN_DEPTH, hardly_seen
 from airlight.messages import say
 from airlight.options import Medium
 
 FILES = (*OF_VOLUMES, ".csv")  # of densities, that are nothing else
 LESSENING = ("multiply", "min")  # blends of what thickens nothing by itself
-SEEN_DEPTH = 2.0  # optical depth of the densest way through what lies in the air, where no extinction is said
-LEAST_DEPTH = 0.3  # of it, below which one is told that it is hardly seen
 
 if TYPE_CHECKING:
     from airlight.scenes import Stage
@@ -83,12 +81,8 @@ def suit(stage: "Stage", values: dict[str, Any], cells: int) -> None:
         say(f"sigma_t {sigma:g} 1/m, by which the densest way through the volumes and particles has an optical depth of {SEEN_DEPTH:g}")
         return
     sigma = max(known["sigma_t"]) if known.get("sigma_t") is not None else OPTICAL_DEPTH / (2 * stage.radius)
-    if 0 < sigma * longest < LEAST_DEPTH:
-        factor = float(f"{SEEN_DEPTH / (sigma * longest):.1g}")
-        warn(
-            f"the volumes and particles are hardly seen: the densest way through them has an optical depth of {sigma * longest:.2g}; "
-            f"give ;factor={factor:g} behind their names, or a larger --sigma-t"
-        )
+    if (line := hardly_seen(sigma * longest, "give ;factor={0} behind their names, or a larger --sigma-t")) is not None:
+        warn(line)
 
 
 def refuse_without_medium(volumes: Sequence[str], particles: Sequence[str], method: str) -> None:

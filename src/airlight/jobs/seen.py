@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from airlight.medium.resolve import ResolvedMedium
+    from airlight.pygfx import LightShafts
     from airlight.scenes.offline import Frame, Studio
 
 NEARLY_ALL = 0.95  # of the surfaces
@@ -73,7 +74,7 @@ def is_dense(medium: "ResolvedMedium", depths: "np.ndarray") -> bool:
 
 
 def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str | None:
-    """Judge the medium of a frame that was just drawn, see `doubt_of_medium`. depth: (H, W) of 0..1."""
+    """Judge the medium of a frame that was just drawn, see `doubt_of_medium`, and what lights it. depth: (H, W) of 0..1."""
     import numpy as np
 
     from airlight.medium.resolve import VISIBLE_CONTRAST
@@ -101,7 +102,19 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
         if dense:
             through = np.exp(-length[..., None] * medium.sigma_t).astype(np.float32)
             own = (studio.surfaces()[at] * through * factor).reshape(-1, 3)
-    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own)
+    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own) or doubt_of_pass(shafts, medium, depth.shape[0])
+
+
+def doubt_of_pass(shafts: "LightShafts", medium: "ResolvedMedium", height: int) -> str | None:
+    """Word one line where fog leaves a pass that was just drawn without the light of its suns, or where a volume is a speck in its picture
+    of so many pixels' height, see `doubt_of_suns` and `too_small`; else None."""
+    from airlight.pygfx.dimmed_suns import doubt_of_suns
+    from airlight.pygfx.faint_fields import too_small
+    from airlight.pygfx.punctual import punctual_lights
+
+    medium = medium.seen_from([-v for v in medium.origin])  # in the world's coordinates
+    seen = shafts.camera.view_matrix, shafts.camera.projection_matrix
+    return doubt_of_suns(medium, punctual_lights(shafts.lights), *seen) or too_small(medium.fields, *seen, height)
 
 
 @dataclass

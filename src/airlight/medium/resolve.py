@@ -19,6 +19,8 @@ MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
 VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
 HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
+SEEN_DEPTH = 2.0  # optical depth of the densest way through volumes and particles, where no extinction is said
+LEAST_DEPTH = 0.3  # of it, below which one is told that they are hardly seen
 EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which only a very strong light shows in it: some 10 times white, at g = 0
 FOGS = ("none", "exponential", "linear")  # numbered as in medium/height.wgsl
 FOG_SHARE = 0.1  # of the scene's height, where fog_depth is unset
@@ -189,6 +191,14 @@ def without_air(medium: ResolvedMedium) -> str | None:
     if m.air is not None or medium.air > 0 or (m.fog == "none" and m.noise_amount == 0):
         return None
     return "fog and noise are of the air, of which there is none beside volumes and particles: give it a density, air = 1, for both"
+
+
+def hardly_seen(depth: float, cure: str) -> str | None:
+    """Words that volumes and particles, whose densest way has such an optical depth, are hardly seen; else None. cure: of {0}, a factor."""
+    if not 0 < depth < LEAST_DEPTH:
+        return None
+    told = f"the volumes and particles are hardly seen: the densest way through them has an optical depth of {depth:.2g}"
+    return f"{told}; {cure.format(number(SEEN_DEPTH / depth, 1))}"
 
 
 def hides(medium: ResolvedMedium, path_length: float) -> str:

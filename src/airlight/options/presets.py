@@ -76,14 +76,40 @@ def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") 
         file.write(("\n".join(lines) + "\n").encode())
 
 
-def written(text: str) -> dict[str, Any]:
-    """Read a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names."""
-    known_as = {one.name: one for one in declared(scenes=True)}
-    values: dict[str, Any] = {}
+def divided(text: str) -> list[tuple[str, str | None]]:
+    """Divide a text such as `vesper,noise-amount=3,wind=1,0,0` into keys, with underscores, and values; of a preset's name the value is None.
+
+    Numbers behind one of a triple are its own: `wind=1,0,0` is `wind=1/0/0`.
+    """
+    triples = {one.name for one in declared(scenes=True) if one.is_triple}
+    found: list[tuple[str, str | None]] = []
     for part in text.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
-        if not equals:
+        last, before = found[-1] if found else ("", None)
+        if not equals and last in triples and before is not None and before.count("/") < 2 and _is_number(key):
+            found[-1] = last, f"{before}/{key}"
+        else:
+            found.append((key.replace("-", "_"), value) if equals else (key, None))
+    return found
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def written(text: str) -> dict[str, Any]:
+    """Read a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names. See `divided`."""
+    known_as = {one.name: one for one in declared(scenes=True)}
+    values: dict[str, Any] = {}
+    for key, value in divided(text):
+        if value is None:
             values |= load(key)
+        elif key == "preset":
+            raise AirlightError(f"a preset is named alone: write {value or 'its name'} in place of preset={value}")
         elif key not in known_as:
             raise AirlightError(f"unknown key {key!r}{nearest(key, keys())}")
         else:

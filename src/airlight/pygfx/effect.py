@@ -64,7 +64,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     where bones, morph targets, instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`:
     factor that the scene's own radiances hold already, of which the exposure is what is left; `automatic_ev`: stops, where `in_scene` says
     none; `debug`: None, or occlusion (of a medium: what is seen through it), source (the light of the medium) or lines to see instead;
-    `timing`: whether `profile` is wanted; `doubts`: whether a medium that hides all or cannot be seen is told, by one AirlightWarning.
+    `timing`: whether `profile` is wanted; `doubts`: whether a medium that hides all, is dark or unseen is told, by one AirlightWarning.
     `source`, `layer`: textures of the last frame, linear, rgba16float; of a medium, `resolved_medium`, there is no source, and the layer is
     rgba32float: in- scattered radiance, and the length of the ray in the medium, metres; `transmittance`, RGB, belongs to it: None where it
     is 1 everywhere.

@@ -14,6 +14,8 @@ from airlight.medium.resolve import ResolvedMedium, doubt, resolve
 from airlight.options import March, Medium
 from airlight.pygfx.basin import Basin
 from airlight.pygfx.casters import Casters, Gathered, height
+from airlight.pygfx.dimmed_suns import doubt_of_suns
+from airlight.pygfx.faint_fields import doubt_of_fields
 from airlight.pygfx.glass_maps import GlassMaps
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.private_panes import camera_data, use_camera
@@ -63,10 +65,11 @@ class MediumState:
         settled = settle(shafts.medium, shafts.march, p.quality, radius or 1.0, *densities)
         settled = settled.exposed(shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
-        if ball is not None and shafts.doubts and METHODS[p.method].has_units:
-            self._tell(shafts, medium, *ball)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
+        if ball is not None and shafts.doubts and METHODS[p.method].has_units:
+            more = doubt_of_suns(medium, lights, view, projection) or doubt_of_fields(medium, view, projection, self.key[1][1])
+            self._tell(shafts, medium, *ball, more)
         glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
@@ -84,9 +87,11 @@ class MediumState:
         self.march.record(encoder, depth, timer)
         self._over = None
 
-    def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float) -> None:
-        """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen. center, radius: of that, metres."""
-        if radius > 0 and (line := doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius)) is not None:
+    def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float, more: str | None) -> None:
+        """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen, or, in a line, of more. center, radius: of
+        what casts shadows, metres."""
+        line = doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius) if radius > 0 else None
+        if (line := line or more) is not None:
             shafts.doubts = False
             warn(line)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pygfx as gfx
 from pygfx.utils.viewport import Viewport
 
+from airlight.jobs.seen import doubt_of_pass
 from airlight.lights.punctual import Triple, triple
 from airlight.medium.resolve import without_air
 from airlight.options import March, Parameters, SceneOptions
@@ -210,7 +211,9 @@ class SceneView:
         if self.stage.fields:
             state.doubt = ""  # what lies in the air may well be seen
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
-            state.doubt = without_air(medium) or state.doubt
+            has_units = METHODS[state.parameters.method].has_units
+            lines = without_air(medium), state.doubt, has_units and doubt_of_pass(self.shafts, medium, self.shafts.layer.size[1])
+            state.doubt = next((line for line in lines if line), "")
             state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)
         return moving
