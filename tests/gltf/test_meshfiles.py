@@ -176,7 +176,7 @@ def test_ply_of_points(tmp_path: Path, eye: Eye) -> None:
     grid[5] = np.nan
     data = ply("binary_little_endian", grid, [], np.full((len(grid), 3), (188, 0, 0)))
     path = write(tmp_path, "a.ply", data)
-    assert said(lambda: open_scene(path, "none")) == [f"{path}: 1 points that are no numbers are left out"]
+    assert said(lambda: open_scene(path, "none")) == [f"{path}: 1 point that is no number is left out"]
     with warnings.catch_warnings(action="ignore"):
         stage = open_scene(path, "none")
     seen = eye.linear(stage.scene, frontal())
