@@ -16,7 +16,7 @@ from airlight.lights.point import PointLight
 from airlight.medium.resolve import resolve
 from airlight.options import March, Medium
 from airlight.pygfx import LightShafts, SceneLight
-from airlight.pygfx.dimmed_suns import lit_share, doubt_of_suns
+from airlight.pygfx.dimmed_suns import doubt_of_suns, lit_share
 
 LOW = DirectionalLight((1.0, 1.0, 1.0), (math.cos(math.radians(6)), math.sin(math.radians(6)), 0.0))
 HIGH = DirectionalLight((1.0, 1.0, 1.0), (0.0, 1.0, 0.0))
