@@ -1,6 +1,7 @@
 """The command line: what it accepts, how it refuses, and what it hands to the library (whose work is stubbed here)."""
 
 import os
+import re
 import subprocess
 import sys
 import types
@@ -304,6 +305,16 @@ def test_info_without_an_adapter_says_how_to_get_one(monkeypatch, capsys):
     assert main(["info"]) == 0
     out = capsys.readouterr().out
     assert device.cure() in out and "numpy:" in out
+
+
+def test_info_of_a_scene_says_where_its_things_lie(capsys):
+    pytest.importorskip("pygfx")
+    assert main(["info", "slats"]) == 0
+    lines = dict(line.split(":", 1) for line in capsys.readouterr().out.splitlines())
+    assert re.fullmatch(r" +5.98 m around [-\d.,]+; \d+ things?", lines["scene"])
+    low, high = ([float(v) for v in place.split(",")] for place in lines["bounds"].split(" to "))
+    assert all(a < b for a, b in zip(low, high, strict=True)) and lines["light"].strip() == "a spot, at -5.4,4,-0.9"
+    assert main(["info", "slat"]) == 2 and "did you mean 'slats'" in capsys.readouterr().err
 
 
 def test_no_command_shows_the_help_and_list_presets_needs_no_picture(capsys):

@@ -1,5 +1,6 @@
 """`airlight compare SCENE`: errors, factors, costs and truths against what they are made of, small."""
 
+import dataclasses
 import re
 import sys
 import types
@@ -213,6 +214,11 @@ def test_each_medium_has_its_own_truth():
     assert found.truths[1].layer.mean() != pytest.approx(found.truths[0].layer.mean(), rel=0.05)
     told = [note for note in words.notes(found, 10.0) if note.startswith("Truth of")]
     assert len(told) == 2 and "sigma t 0.4" in told[1]
+    shares = ((900, 900, "at 6 % of the pixels"), (900, 9000, "at 6 % (march"))
+    for first, second, line in shares:  # of the truths' pixels: which, where they differ
+        truths = [dataclasses.replace(truth, kept=kept) for truth, kept in zip(found.truths, (first, second), strict=True)]
+        noted = " ".join(words.notes(dataclasses.replace(found, truths=truths, size=(150, 100)), 10.0))
+        assert line in noted and ("sigma t 0.4) of the pixels" in noted) is (first != second)
     assert {"before0", "before1"} <= set(re.findall(r"id='(\w+)'", page.page(found, "t", 10.0)))
 
 
@@ -231,6 +237,9 @@ def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     monkeypatch.setattr(scenes, "MAX_TRACED", 0)
     (again, *_), about = view().truth(air, None)
     assert "276 triangles are too many" in about and np.array_equal(again, light)
+    monkeypatch.setattr(scenes, "MAX_TRACED", 1e9)
+    noisy = view().resolved(variant("noise_amount=3,noise_size=0.02", {}, in_scene=True))
+    assert "density that varies so finely is too much" in view().truth(noisy, None)[1]
 
 
 def test_mitsuba_is_asked_where_it_is_there(monkeypatch):

@@ -21,7 +21,8 @@ COMMANDS = [shlex.split(line.replace("\\\n", " "), comments=True) for line in re
 
 
 def test_the_scenes_and_files_of_its_commands_are_there() -> None:
-    assert len(COMMANDS) > 9 and {words[1] for words in COMMANDS} <= {*NAMES, *VALIDATION}
+    written = set(re.findall(r"`python scripts/glass_room.py (\S+)`", PAGE))
+    assert len(COMMANDS) > 9 and len(written) == 1 and {words[1] for words in COMMANDS} <= {*NAMES, *VALIDATION, *written}
     named = [words[k + 1] for words in COMMANDS for k, word in enumerate(words) if word == "--volume"]
     assert named and all((DOCS.parent / text.split(";")[0]).exists() for text in named)
 

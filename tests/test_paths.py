@@ -263,3 +263,13 @@ def test_a_drawing_near_an_origin_has_the_same_light() -> None:
     here = paths.optical_length(start, end, made(*medium.fields, air=0.4, fog="exponential", fog_depth=2.0))
     there = made(*moved, air=0.4, fog="exponential", fog_depth=2.0, fog_base=-50.0).seen_from(far)
     np.testing.assert_allclose(paths.optical_length(start, end, there), here, rtol=1e-9)
+
+
+def test_what_varies_costs_the_tracer() -> None:
+    """Even air nothing; noise by the square of its panels; a volume and noise more than each alone; a volume of no air less."""
+    grid = Field(rough(shape=(80, 144, 80)))
+    noise = {"noise_amount": 3.0, "noise_size": 1.0, "air": 0.1}
+    assert paths.cost(made(), 10.0) == 0
+    assert paths.cost(made(**noise), 20.0) == pytest.approx(4 * paths.cost(made(**noise), 10.0))
+    in_air, alone, both = (paths.cost(made(grid, **more), 10.0) for more in ({"air": 0.1}, {}, noise))
+    assert 1e3 < alone < in_air and both > in_air + paths.cost(made(**noise), 10.0) > 5e4

@@ -131,8 +131,8 @@ SCREENS = {
         ),
     ),
     "info": Screen(
-        "Show graphics adapters, versions, what is missing and how to get it.",
-        examples=(("what is here", "airlight info"),),
+        "Show adapters and what is missing, or where a scene's things lie.",
+        examples=(("what is here", "airlight info"), ("where a scene's things lie, in metres", "airlight info slats")),
     ),
 }
 

@@ -1,4 +1,4 @@
-"""`airlight info`: what computes here, with which versions, and what is missing."""
+"""`airlight info`: what computes here, with which versions, and what is missing; or what a scene has, and where."""
 
 import importlib
 import platform
@@ -6,13 +6,25 @@ import platform
 import click
 
 from airlight.cli.help import Command
+from airlight.cli.shared import SCENE
+from airlight.jobs.frames import needing_scenes
 
 LIBRARIES = {"wgpu": "wgpu", "numpy": "numpy", "OpenImageIO": "OpenImageIO", "opencolorio": "PyOpenColorIO"}  # distribution: module
 
 
 @click.command(cls=Command)
-def info() -> None:
-    """Show adapters, versions, what is missing and how to get it."""
+@click.argument("scene", metavar="[SCENE]", type=SCENE, required=False)
+def info(scene: str | None) -> None:
+    """Show adapters, versions, what is missing and how to get it; or what SCENE has and where it lies, in metres, for --volume,
+    --light and --eye.
+    """
+    if scene is not None:
+        with needing_scenes():
+            from airlight.scenes import open_scene
+            from airlight.scenes.contents import contents
+        for name, where in contents(open_scene(scene)):
+            _line(name, where)
+        return
     _line("airlight", _version("airlight"))
     _line("python", f"{platform.python_version()} on {platform.platform()}")
     missing = []
@@ -57,4 +69,5 @@ def _version(distribution: str) -> str:
 
 
 def _line(name: str, text: str) -> None:
-    click.echo(f"{name + ':':14}{' '.join(text.split())}")
+    plain = "".join(c if c.isprintable() else "?" for c in name)
+    click.echo(f"{plain + ':' if plain else '':14} {' '.join(text.split())}")

@@ -27,7 +27,7 @@ from airlight.pygfx.dimmed_suns import doubt_of_suns
 from airlight.pygfx.medium_effect import settle
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.punctual import punctual_lights
-from airlight.reference import mitsuba
+from airlight.reference import mitsuba, paths
 from airlight.reference import panes as seen_through
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
@@ -40,7 +40,7 @@ from airlight.scenes.replay import Replay
 from airlight.scenes.triangles import world_panes, world_triangles
 
 Array = npt.NDArray[Any]
-MAX_TRACED = 1e9  # triangles x lights x pixels up to which the tracer is asked, some minutes
+MAX_TRACED = 1e9  # triangles, and what in the air costs as much, x lights x pixels up to which the tracer is asked, some minutes
 MAX_SHADOW_SIDE, MAX_SHADOW_BYTES = 8192, 2**31  # texels along a side of a shadow map of the truth, and bytes of all of them
 CASCADES = 4  # of it
 # how many drawings of a variant take as long as a truth, if nothing better is known; triangles x lights x pixels that take as long as one
@@ -176,10 +176,20 @@ class ComparedView:
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
         count += sum(len(pane.triangles) for pane in panes)
+<<<<<<< HEAD
         if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
             return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
         work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
         _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity and colour", unknown)
+=======
+        in_air = paths.cost(medium, min(medium.max_distance, 2 * self.stage.radius))
+        each = (count + in_air) * len(self.punctual) * size[0] * size[1]
+        if against is None and each > MAX_TRACED:
+            what = "density that varies so finely is too much" if in_air > count else f"{count:,} triangles are too many"
+            return self._walked(medium, f"since {what} for the ray tracer at this size (--against tracer asks it all the same)")
+        work.weigh(each / TRACED_PER_DRAWING)
+        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity", unknown)
+>>>>>>> f18
         layer = seen_through.layer(view, projection, size, seen, panes, self.punctual, medium, casting, work.share)
         glass = f", {len(panes)} of its meshes seen through" if panes else ""
         about = f"by a float64 ray tracer over the scene's {count:,} triangles{glass}, which has the exact lit segments of each ray"

@@ -102,13 +102,15 @@ def _of_scene(result: SceneComparison, amplify: float) -> list[str]:
     width, height = result.size
     pixels = width * height
     several = len(result.truths) > 1
-    said = []
+    said: list[str] = []
+    kept: dict[str, list[str]] = {}  # which variants' truths, by the share of pixels that are looked at
     for i, truth in enumerate(result.truths):
         of = ", ".join(row.variant.name for row in result.rows if row.truth == i)
+        kept.setdefault(f"{100 * truth.kept / pixels:.0f} %", []).append(of)
         said.append(f"Truth{f' of {of}' if several else ''}: the light in the air, in-scattered radiance, {truth.about}.")
-    kept = ", ".join(f"{100 * truth.kept / pixels:.0f} %" for truth in result.truths)
+    shares = ", ".join(f"{share} ({', '.join(names)})" if len(kept) > 1 else share for share, names in kept.items())
     said.append(
-        f"Error: rmse of the light in the air over its mean, at {kept} of the pixels: without those within {NEAR} of an edge of depth "
+        f"Error: rmse of the light in the air over its mean, at {shares} of the pixels: without those within {NEAR} of an edge of depth "
         f"(neighbours whose distances differ by over {100 * EDGE:g} %), and without the worst {100 * WORST:g} % of the rest. "
         "99 %: of the values are off by less; max: by no more; bias: the mean of what they are off by, with its sign; these with the worst."
     )

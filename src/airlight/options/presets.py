@@ -77,7 +77,7 @@ def save(path: str | os.PathLike[str], values: dict[str, Any], about: str = "") 
 
 
 def divided(text: str) -> list[tuple[str, str | None]]:
-    """Divide a text such as `vesper,noise-amount=3,wind=1,0,0` into keys, with underscores, and values; of a preset's name the value is None.
+    """Divide a text such as `vesper,noise-amount=3,wind=1,0,0` into keys, with underscores, and values; None for a preset's.
 
     Numbers behind one of a triple are its own: `wind=1,0,0` is `wind=1/0/0`.
     """
@@ -102,7 +102,7 @@ def _is_number(word: str) -> bool:
 
 
 def written(text: str) -> dict[str, Any]:
-    """Read a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by their names. See `divided`."""
+    """Read a text such as `samples=32,jitter=blue` or `vesper,sigma_t=0.1/0.2/0.3`: parameters, and presets by name. See `divided`."""
     known_as = {one.name: one for one in declared(scenes=True)}
     values: dict[str, Any] = {}
     for key, value in divided(text):

@@ -29,6 +29,7 @@ NOISY_DEPTHS = 14.0  # of exponential fog, above which noise is not looked at: 1
 WAVE_PARTS = 2  # panels in the shortest wave of noise; twice as many where it is strong
 STRONG_NOISE = 2.5  # amplitude of the shortest waves, in the exponent
 BENT_PARTS = 4  # of a cell, where the least or greatest of two densities has kinks inside it
+AIR_COST, GRID_COST = 1.7, 0.5  # whose sum over panels, squared, is what a ray and a light cost: in triangles, measured on two scenes
 SHADED_PARTS = 128  # of a ray through air that is in the shade of a grid, at most
 CHUNK = 400_000  # panels that are looked at together
 
@@ -100,6 +101,19 @@ def _cells(volume: Any) -> Cells:
     return Cells(volume)
 
 
+def cost(medium: ResolvedMedium, reach: float) -> float:
+    """Estimates what it takes to integrate along a ray of so many metres and on the way to one light, as triangles that are met.
+
+    Squared, since there is a way to the light from each panel of the ray. Within a factor of 3 of what was measured.
+    """
+    m, in_air = medium.settings, 0.0
+    grids = float(sum(sum(field.volume.density.shape) for field in medium.fields))
+    if medium.air > 0:
+        in_air = len(EDGES.get(m.fog, ())) + (0 if m.noise_amount == 0 else reach * _noisy_panels(medium))
+        grids += SHADED_PARTS if medium.fields else 0
+    return (AIR_COST * in_air + GRID_COST * grids) ** 2
+
+
 # ---------------------------------------------------------------- lengths
 
 
@@ -149,12 +163,16 @@ def _crossings(start: Array, way: Array, medium: ResolvedMedium) -> Array:
     found += [_cells(field.volume).crossings(start + medium.origin, way, parts) for field in medium.fields]
     m = medium.settings
     if m.noise_amount > 0 and medium.air > 0:
-        wave = medium.noise_size / 2 ** (m.noise_octaves - 1)
-        weakest = m.noise_amount / (2**m.noise_octaves - 1)
-        each = WAVE_PARTS * (1 if weakest <= STRONG_NOISE else 2) / wave
-        parts = np.maximum(np.linalg.norm(way, axis=1) * each, 1)[:, None]
+        parts = np.maximum(np.linalg.norm(way, axis=1) * _noisy_panels(medium), 1)[:, None]
         found.append(np.arange(1, np.ceil(parts.max(initial=1))) / parts)
     return np.concatenate(found, axis=1)
+
+
+def _noisy_panels(medium: ResolvedMedium) -> float:
+    """Counts panels in a metre of noise."""
+    m = medium.settings
+    weakest = m.noise_amount / (2**m.noise_octaves - 1)
+    return WAVE_PARTS * (1 if weakest <= STRONG_NOISE else 2) * 2 ** (m.noise_octaves - 1) / medium.noise_size
 
 
 class Lengths:
