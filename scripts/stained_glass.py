@@ -11,7 +11,7 @@ from validation_scenes import Scene, turn
 Points = np.ndarray
 WIDE, SILL, SPRING, TIP = 1.24, 0.95, 3.55, 4.65  # m of a window: its width, and the heights of its sill, where its arch begins and ends
 WALL, DEEP = -3.0, 0.3  # m: the inner face of the wall with the windows, and how deep it is
-LEAD = 0.016
+LEAD = 0.026
 ARCH = 9  # points along each side of an arch
 PALETTE = [  # sRGB codes
     (172, 8, 14), (12, 34, 158), (222, 142, 12), (10, 104, 48), (96, 12, 112), (228, 222, 196), (18, 104, 164), (204, 66, 8),
@@ -74,7 +74,7 @@ def lattice(region: Points, colours: Iterable[int], wide: float, high: float) ->
 
 def medallion(y: float, radius: float, half: float, colours: tuple[int, int, int, int]) -> list[tuple[Points, int]]:
     """A rose of petals in two rings, and the corners around it."""
-    middle, petals = np.array([0.0, y]), 8
+    middle, petals = np.array([0.0, y]), 6
     found = []
 
     def at(r: float, a: float) -> Points:
@@ -90,7 +90,8 @@ def medallion(y: float, radius: float, half: float, colours: tuple[int, int, int
         found.append((np.array(outer), colours[2 + (k + 1) % 2]))
     for k in range(4):  # a fan from each corner
         corner = middle + half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)][k])
-        arc = [at(radius, a) for a in np.linspace(k * math.pi / 2, (k + 1) * math.pi / 2, 6)]
+        ends = [at(radius * math.cos(math.pi / (2 * petals)), a * math.pi / 2) for a in (k, k + 1)]  # amid edges of the rose
+        arc = [ends[0], *(at(radius, a) for a in angles if k < a / (math.pi / 2) < k + 1), ends[1]]
         sides = middle + half * np.array([(1, 0), (0, 1), (-1, 0), (0, -1), (1, 0)])[k : k + 2]
         found.append((np.array([corner, sides[1], *arc[::-1], sides[0]]), colours[(k + 1) % 2]))
     return found
@@ -103,7 +104,7 @@ def pieces(plan: int) -> list[tuple[Points, int]]:
     found = []
     for i in range(len(outer)):
         j = (i + 1) % len(outer)
-        count = max(round(float(np.linalg.norm(outer[j] - outer[i])) / 0.3), 1)
+        count = max(round(float(np.linalg.norm(outer[j] - outer[i])) / 0.5), 1)
         for k in range(count):
             a, b = k / count, (k + 1) / count
             edge = [outer[i] + (outer[j] - outer[i]) * a, outer[i] + (outer[j] - outer[i]) * b]
@@ -120,7 +121,7 @@ def pieces(plan: int) -> list[tuple[Points, int]]:
     for low, high in zip(edges[::2], edges[1::2], strict=True):
         field = clipped(rectangle(-half, low, half, high), inner)
         if len(field):
-            found += lattice(field, fields, 0.245, 0.36)
+            found += lattice(field, fields, 0.33, 0.5)
     return found
 
 
