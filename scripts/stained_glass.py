@@ -34,7 +34,7 @@ def outline(inset: float) -> Points:
 
 
 def clipped(cell: Points, region: Points) -> Points:
-    """What of a convex cell lies in a convex region, both counter-clockwise (Sutherland and Hodgman 1974)."""
+    """What of a convex cell lies in a convex region, both counter-clockwise."""
     for a, b in zip(region, np.roll(region, -1, axis=0), strict=True):
         off = (b - a)[0] * (cell - a)[:, 1] - (b - a)[1] * (cell - a)[:, 0]
         out = []
