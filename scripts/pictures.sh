@@ -58,6 +58,8 @@ glass() { # docs/world.md
     render "$work/glass-room.glb" --method march --quality final --sigma-t 0.12 --albedo 0.95 --anisotropy 0.35 --max-distance 15 \
         --width 960 -o "$work/glass.png"
     put jpeg $to/glass.jpg 1 "$work/glass.png"
+    render stained --quality final --width 960 -o "$work/stained.png"
+    put jpeg $to/stained.jpg 1 "$work/stained.png"
 }
 
 lights() { # docs/lights.md

@@ -11,7 +11,7 @@ from validation_scenes import Scene, turn
 Points = np.ndarray
 WIDE, SILL, SPRING, TIP = 1.24, 0.95, 3.55, 4.65  # m of a window: its width, and the heights of its sill, where its arch begins and ends
 WALL, DEEP = -3.0, 0.3  # m: the inner face of the wall with the windows, and how deep it is
-LEAD = 0.016
+LEAD = 0.026
 ARCH = 9  # points along each side of an arch
 PALETTE = [  # sRGB codes
     (172, 8, 14), (12, 34, 158), (222, 142, 12), (10, 104, 48), (96, 12, 112), (228, 222, 196), (18, 104, 164), (204, 66, 8),
@@ -34,7 +34,7 @@ def outline(inset: float) -> Points:
 
 
 def clipped(cell: Points, region: Points) -> Points:
-    """What of a convex cell lies in a convex region, both counter-clockwise (Sutherland and Hodgman 1974)."""
+    """What of a convex cell lies in a convex region, both counter-clockwise."""
     for a, b in zip(region, np.roll(region, -1, axis=0), strict=True):
         off = (b - a)[0] * (cell - a)[:, 1] - (b - a)[1] * (cell - a)[:, 0]
         out = []
@@ -74,7 +74,7 @@ def lattice(region: Points, colours: Iterable[int], wide: float, high: float) ->
 
 def medallion(y: float, radius: float, half: float, colours: tuple[int, int, int, int]) -> list[tuple[Points, int]]:
     """A rose of petals in two rings, and the corners around it."""
-    middle, petals = np.array([0.0, y]), 8
+    middle, petals = np.array([0.0, y]), 6
     found = []
 
     def at(r: float, a: float) -> Points:
@@ -90,7 +90,8 @@ def medallion(y: float, radius: float, half: float, colours: tuple[int, int, int
         found.append((np.array(outer), colours[2 + (k + 1) % 2]))
     for k in range(4):  # a fan from each corner
         corner = middle + half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)][k])
-        arc = [at(radius, a) for a in np.linspace(k * math.pi / 2, (k + 1) * math.pi / 2, 6)]
+        ends = [at(radius * math.cos(math.pi / (2 * petals)), a * math.pi / 2) for a in (k, k + 1)]  # amid edges of the rose
+        arc = [ends[0], *(at(radius, a) for a in angles if k < a / (math.pi / 2) < k + 1), ends[1]]
         sides = middle + half * np.array([(1, 0), (0, 1), (-1, 0), (0, -1), (1, 0)])[k : k + 2]
         found.append((np.array([corner, sides[1], *arc[::-1], sides[0]]), colours[(k + 1) % 2]))
     return found
@@ -103,7 +104,7 @@ def pieces(plan: int) -> list[tuple[Points, int]]:
     found = []
     for i in range(len(outer)):
         j = (i + 1) % len(outer)
-        count = max(round(float(np.linalg.norm(outer[j] - outer[i])) / 0.3), 1)
+        count = max(round(float(np.linalg.norm(outer[j] - outer[i])) / 0.5), 1)
         for k in range(count):
             a, b = k / count, (k + 1) / count
             edge = [outer[i] + (outer[j] - outer[i]) * a, outer[i] + (outer[j] - outer[i]) * b]
@@ -120,7 +121,7 @@ def pieces(plan: int) -> list[tuple[Points, int]]:
     for low, high in zip(edges[::2], edges[1::2], strict=True):
         field = clipped(rectangle(-half, low, half, high), inner)
         if len(field):
-            found += lattice(field, fields, 0.245, 0.36)
+            found += lattice(field, fields, 0.33, 0.5)
     return found
 
 
@@ -182,35 +183,35 @@ def stained() -> None:
     surface = {"baseColorTexture": palette, "metallicFactor": 0, "roughnessFactor": 0.4}
     glass = s.writer.add("materials", pbrMetallicRoughness=surface, **more)
     s.writer.json["extensionsUsed"].append("KHR_materials_transmission")
-    top, centres = 5.2, (-5.1, -2.45, 0.2)
-    s.room(stone, (WALL, 0, -8.2), (3.2, top, 4.4), "back right top front")
-    s.room(floor, (WALL - DEEP, 0, -8.2), (3.2, top, 4.4), "floor")
-    pierced(s, stone, centres, -8.3, 4.5, top)
+    top, centres = 5.0, (-4.55, -2.25, 0.05)
+    s.room(stone, (WALL, 0, -6.9), (2.9, top, 3.3), "back right top front")
+    s.room(floor, (WALL - DEEP, 0, -6.9), (2.9, top, 3.3), "floor")
+    pierced(s, stone, centres, -7.0, 3.4, top)
     for plan, z in enumerate(centres):
         glaze(s, glass, lead, z, plan)
     # Piers between the windows, and ribs from them over the ceiling
-    for z in (-6.43, -3.78, -1.13, 1.53):
+    for z in (-5.7, -3.4, -1.1, 1.2):
         s.box(dark, (WALL + 0.11, 2.0, z), (0.22, 4.0, 0.3))
-        s.box(dark, (3.2 - 0.11, 2.0, z), (0.22, 4.0, 0.3))
-        bent = [np.array([0.1 - 3.0 * math.cos(a), 3.95 + 1.2 * math.sin(a), z]) for a in np.linspace(0, math.pi, 11)]
+        s.box(dark, (2.9 - 0.11, 2.0, z), (0.22, 4.0, 0.3))
+        bent = [np.array([-0.05 - 2.85 * math.cos(a), 3.9 + 1.05 * math.sin(a), z]) for a in np.linspace(0, math.pi, 11)]
         for a, b in itertools.pairwise(bent):
             s.bar(dark, a, b, 0.22, 0.22)
     # An altar on two steps, a cross behind it, and pews
-    s.box(dark, (0.3, 0.08, -6.9), (4.4, 0.16, 2.4))
-    s.box(dark, (0.3, 0.24, -7.15), (3.4, 0.16, 1.7))
-    s.box(stone, (0.3, 0.78, -7.2), (1.9, 0.92, 0.75))
-    s.box(cloth, (0.3, 1.25, -7.2), (2.0, 0.03, 0.82))
-    s.box(cloth, (0.3, 1.05, -6.8), (0.7, 0.42, 0.02))
-    s.bar(wood, (0.3, 1.26, -7.35), (0.3, 2.5, -7.35), 0.09)
-    s.bar(wood, (-0.08, 2.12, -7.35), (0.68, 2.12, -7.35), 0.09)
+    s.box(dark, (0.3, 0.08, -5.8), (4.2, 0.16, 2.1))
+    s.box(dark, (0.3, 0.24, -6.0), (3.3, 0.16, 1.6))
+    s.box(stone, (0.3, 0.78, -6.1), (1.9, 0.92, 0.75))
+    s.box(cloth, (0.3, 1.25, -6.1), (2.0, 0.03, 0.82))
+    s.box(cloth, (0.3, 1.05, -5.7), (0.7, 0.42, 0.02))
+    s.bar(wood, (0.3, 1.26, -6.3), (0.3, 2.5, -6.3), 0.09)
+    s.bar(wood, (-0.08, 2.12, -6.3), (0.68, 2.12, -6.3), 0.09)
     for k in range(4):
-        z = -4.5 + 1.35 * k
-        for x, wide in ((-1.45, 1.9), (1.95, 1.9)):
+        z = -3.9 + 1.3 * k
+        for x, wide in ((-1.45, 1.9), (1.85, 1.8)):
             s.box(wood, (x, 0.44, z), (wide, 0.05, 0.42))
             s.box(wood, (x, 0.72, z + 0.2), (wide, 0.5, 0.05), turn("x", 8))
             for side in (-1, 1):
                 s.box(wood, (x + side * (wide / 2), 0.46, z + 0.02), (0.06, 0.92, 0.5))
     s.light("directional", (1.0, 0.93, 0.8), 150, (-0.73, 0.62, 0.16), (0, 0, 0))
-    s.light("point", (1.0, 0.72, 0.4), 14, (0.3, 3.1, -5.9))
-    s.camera("nave", (1.35, 1.62, 3.9), (-0.72, 1.78, -3.0), 48)
+    s.light("point", (1.0, 0.72, 0.4), 14, (0.3, 3.1, -4.9))
+    s.camera("nave", (1.3, 1.62, 3.15), (-0.8, 1.75, -3.0), 50)
     s.save("stained")

@@ -51,7 +51,7 @@ def rms(found: np.ndarray, truth: np.ndarray) -> float:
 # ---------------------------------------------------------------- known answers
 
 
-@pytest.mark.parametrize("steps", ["exact", 512])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(512, marks=pytest.mark.slow)])
 def test_colours_of_panes_in_a_row_multiply(stage: Stage, steps: Any) -> None:
     """Above the view, red between 2 and 6 m, blue between 4 and 8 m, and over all of that what is blended, by its opacity alone."""
     for z, colour in (((2, 6), RED), ((4, 8), BLUE)):
@@ -69,7 +69,7 @@ def test_colours_of_panes_in_a_row_multiply(stage: Stage, steps: Any) -> None:
 
 
 @pytest.mark.parametrize("mode", ["blend", "multiply"])
-@pytest.mark.parametrize("count", [1, 4, 5, 9])
+@pytest.mark.parametrize("count", [*(pytest.param(n, marks=pytest.mark.slow) for n in (1, 4, 9)), 5])
 def test_each_face_counts(stage: Stage, mode: str, count: int) -> None:
     """Behind so many panes of which 0.9 passes, whether as colours, of which one is not white, or as opacities."""
     for k in range(count):
@@ -101,7 +101,7 @@ def test_what_is_seen_through_coloured_glass_is_fogged(stage: Stage) -> None:
 
 
 @pytest.mark.parametrize("kind", ["sun", "spot", "point"])
-@pytest.mark.parametrize("steps", ["exact", 64])
+@pytest.mark.parametrize("steps", ["exact", pytest.param(64, marks=pytest.mark.slow)])
 def test_light_is_coloured_by_panes_in_a_gap(stage: Stage, kind: str, steps: Any) -> None:
     """A wall with a gap beside the view, in which panes of three colours hang, one behind another."""
     camera = stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
@@ -153,7 +153,7 @@ def window(folder: Path, **material: Any) -> Any:
     return open_scene(w.save(folder), "none")
 
 
-@pytest.mark.parametrize("factor", [1.0, 0.3])
+@pytest.mark.parametrize("factor", [pytest.param(1.0, marks=pytest.mark.slow), 0.3])
 def test_the_sun_through_a_file_s_window_is_as_its_texture_says(tmp_path: Path, stage: Stage, factor: float) -> None:
     opened = window(tmp_path, transmissionFactor=factor)
     camera = stage.camera = gfx.PerspectiveCamera(60, SIZE[0] / SIZE[1], depth_range=(0.1, 60))
