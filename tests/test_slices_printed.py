@@ -147,10 +147,10 @@ def test_the_mask_has_two_more_bits() -> None:
     seen = origins @ into[:3, :3].T + into[:3, 3], directions @ into[:3, :3].T, np.full((40, 64), 60.0)
     out = {}
     for mask in (False, True):
-        march = March(plane_mask=mask, plane_falloff="inverse-square", plane_unit=200.0)
+        march = March(plane_mask=mask, plane_falloff="inverse-square", plane_unit=100.0)
         out[mask] = pictured(march, view, light, depths)[..., 0]
     falls = FALLOFFS["inverse-square"]
-    fine = twin.printed(*seen, view, light, view_box(light, view, air), MOST, falloff=falls, unit=200.0, mask=False, codes=1e9)
+    fine = twin.printed(*seen, view, light, view_box(light, view, air), MOST, falloff=falls, unit=100.0, mask=False, codes=1e9)
     off = {mask: float(np.sqrt(np.mean((out[mask] - fine) ** 2))) for mask in out}
     assert fine.max() > 0.1 and off[True] < 0.4 * off[False]
 

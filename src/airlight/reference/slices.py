@@ -1,4 +1,4 @@
-"""Adds up slices in float64: twins of scatter/slices/*.wgsl.
+"""Adds up slices (Mitchell 2004) in float64: twins of scatter/slices/*.wgsl.
 
 Arrays broadcast; vectors lie along the last axis. frame, light, slicing: records as the shaders have them, see scatter.slices.records.
 """
@@ -109,11 +109,9 @@ def plane_offset(p: Any, cell: Any) -> Array:
 
 
 def directional_share(ray: Any, t: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
-    """Evaluates (..., 3) density times transmittance at t of rays, of a directional light."""
+    """Evaluates (..., 3) density times transmittance at t of rays through fog, of a directional light."""
     place = ray["origin"].astype(float) + np.asarray(t, float)[..., None] * ray["direction"]
     y, way = height(place, frame), optical_length(ray, np.asarray(t, float), frame, fog)
-    if fog == "none":
-        return transmittance(way, frame["sigma_t"])
     if fades:
         way = way + height_column(y, layer_of_fog(frame), fog) / max(float(light["climb"]), 1e-6)
     return np.asarray(height_density(y, layer_of_fog(frame), fog)[..., None] * transmittance(way, frame["sigma_t"]))
@@ -211,7 +209,7 @@ def printed(
             sides = light.planes()
             inside &= np.all(place @ sides[:, :3].T + sides[:, 3] >= 0, axis=-1)
             found = 9.0 * most / count * _printed_sample(place, light, falloff, unit, maps, scroll) * _lit(place, shadows)
-            added = codes_of(np.where(inside, np.nan_to_num(found), 0) * (CHANNELS if mask else 1), codes)
+            added = codes_of(np.where(inside, np.nan_to_num(found), 0) / (1 if mask else CHANNELS), codes)
             channel = k % CHANNELS if mask else 0
             buffer[..., channel] = np.minimum(buffer[..., channel] + added, codes)
     return np.asarray(buffer.sum(axis=-1) / (CHANNELS if mask else 1) / codes)

@@ -10,8 +10,8 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
-from airlight.medium.resolve import ResolvedMedium
 from airlight.luminance import REC709_F32
+from airlight.medium.resolve import ResolvedMedium
 from airlight.scatter.march.cookies import SHAPES, even_colour, shape_of
 from airlight.scatter.slices.noise_maps import SIDE, noise_maps
 from airlight.scatter.slices.records import slicing_record, view_box

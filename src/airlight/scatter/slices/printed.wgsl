@@ -2,8 +2,8 @@
 //
 //     noise luminance(cookie) scale falloff shadow
 //
-// and is added to a buffer of 8 bits: rounded to a code, and held at 255. With the channel mask plane i goes to channel i mod 4, each of which
-// holds a quarter of the light at four times the precision, and the four are added at the end. Where the chapter says nothing: planes lie in
+// and is added to a buffer of 8 bits: rounded to a code, and held at 255. With the channel mask plane i goes to channel i mod 4, and a quarter of
+// each is added at the end; without it a quarter of each sample is, so that both are as bright, and one has two bits less. Where the chapter says nothing: planes lie in
 // the middles of equal parts of the box; colours of lights, cones and ranges, which it has not, are factors.
 //! include "scatter/slices/volume.wgsl"
 //! include "wgsl/luminance.wgsl"
@@ -120,9 +120,9 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             let found = printed_sample(place);
             if (MASK) {
                 let channel = k - CHANNELS * floor(k / CHANNELS);
-                buffer = min(buffer + select(vec4f(0.0), vec4f(codes_of(CHANNELS * found)), vec4f(0.0, 1.0, 2.0, 3.0) == vec4f(channel)), vec4f(255.0));
+                buffer = min(buffer + select(vec4f(0.0), vec4f(codes_of(found)), vec4f(0.0, 1.0, 2.0, 3.0) == vec4f(channel)), vec4f(255.0));
             } else {
-                buffer.x = min(buffer.x + codes_of(found), 255.0);
+                buffer.x = min(buffer.x + codes_of(found / CHANNELS), 255.0);
             }
         }
         k += 1.0;

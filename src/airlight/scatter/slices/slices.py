@@ -22,6 +22,7 @@ from airlight.shadows import Shadow
 SLICES, AVERAGE = "scatter/slices/slices.wgsl", "scatter/slices/average.wgsl"
 GROUP = 8  # invocations along a workgroup
 PLANES = 64  # where none are given
+UPSAMPLED = 2  # pixels, of a cell whose mean the filter has that enlarges smaller pictures
 Lit = tuple[PunctualLight, Shadow | None]
 
 
@@ -72,6 +73,8 @@ class Slices:
         passes = self._ordered(lights, medium, view)
         size = (max(1, round(self.pixels[0] * share)), max(1, round(self.pixels[1] * share)))
         self._cell = self._averaged(medium)
+        if self._cell == UPSAMPLED and size != self.pixels:
+            self._cell = 1  # what it is enlarged by has the same mean
         if size != self.size:
             first = self.layer if size == self.pixels and self.writes_layer else self.device.texture(*size, "rgba32float")
             self.size, self.targets = size, [first, self.device.texture(*size, "rgba32float")]

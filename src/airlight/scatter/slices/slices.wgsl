@@ -98,9 +98,8 @@ fn plane_offset(p: vec2u, cell: u32) -> f32 {
     return (f32(own) + 0.5) / f32(cell * cell);
 }
 
-/// Evaluate density times transmittance at t of a ray, of a directional light. Twin: reference/slices.py:directional_share.
+/// Evaluate density times transmittance at t of a ray through fog, of a directional light. Twin: reference/slices.py:directional_share.
 fn directional_share(ray: Ray, t: f32) -> vec3f {
-    if (FOG == EVEN) { return exp(-frame.sigma_t * t); }
     let y = height(ray.origin + t * ray.direction);
     var way = optical_length(ray, t);
     if (FADES) { way += height_column(y, layer_of_fog()) / max(light.climb, 1e-6); }
@@ -140,6 +139,9 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
     if (k == 0.0) { part.y = whole.x; }
     var away = sqrt(nearest.y * nearest.y + (part.y - nearest.x) * (part.y - nearest.x));
     var from_angle = equiangular_angle(nearest, part.y);
+    // Of a directional light in even air, transmittance falls by a factor from plane to plane
+    let fade = exp(-frame.sigma_t * planes.apart * slope);
+    var through = exp(-frame.sigma_t * plane_place(k + o, planes) * slope);
     var total = vec3f(0.0);
     loop {
         if (k >= end) { break; }
@@ -150,7 +152,10 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
         var t = mix(part.x, part.y, o);
         // Evaluate what is scattered at its sample
         var found = vec3f(0.0);
-        if (DIRECTIONAL) {
+        if (DIRECTIONAL && FOG == EVEN) {
+            found = (part.y - part.x) * through;
+            through *= fade;
+        } else if (DIRECTIONAL) {
             found = (part.y - part.x) * directional_share(ray, t);
         } else {
             // Near a light the plane bends around it: the sample has its share of the part's angle there
@@ -173,7 +178,8 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
             if (CASCADES) { share *= share_of_cascade(i, t * -ray.direction.z); }
             found *= share;
         }
-        total += select(vec3f(0.0), found, t >= range.x && (t < range.y || range.y == whole.y));
+        if (CUBE || CASCADES) { found = select(vec3f(0.0), found, t >= range.x && (t < range.y || range.y == whole.y)); }
+        total += found;
     }
     return total;
 }
