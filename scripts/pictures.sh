@@ -121,7 +121,7 @@ hx() { # docs/hx.md
 slices() { # docs/slices.md
     $python scripts/slices_pictures.py "$work/slices"
     local name
-    for name in falloff cookies planes; do put jpeg $to/slices-$name.jpg 2 "$work/slices/$name".?.png; done
+    for name in falloff cookies planes earlier; do put jpeg $to/slices-$name.jpg 2 "$work/slices/$name".?.png; done
     for name in shadows noise mask; do put jpeg $to/slices-$name.jpg 2 "$work/slices/$name".?.png; done
     put jpeg $to/slices-medium.jpg 3 "$work/slices"/medium.?.png
 }

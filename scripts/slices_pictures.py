@@ -1,7 +1,8 @@
 """Makes the pictures of docs/slices.md: python scripts/slices_pictures.py FOLDER [NAME ...]
 
-The figures of the chapter "Light Shaft Rendering" (Mitchell 2004) with a room of our own: a projector high on the left shines through a window's
-bars, a slide or coloured glass past a chair. Without names all are made; `times` prints what clipping saves. Each is NAME.N.png in the folder.
+The figures of the chapter "Light Shaft Rendering" (Mitchell 2004) with a room of our own: a projector high on the left shines through a
+window's bars, a slide or coloured glass past a chair. Without names all are made, each as NAME.N.png in the folder; `times` prints what
+clipping saves.
 """
 
 import sys
@@ -137,6 +138,12 @@ def medium(to: Path) -> None:
         draw(to / f"medium.{n}.png", room("glass"), **air, **more)
 
 
+def earlier(to: Path) -> None:
+    for n, method in enumerate(("slices-extruded", "slices-diced", "slices-thickness", "slices-printed")):
+        more = {} if n < 3 else {"plane_noise": False}
+        draw(to / f"earlier.{n}.png", room(), 2.0, method=method, resolution=1.0, **more)
+
+
 def times(to: Path) -> None:
     """Print what clipping saves: the passes of the slices alone, medians of interleaved frames."""
     found: dict[bool, list[float]] = {True: [], False: []}
@@ -154,7 +161,7 @@ def times(to: Path) -> None:
     print(f"clipped {cut:.1f} ms, not clipped {whole:.1f} ms: {whole / cut:.1f} times")
 
 
-FIGURES = {one.__name__: one for one in (falloff, cookies, shadows, noise, planes, mask, medium, times)}
+FIGURES = {one.__name__: one for one in (falloff, cookies, shadows, noise, planes, mask, medium, earlier, times)}
 
 if __name__ == "__main__":
     folder, *names = sys.argv[1:]

@@ -28,7 +28,7 @@ from airlight.scatter.slices.slices import Slices
 from airlight.shadows import Shadow
 
 RNG = np.random.default_rng(19)
-SLICES, PRINTED, AVERAGE, BLUR = (f"scatter/slices/{name}.wgsl" for name in ("slices", "printed", "average", "blur"))
+SLICES, PRINTED, AVERAGE, BLUR, EARLIER = (f"scatter/slices/{name}.wgsl" for name in ("slices", "printed", "average", "blur", "earlier"))
 RAY = struct_dtype(SLICES, "Ray")
 KINDS = {"directional": "DIRECTIONAL", "cone": "CONE", "bounded": "BOUNDED", "point": "CUBE"}
 VIEW = camera(7)
@@ -150,6 +150,17 @@ def test_planes_lie_in_order(constants: dict[str, bool]) -> None:
     at = call(SLICES, "plane_at", [place, made], constants=constants)
     np.testing.assert_allclose(at, twin.plane_at(place.astype(float), found.astype(float), bent), rtol=1e-3, atol=1e-3)
     np.testing.assert_allclose(twin.plane_at(twin.plane_place(k, want, bent), want, bent), k, atol=1e-6)
+
+
+def test_balls_and_polygons() -> None:
+    near, radius = np.abs(RNG.normal(size=(300, 2))) * 4, RNG.uniform(0.5, 6, 300)
+    range = np.tile([0.5, 9.0], (300, 1))
+    np.testing.assert_allclose(call(SLICES, "clip_to_ball", [near, range, radius]), twin.clip_to_ball(near, range, radius), rtol=1e-3, atol=1e-3)
+    q, along, part = RNG.normal(size=(300, 2)), RNG.normal(size=(300, 2)) + 2, RNG.uniform(-1, 1, 300)
+    along[:5], part[:5] = (1.0, 1.0), 1.0  # never met
+    found, want = call(EARLIER, "polygon_distance", [q, along, part]), twin.polygon_distance(q, along, part)
+    assert (found[:5] == -1).all()
+    np.testing.assert_allclose(found, want, rtol=2e-3, atol=1e-3)
 
 
 def test_shares_of_cascades() -> None:

@@ -77,6 +77,7 @@ _EVEN_AIR = frozenset(
     {"sigma_t", "albedo", "phase", "anisotropy", "back_anisotropy", "back_share", "ambient", "lamp_distance", "lamp_fade", "sun_distance"}
     | {"sun_glow", "sun_glow_size", "fog", "fog_base", "fog_depth", "fog_above", "sun_extinction", "extinction", "extinction_share"}
 )  # of the group medium, what does not vary
+_EARLIER = frozenset({"max_distance", "resolution", "plane_noise_seed", "plane_scroll", "plane_scroll_second"})
 
 METHODS: dict[str, Method] = {
     "epipolar": Method(
@@ -150,6 +151,23 @@ METHODS: dict[str, Method] = {
         "scatter.slices.printed:Printed",
         "reference.slices:printed",
         _SHADOWS | {"planes", "plane_shadow", "plane_cookie", "slices-printed", "resolution"},
+        lights_medium=True,
+    ),
+    "slices-extruded": Method(
+        "before that, polygons that a light's window is extruded to",
+        "scatter.slices.printed:Extruded",
+        "reference.slices:polygons",
+        _EARLIER,
+        lights_medium=True,
+    ),
+    "slices-diced": Method(
+        "the same, and more of them inside", "scatter.slices.printed:Diced", "reference.slices:polygons", _EARLIER, lights_medium=True
+    ),
+    "slices-thickness": Method(
+        "the thickness of a light's volume",
+        "scatter.slices.printed:Thickness",
+        "reference.slices:thickness",
+        frozenset({"max_distance", "resolution"}),
         lights_medium=True,
     ),
 }

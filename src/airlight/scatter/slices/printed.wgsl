@@ -6,6 +6,7 @@
 // each is added at the end; without it a quarter of each sample is, so that both are as bright, and one has two bits less. Where the chapter says nothing: planes lie in
 // the middles of equal parts of the box; colours of lights, cones and ranges, which it has not, are factors.
 //! include "scatter/slices/volume.wgsl"
+//! include "scatter/slices/maps.wgsl"
 //! include "wgsl/luminance.wgsl"
 override CLIP: bool = true;     // planes are cut to the volume, else what lies outside is dark
 override MASK: bool = false;    // planes go to four channels
@@ -15,21 +16,6 @@ override SHADOW: bool = true;
 const NOISE_CONSTANT = 0.015;   // without maps
 const NOISE_SCALE = 0.05;       // of the product of two maps
 const CHANNELS = 4.0;
-
-@group(0) @binding(8) var maps: texture_2d<f32>; // two noise maps: red and green
-
-/// Interpolate a map between the centres of its texels, at a place of it; it repeats.
-fn interpolated(map: texture_2d<f32>, at: vec2f) -> vec4f {
-    let size = vec2i(textureDimensions(map));
-    let place = at * vec2f(size) - 0.5;
-    let low = floor(place);
-    let part = place - low;
-    let a = ((vec2i(low) % size) + size) % size;
-    let b = (a + 1) % size;
-    let top = mix(textureLoad(map, a, 0), textureLoad(map, vec2i(b.x, a.y), 0), part.x);
-    let bottom = mix(textureLoad(map, vec2i(a.x, b.y), 0), textureLoad(map, b, 0), part.x);
-    return mix(top, bottom, part.y);
-}
 
 /// Look up the light's cookie, or photometry, towards a place, nothing filtered.
 fn shape_towards(place: vec3f) -> vec3f {

@@ -32,7 +32,7 @@ class Slices:
     What varies in the medium's density, and what lies behind surfaces that are seen through, it does not know.
     """
 
-    path = SLICES
+    path, entry = SLICES, "slice"
     writes_layer = True  # at the picture's size, without a pass at the end
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -134,7 +134,7 @@ class Slices:
             target, before = self.targets[(stages - 1 - i) % 2], self.targets[(stages - i) % 2]
             bind = self._of_light(i, depth, shadow, picture, before, target)
             self._measure(encoder, i, light, constants, bind, counts, timer)
-            compute(encoder, self.device.pipeline(self.path, "slice", **constants), bind, counts, f"slices {word}", timer)
+            compute(encoder, self.device.pipeline(self.path, self.entry, **constants), bind, counts, f"slices {word}", timer)
         frame, own = self._buffers[0][:2]
         shadow = self._passes[0][1]
         if self._cell > 1:
@@ -145,7 +145,7 @@ class Slices:
 
     def _of_light(self, i: int, depth: Any, shadow: Any, picture: Any, before: Any, target: Any) -> Any:
         frame, light, slicing, extent = self._buffers[i]
-        self.device.pipeline(self.path, "slice", **self._passes[i][0])
+        self.device.pipeline(self.path, self.entry, **self._passes[i][0])
         own = self._extra(i, extent), self._moments.views[i], *picture
         before = self._nothing if i == 0 else before  # the first reads nothing
         return self.device.bind(self.path, frame, light, depth, shadow, before, target, slicing, *own)

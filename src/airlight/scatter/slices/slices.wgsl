@@ -35,11 +35,7 @@ fn volume_range(ray: Ray) -> vec2f {
     if (DIRECTIONAL) { return vec2f(0.0, min(ray.reach, frame.sun_reach)); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     if (BOUNDED) { range = clip_to_planes(ray, range); }
-    if (light.range > 0.0) {
-        let near = nearest_approach(ray);
-        let half = sqrt(max(light.range * light.range - near.y * near.y, 0.0));
-        range = vec2f(max(range.x, near.x - half), min(range.y, near.x + half));
-    }
+    if (light.range > 0.0) { range = clip_to_ball(nearest_approach(ray), range, light.range); }
     return range;
 }
 
