@@ -12,6 +12,7 @@ from test_slices_printed import LIGHTS, projector, shadow_of
 from written import depth_texture
 
 from airlight.gpu.device import open_device
+from airlight.gpu.slices import watching
 from airlight.gpu.structs import struct_dtype
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
@@ -155,7 +156,8 @@ def test_planes_lie_in_order(constants: dict[str, bool]) -> None:
 def test_balls_and_polygons() -> None:
     near, radius = np.abs(RNG.normal(size=(300, 2))) * 4, RNG.uniform(0.5, 6, 300)
     range = np.tile([0.5, 9.0], (300, 1))
-    np.testing.assert_allclose(call(SLICES, "clip_to_ball", [near, range, radius]), twin.clip_to_ball(near, range, radius), rtol=1e-3, atol=1e-3)
+    clipped = call(SLICES, "clip_to_ball", [near, range, radius])
+    np.testing.assert_allclose(clipped, twin.clip_to_ball(near, range, radius), rtol=1e-3, atol=1e-3)
     q, along, part = RNG.normal(size=(300, 2)), RNG.normal(size=(300, 2)) + 2, RNG.uniform(-1, 1, 300)
     along[:5], part[:5] = (1.0, 1.0), 1.0  # never met
     found, want = call(EARLIER, "polygon_distance", [q, along, part]), twin.polygon_distance(q, along, part)
@@ -269,6 +271,15 @@ def test_the_average_is_its_twin() -> None:
         np.testing.assert_allclose(after, twin.averaged(before, m, made.march.depth_sharpness), rtol=2e-4, atol=1e-7)
     true = pictured(Marching, light if light.kind != "projector" else None, air(March(steps="exact")), size, depths)[1]
     np.testing.assert_allclose(through, true, rtol=1e-5)
+
+
+def test_work_in_parts_is_the_same() -> None:
+    """Where it is watched, or an interrupt may come, a light's pass is divided."""
+    light, told = plain("cookie"), list[float]()
+    whole = pictured(Slices, light, of_planes(8), (160, 130))[0]
+    with watching(told.append):
+        parts = pictured(Slices, light, of_planes(8), (160, 130))[0]
+    assert np.array_equal(whole, parts) and len(told) > 3
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5])

@@ -296,8 +296,8 @@ def blurred(found: Array, pixels: tuple[int, int], count: int, radius: float) ->
 
 
 def polygon_distance(q: Any, along: Any, part: Any) -> Array:
-    """Finds (...) t at which rays meet the plane that a line across a window is extruded to; -1: nowhere. q, along (..., 2): their begin and
-    direction across, and the half width there."""
+    """Finds (...) t at which rays meet the plane that a line across a window is extruded to; -1: nowhere. q, along (..., 2): their begin
+    and direction across, and the half width there."""
     q, along, part = (np.asarray(one, float) for one in (q, along, part))
     under = along[..., 0] - part * along[..., 1]
     return np.where(under == 0, -1.0, -(q[..., 0] - part * q[..., 1]) / np.where(under == 0, 1, under))

@@ -40,8 +40,9 @@ fn store_earlier(p: vec2u, light: vec3f) {
 /// Add the polygons of a window. Twin: reference/slices.py:polygons.
 @compute @workgroup_size(8, 8)
 fn polygons(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
     var sum = 0.0;
     if (!CUBE) {
         let q = in_light(ray.origin);
@@ -54,17 +55,18 @@ fn polygons(@builtin(global_invocation_id) id: vec3u) {
             sum += polygon_glow(ray, across, false) + polygon_glow(ray, upwards, true);
         }
     }
-    store_earlier(id.xy, sum / pow(f32(DICES), STRIPS) * slicing.tint);
+    store_earlier(pixel, sum / pow(f32(DICES), STRIPS) * slicing.tint);
 }
 
 /// Add the thickness of the volume before a surface. Twin: reference/slices.py:thickness.
 @compute @workgroup_size(8, 8)
 fn thickness(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
     var range = vec2f(0.0, ray.reach);
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     if (BOUNDED) { range = clip_to_planes(ray, range); }
     if (light.range > 0.0) { range = clip_to_ball(nearest_approach(ray), range, light.range); }
-    store_earlier(id.xy, vec3f(HAZE * max(range.y - range.x, 0.0)));
+    store_earlier(pixel, vec3f(HAZE * max(range.y - range.x, 0.0)));
 }

@@ -89,8 +89,9 @@ fn in_volume(place: vec3f) -> bool {
 /// Add a light's planes to a pixel. Twin: reference/slices.py:printed.
 @compute @workgroup_size(8, 8)
 fn slice(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
     // Bound the planes to those that the ray meets in the box, before a surface
     var range = clip_to_box(ray, vec2f(0.0, ray.reach));
     if (CLIP && BOUNDED) { range = clip_to_planes(ray, range); }
@@ -115,6 +116,6 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     }
     let sum = select(buffer.x, (buffer.x + buffer.y + buffer.z + buffer.w) / CHANNELS, MASK) / 255.0;
     var there = vec3f(0.0);
-    if (!FIRST) { there = textureLoad(before, id.xy, 0).rgb; }
-    textureStore(layer, id.xy, vec4f(there + sum * slicing.tint, 0.0));
+    if (!FIRST) { there = textureLoad(before, pixel, 0).rgb; }
+    textureStore(layer, pixel, vec4f(there + sum * slicing.tint, 0.0));
 }

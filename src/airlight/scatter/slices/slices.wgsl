@@ -183,15 +183,16 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
 /// Add a light's planes to the ray of a pixel, and write its layer.
 @compute @workgroup_size(8, 8)
 fn slice(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
-    var sum = ambient_or_previous(id.xy, ray);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
+    var sum = ambient_or_previous(pixel, ray);
     if (LIT) {
         let range = volume_range(ray);
         if (range.y > range.x) {
             let least = bitcast<f32>(atomicLoad(&extent.least));
             let planes = laid_planes(least, bitcast<f32>(atomicLoad(&extent.most)), slicing.count, -light.position.z);
-            let o = plane_offset(id.xy, slicing.cell);
+            let o = plane_offset(pixel, slicing.cell);
             let closest = nearest_approach(ray);
             enter_shape(ray);
             var total = vec3f(0.0);
@@ -200,5 +201,5 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             sum += total;
         }
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, vec4f(sum, ray.reach));
 }
