@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from test_article import camera, depth_of, projection, rays
 from written import depth_texture
 
+from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
@@ -261,3 +262,11 @@ def test_earlier_practice_fails_where_the_chapter_says() -> None:
         assert np.array_equal(earlier(kind, view, light, depths), earlier(kind, view, light, depths, shadow))
     thick = earlier(Thickness, view, dataclasses.replace(light, intensity=(1.0, 0.0, 0.0), cookie=None), depths)
     assert np.array_equal(thick, earlier(Thickness, view, light, depths)) and np.ptp(thick, axis=2).max() == 0
+
+
+@pytest.mark.parametrize("kind", ["sun", "point"])
+def test_earlier_practice_needs_a_window(kind: str) -> None:
+    view, depths, _ = scene(4, (8, 8))
+    for one in (Extruded, Diced, Thickness):
+        with pytest.raises(AirlightError, match=rf"method {one.name} takes projectors and spots \(here: {kind}\)"):
+            earlier(one, view, LIGHTS[kind](view, 4), depths)

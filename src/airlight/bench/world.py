@@ -1,4 +1,4 @@
-"""Light in a medium at 1280 x 720: the exact walk, 2,000 steps, and 64 jittered steps or planes at half resolution, by passes, in one run."""
+"""Light in a medium at 1280 x 720: exact walk, 2,000 steps, and 64 jittered steps or planes at half resolution, by passes, in one run."""
 
 import importlib.util
 import math

@@ -11,7 +11,7 @@ from typing import Any
 
 from airlight.errors import AirlightError
 
-ONE_SUN = "one sun"  # of Method.lights
+ONE_SUN, WINDOWS = "one sun", "projectors and spots"  # of Method.lights
 Code = str | Callable[..., Any]  # a function or class, or `module:name` within the package, imported when it is first needed
 
 
@@ -159,9 +159,15 @@ METHODS: dict[str, Method] = {
         "reference.slices:polygons",
         _EARLIER,
         lights_medium=True,
+        lights=WINDOWS,
     ),
     "slices-diced": Method(
-        "the same, and more of them inside", "scatter.slices.printed:Diced", "reference.slices:polygons", _EARLIER, lights_medium=True
+        "the same, and more of them inside",
+        "scatter.slices.printed:Diced",
+        "reference.slices:polygons",
+        _EARLIER,
+        lights_medium=True,
+        lights=WINDOWS,
     ),
     "slices-thickness": Method(
         "the thickness of a light's volume",
@@ -169,6 +175,7 @@ METHODS: dict[str, Method] = {
         "reference.slices:thickness",
         frozenset({"max_distance", "resolution"}),
         lights_medium=True,
+        lights=WINDOWS,
     ),
 }
 DEFAULT, FOR_MEDIUM, CONVERGED = "epipolar", "march", "epipolar"  # unset; with a medium that names none; the limit of the screen's others

@@ -44,16 +44,13 @@ fn polygons(@builtin(global_invocation_id) id: vec3u) {
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
     var sum = 0.0;
-    if (!CUBE) {
-        let q = in_light(ray.origin);
-        let along = in_light(ray.origin + ray.direction) - q;
-        let deep = select(vec2f(q.z, along.z), vec2f(1.0, 0.0), DIRECTIONAL);
-        for (var k = 0u; k <= DICES; k++) {
-            let part = 2.0 * f32(k) / f32(DICES) - 1.0;
-            let across = polygon_distance(vec2f(q.x, deep.x * slicing.tangents.x), vec2f(along.x, deep.y * slicing.tangents.x), part);
-            let upwards = polygon_distance(vec2f(q.y, deep.x * slicing.tangents.y), vec2f(along.y, deep.y * slicing.tangents.y), part);
-            sum += polygon_glow(ray, across, false) + polygon_glow(ray, upwards, true);
-        }
+    let q = in_light(ray.origin);
+    let along = in_light(ray.origin + ray.direction) - q;
+    for (var k = 0u; k <= DICES && LIT; k++) {
+        let part = 2.0 * f32(k) / f32(DICES) - 1.0;
+        let across = polygon_distance(vec2f(q.x, q.z * slicing.tangents.x), vec2f(along.x, along.z * slicing.tangents.x), part);
+        let upwards = polygon_distance(vec2f(q.y, q.z * slicing.tangents.y), vec2f(along.y, along.z * slicing.tangents.y), part);
+        sum += polygon_glow(ray, across, false) + polygon_glow(ray, upwards, true);
     }
     store_earlier(pixel, sum / pow(f32(DICES), STRIPS) * slicing.tint);
 }
@@ -68,5 +65,5 @@ fn thickness(@builtin(global_invocation_id) id: vec3u) {
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     if (BOUNDED) { range = clip_to_planes(ray, range); }
     if (light.range > 0.0) { range = clip_to_ball(nearest_approach(ray), range, light.range); }
-    store_earlier(pixel, vec3f(HAZE * max(range.y - range.x, 0.0)));
+    store_earlier(pixel, vec3f(select(0.0, HAZE * max(range.y - range.x, 0.0), LIT)));
 }
