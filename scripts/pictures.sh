@@ -129,6 +129,14 @@ hx() { # docs/hx.md
     three hx-depth foliage-view --depth-sharpness 0 4 24 --resolution 0.125 --anisotropy 0.6 --depth-threshold 10
 }
 
+slices() { # docs/slices.md
+    $python scripts/slices_pictures.py "$work/slices"
+    local name
+    for name in falloff cookies planes earlier; do put jpeg $to/slices-$name.jpg 2 "$work/slices/$name".?.png; done
+    for name in shadows noise mask; do put jpeg $to/slices-$name.jpg 2 "$work/slices/$name".?.png; done
+    put jpeg $to/slices-medium.jpg 3 "$work/slices"/medium.?.png
+}
+
 depth() { # this and the rest: docs/caveats.md
     render flying --time 9 --width 640 -o "$work/depth.1.png"
     render flying --time 9 --width 640 --depth-aware 150 -o "$work/depth.2.png"
@@ -157,7 +165,11 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
+<<<<<<< HEAD
 all=(photographs comparison viewer air fog glass lights scenes animation guide world validation vesper hx depth border turning streaks adaptation)
+=======
+all=(photographs comparison viewer air fog glass scenes animation guide world validation vesper hx slices depth border turning streaks adaptation)
+>>>>>>> s19
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

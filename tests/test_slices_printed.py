@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from test_article import camera, depth_of, projection, rays
 from written import depth_texture
 
+from airlight.errors import AirlightError
 from airlight.gpu.device import open_device
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
@@ -23,7 +24,7 @@ from airlight.options import March, Medium, Parameters
 from airlight.options.presets import load
 from airlight.reference import slices as twin
 from airlight.scatter.slices.noise_maps import noise_maps
-from airlight.scatter.slices.printed import FALLOFFS, MOST, Printed, planes_at
+from airlight.scatter.slices.printed import FALLOFFS, MOST, Diced, Extruded, Printed, Thickness, planes_at
 from airlight.scatter.slices.records import view_box
 from airlight.shadows import Shadow
 
@@ -147,10 +148,10 @@ def test_the_mask_has_two_more_bits() -> None:
     seen = origins @ into[:3, :3].T + into[:3, 3], directions @ into[:3, :3].T, np.full((40, 64), 60.0)
     out = {}
     for mask in (False, True):
-        march = March(plane_mask=mask, plane_falloff="inverse-square", plane_unit=200.0)
+        march = March(plane_mask=mask, plane_falloff="inverse-square", plane_unit=100.0)
         out[mask] = pictured(march, view, light, depths)[..., 0]
     falls = FALLOFFS["inverse-square"]
-    fine = twin.printed(*seen, view, light, view_box(light, view, air), MOST, falloff=falls, unit=200.0, mask=False, codes=1e9)
+    fine = twin.printed(*seen, view, light, view_box(light, view, air), MOST, falloff=falls, unit=100.0, mask=False, codes=1e9)
     off = {mask: float(np.sqrt(np.mean((out[mask] - fine) ** 2))) for mask in out}
     assert fine.max() > 0.1 and off[True] < 0.4 * off[False]
 
@@ -222,3 +223,50 @@ def test_boxes_hold_the_volume() -> None:
     seen = (inside @ view[:3, :3].T + view[:3, 3]) * (1, 1, -1)
     assert len(seen) > 100 and (seen >= low - 1e-9).all() and (seen <= high + 1e-9).all()
     assert (seen.min(axis=0) - low).max() < 1.5 and (high - seen.max(axis=0)).max() < 1.5
+
+
+# ---------------------------------------------------------------- earlier practice
+
+
+def earlier(kind: type[Printed], view: np.ndarray, light: PunctualLight, depths: np.ndarray, shadow: Shadow | None = None) -> np.ndarray:
+    """(height, width, 3)"""
+    device = open_device()
+    made = kind(device, (depths.shape[1], depths.shape[0]))
+    made.update(view, projection(), [(light, shadow)], made.resolve(medium(March())))
+    encoder = device.encoder()
+    made.record(encoder, depth_texture(device, depths))
+    device.submit(encoder)
+    return np.frombuffer(device.read(made.layer, 16), np.float32).reshape(*depths.shape, 4)[..., :3]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_earlier_practice_is_its_twin(seed: int) -> None:
+    view, depths, (origins, directions, lengths) = scene(seed, (40, 26))
+    light = projector(view, seed)
+    tint = np.array(light.intensity) / max(light.intensity)
+    maps = noise_maps(0).astype(float)
+    for kind, dices in ((Extruded, 1), (Diced, 12)):
+        want = twin.polygons(origins, directions, lengths, light, (light.near, light.far), dices, maps)
+        off = np.abs(earlier(kind, view, light, depths) - want[..., None] * tint).max(axis=-1)
+        assert np.quantile(off, 0.97) < 1e-3 and want.max() > 0.05
+    want = twin.thickness(origins, directions, lengths, light)
+    np.testing.assert_allclose(earlier(Thickness, view, light, depths), np.repeat(want[..., None], 3, axis=2), atol=2e-4)
+
+
+def test_earlier_practice_fails_where_the_chapter_says() -> None:
+    """It knows no shadow; and thickness no colour, nor cookie."""
+    view, depths, _ = scene(4, (40, 26))
+    light = projector(view, 4)
+    shadow = shadow_of(light, view, 4, March())
+    for kind in (Extruded, Diced, Thickness):
+        assert np.array_equal(earlier(kind, view, light, depths), earlier(kind, view, light, depths, shadow))
+    thick = earlier(Thickness, view, dataclasses.replace(light, intensity=(1.0, 0.0, 0.0), cookie=None), depths)
+    assert np.array_equal(thick, earlier(Thickness, view, light, depths)) and np.ptp(thick, axis=2).max() == 0
+
+
+@pytest.mark.parametrize("kind", ["sun", "point"])
+def test_earlier_practice_needs_a_window(kind: str) -> None:
+    view, depths, _ = scene(4, (8, 8))
+    for one in (Extruded, Diced, Thickness):
+        with pytest.raises(AirlightError, match=rf"method {one.name} takes projectors and spots \(here: {kind}\)"):
+            earlier(one, view, LIGHTS[kind](view, 4), depths)

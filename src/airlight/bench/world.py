@@ -1,10 +1,11 @@
-"""Light in a medium at 1280 x 720: the exact walk, 2,000 steps, and 64 jittered ones at half resolution, pass by pass, in one run."""
+"""Light in a medium at 1280 x 720: exact walk, 2,000 steps, and 64 jittered steps or planes at half resolution, by passes, in one run."""
 
 import importlib.util
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 
 from airlight.bench.measure import Passes, record_of
@@ -21,11 +22,12 @@ SUNS = {"in view": 15.0, "beside": 50.0, "parallel": 90.0, "behind": 150.0}  # d
 RAISED = 30.0  # degrees from sideways to upwards, of the side to which that is
 CASES: dict[str, tuple[str, float | None]] = {f"foliage, sun {name}": ("foliage-beside", angle) for name, angle in SUNS.items()}
 CASES |= {"slats, a spot": ("slats", None), "cage, a point": ("cage", None)}
-EXACT, LONG, SHORT = "exact", "2000 steps", "64 steps, half"
+EXACT, LONG, SHORT, PLANES = "exact", "2000 steps", "64 steps, half", "64 planes, half"
 VARIANTS = {
     EXACT: (March(steps="exact"), 1.0),
     LONG: (March(steps=2000, shadow_filter="nearest"), 1.0),
     SHORT: (March(steps=64, shadow_filter="nearest"), 0.5),
+    PLANES: (March(planes=64, shadow_filter="nearest"), 0.5),
 }
 SET_UP = "set-up"  # what the passes do not account for
 APART = ("shadows", "merge", SET_UP)  # what is not summing the light
@@ -54,7 +56,8 @@ class _Case:
         shot = Shot(*SIZE, samples=1, lights=() if angle is None else (sun_at(stage, angle),))
         march, resolution = VARIANTS[variant]
         more: dict[str, Any] = {"in_scene": SceneOptions(resolution=resolution), "medium": built[Medium], "march": march}
-        self.replay = Replay(Studio(stage, shot, built[Parameters], **more))
+        parameters = msgspec.structs.replace(built[Parameters], method="slices" if variant == PLANES else built[Parameters].method)
+        self.replay = Replay(Studio(stage, shot, parameters, **more))
         layer = self.replay.frame(layer=True).layer
         assert layer is not None
         self.light = layer[..., :3].astype(float)  # (H, W, 3)

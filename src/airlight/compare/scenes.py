@@ -32,7 +32,8 @@ from airlight.reference import panes as seen_through
 from airlight.reference import scene as reference
 from airlight.reference.medium import Layer
 from airlight.reference.tone import displayed
-from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, of_medium
+from airlight.scatter.methods import FOR_MEDIUM, METHODS, ONE_SUN, WINDOWS, of_medium
+from airlight.scatter.slices.records import has_window
 from airlight.scenes import Stage
 from airlight.scenes.exposure import Exposure
 from airlight.scenes.offline import Shot, Studio
@@ -79,6 +80,8 @@ class ComparedView:
         method = v.parameters.method
         if METHODS[method].lights == ONE_SUN and [light.directional for light in self.punctual] != [True]:
             return f"it takes one light, a sun (here: {', '.join(light.word for light in self.punctual) or 'none'})"
+        if METHODS[method].lights == WINDOWS and not all(has_window(light) for light in self.punctual):
+            return f"it takes {WINDOWS} (here: {', '.join(light.word for light in self.punctual)})"
         if not METHODS[method].lights_medium and not self.in_view:
             return "no light is before the eye, and it draws no other"
         return None

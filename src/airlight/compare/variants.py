@@ -40,6 +40,8 @@ IN_SCENES = (
     "method=march,quality=final,steps=500",
     "method=march,quality=final,steps=64",
     "method=march,quality=final,steps=64,resolution=0.5",
+    "method=slices,quality=final,planes=64,resolution=0.5",
+    "method=slices-printed,quality=final",
     "method=article",
     "method=article-prose",
     "method=epipolar,occluders=stencil",

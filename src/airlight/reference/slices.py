@@ -1,4 +1,4 @@
-"""Adds up slices in float64: twins of scatter/slices/*.wgsl.
+"""Adds up slices (Mitchell 2004) in float64: twins of scatter/slices/*.wgsl.
 
 Arrays broadcast; vectors lie along the last axis. frame, light, slicing: records as the shaders have them, see scatter.slices.records.
 """
@@ -19,6 +19,7 @@ from airlight.reference.shape import clip_to_planes
 
 Array = npt.NDArray[np.floating[Any]]
 NOISE_CONSTANT, NOISE_SCALE, CHANNELS, CODES = 0.015, 0.05, 4, 255.0
+GLOW, GRAIN, HAZE, STRIPS = 0.6, 0.08, 0.12, 0.5  # of earlier practice
 BEND = 0.02  # of what is seen of a light, m: how near to it planes draw together
 
 
@@ -68,10 +69,14 @@ def volume_range(ray: Any, frame: Any, light: Any, kind: str) -> Array:
     if kind == "bounded":
         range = clip_to_planes(ray, range, light)
     if light["range"] > 0:
-        near = nearest_approach(ray, light)
-        half = np.sqrt(np.maximum(float(light["range"]) ** 2 - near[..., 1] ** 2, 0))
-        range = np.stack([np.maximum(range[..., 0], near[..., 0] - half), np.minimum(range[..., 1], near[..., 0] + half)], axis=-1)
+        range = clip_to_ball(nearest_approach(ray, light), range, float(light["range"]))
     return np.asarray(range)
+
+
+def clip_to_ball(near: Any, range: Any, radius: Any) -> Array:
+    """Clips ranges (..., 2) of t to a ball around the light, from rays' nearest approach (..., 2) to it."""
+    half = np.sqrt(np.maximum(np.square(np.asarray(radius, float)) - near[..., 1] ** 2, 0))
+    return np.stack([np.maximum(range[..., 0], near[..., 0] - half), np.minimum(range[..., 1], near[..., 0] + half)], axis=-1)
 
 
 # ---------------------------------------------------------------- in a medium
@@ -109,11 +114,9 @@ def plane_offset(p: Any, cell: Any) -> Array:
 
 
 def directional_share(ray: Any, t: Any, frame: Any, light: Any, fog: str, fades: bool) -> Array:
-    """Evaluates (..., 3) density times transmittance at t of rays, of a directional light."""
+    """Evaluates (..., 3) density times transmittance at t of rays through fog, of a directional light."""
     place = ray["origin"].astype(float) + np.asarray(t, float)[..., None] * ray["direction"]
     y, way = height(place, frame), optical_length(ray, np.asarray(t, float), frame, fog)
-    if fog == "none":
-        return transmittance(way, frame["sigma_t"])
     if fades:
         way = way + height_column(y, layer_of_fog(frame), fog) / max(float(light["climb"]), 1e-6)
     return np.asarray(height_density(y, layer_of_fog(frame), fog)[..., None] * transmittance(way, frame["sigma_t"]))
@@ -211,7 +214,7 @@ def printed(
             sides = light.planes()
             inside &= np.all(place @ sides[:, :3].T + sides[:, 3] >= 0, axis=-1)
             found = 9.0 * most / count * _printed_sample(place, light, falloff, unit, maps, scroll) * _lit(place, shadows)
-            added = codes_of(np.where(inside, np.nan_to_num(found), 0) * (CHANNELS if mask else 1), codes)
+            added = codes_of(np.where(inside, np.nan_to_num(found), 0) / (1 if mask else CHANNELS), codes)
             channel = k % CHANNELS if mask else 0
             buffer[..., channel] = np.minimum(buffer[..., channel] + added, codes)
     return np.asarray(buffer.sum(axis=-1) / (CHANNELS if mask else 1) / codes)
@@ -287,3 +290,48 @@ def blurred(found: Array, pixels: tuple[int, int], count: int, radius: float) ->
                 weight = np.where(di, u - i, 1 - u + i) * np.where(dj, v - j, 1 - v + j)
                 total += weight[..., None] * found[np.clip(j + dj, 0, rows - 1), np.clip(i + di, 0, columns - 1)]
     return total / count
+
+
+# ---------------------------------------------------------------- earlier practice
+
+
+def polygon_distance(q: Any, along: Any, part: Any) -> Array:
+    """Finds (...) t at which rays meet the plane that a line across a window is extruded to; -1: nowhere. q, along (..., 2): their begin
+    and direction across, and the half width there."""
+    q, along, part = (np.asarray(one, float) for one in (q, along, part))
+    under = along[..., 0] - part * along[..., 1]
+    return np.where(under == 0, -1.0, -(q[..., 0] - part * q[..., 1]) / np.where(under == 0, 1, under))
+
+
+def polygons(
+    origins: Array, directions: Array, reaches: Array, light: PunctualLight, span: tuple[float, float], dices: int, maps: Any,
+    scroll: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+) -> Array:  # fmt: skip
+    """Adds up (...) the polygons of a projector's or a spot's window, cut into so many strips each way; arguments as `printed` has them.
+    span: m along the light's axis."""
+    axes = light.axes()
+    q, along = (origins - light.origin()) @ axes.T, directions @ axes.T
+    total = np.zeros(reaches.shape)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for k in range(dices + 1):
+            for axis, tangent in enumerate(light.tangents()):
+                part = (2 * k / dices - 1) * tangent
+                t = -(q[..., axis] - part * q[..., 2]) / (along[..., axis] - part * along[..., 2])
+                at = q + t[..., None] * along
+                own = light.cookie_place(at)[..., 1 - axis]
+                place = np.stack([own, GRAIN * at[..., 2]], axis=-1)
+                noise = _repeated(maps[..., 0], place + scroll[:2]) * _repeated(maps[..., 1], place + scroll[2:])
+                inside = (t > 0) & (t < reaches) & (at[..., 2] >= span[0]) & (at[..., 2] <= span[1]) & (own >= 0) & (own <= 1)
+                fade = 1 - (at[..., 2] - span[0]) / (span[1] - span[0])
+                total += np.where(inside, GLOW * noise * fade, 0)
+    return total / dices**STRIPS
+
+
+def thickness(origins: Array, directions: Array, reaches: Array, light: PunctualLight) -> Array:
+    """Measures (...) how much of rays lies between the planes around a light, times HAZE."""
+    low, high = np.zeros(reaches.shape), reaches.astype(float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for plane in light.planes():
+            at, grows = origins @ plane[:3] + plane[3], directions @ plane[:3]
+            low, high = np.where(grows > 0, np.maximum(low, -at / grows), low), np.where(grows < 0, np.minimum(high, -at / grows), high)
+    return HAZE * np.maximum(high - low, 0)

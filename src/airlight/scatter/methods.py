@@ -11,7 +11,7 @@ from typing import Any
 
 from airlight.errors import AirlightError
 
-ONE_SUN = "one sun"  # of Method.lights
+ONE_SUN, WINDOWS = "one sun", "projectors and spots"  # of Method.lights
 Code = str | Callable[..., Any]  # a function or class, or `module:name` within the package, imported when it is first needed
 
 
@@ -77,6 +77,7 @@ _EVEN_AIR = frozenset(
     {"sigma_t", "albedo", "phase", "anisotropy", "back_anisotropy", "back_share", "ambient", "lamp_distance", "lamp_fade", "sun_distance"}
     | {"sun_glow", "sun_glow_size", "fog", "fog_base", "fog_depth", "fog_above", "sun_extinction", "extinction", "extinction_share"}
 )  # of the group medium, what does not vary
+_EARLIER = frozenset({"max_distance", "resolution", "plane_noise_seed", "plane_scroll", "plane_scroll_second"})
 
 METHODS: dict[str, Method] = {
     "epipolar": Method(
@@ -151,6 +152,30 @@ METHODS: dict[str, Method] = {
         "reference.slices:printed",
         _SHADOWS | {"planes", "plane_shadow", "plane_cookie", "slices-printed", "resolution"},
         lights_medium=True,
+    ),
+    "slices-extruded": Method(
+        "before that, polygons that a light's window is extruded to",
+        "scatter.slices.printed:Extruded",
+        "reference.slices:polygons",
+        _EARLIER,
+        lights_medium=True,
+        lights=WINDOWS,
+    ),
+    "slices-diced": Method(
+        "the same, and more of them inside",
+        "scatter.slices.printed:Diced",
+        "reference.slices:polygons",
+        _EARLIER,
+        lights_medium=True,
+        lights=WINDOWS,
+    ),
+    "slices-thickness": Method(
+        "the thickness of a light's volume",
+        "scatter.slices.printed:Thickness",
+        "reference.slices:thickness",
+        frozenset({"max_distance", "resolution"}),
+        lights_medium=True,
+        lights=WINDOWS,
     ),
 }
 DEFAULT, FOR_MEDIUM, CONVERGED = "epipolar", "march", "epipolar"  # unset; with a medium that names none; the limit of the screen's others

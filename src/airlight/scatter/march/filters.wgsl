@@ -1,4 +1,5 @@
-// Look-ups of shadow maps at a sample of a ray, and their filters.
+// Look-ups of shadow maps at a sample of a ray, and their filters: the nearest texel; percentage-closer filtering (Reeves et al. 1987);
+// percentage-closer soft shadows (Fernando 2005); or variance shadow maps (Donnelly and Lauritzen 2006).
 //! include "scatter/march/ranges.wgsl"
 //! include "scatter/march/variance.wgsl"
 //! include "wgsl/unit_at.wgsl"

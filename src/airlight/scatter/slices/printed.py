@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.errors import AirlightError
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, compute
@@ -13,12 +14,13 @@ from airlight.lights.punctual import PunctualLight
 from airlight.luminance import REC709_F32
 from airlight.medium.resolve import ResolvedMedium
 from airlight.scatter.march.cookies import SHAPES, even_colour, shape_of
+from airlight.scatter.methods import WINDOWS
 from airlight.scatter.slices.noise_maps import SIDE, noise_maps
-from airlight.scatter.slices.records import slicing_record, view_box
+from airlight.scatter.slices.records import has_window, slicing_record, view_box
 from airlight.scatter.slices.slices import GROUP, Lit, Slices
 from airlight.shadows import Shadow
 
-PRINTED, BLUR = "scatter/slices/printed.wgsl", "scatter/slices/blur.wgsl"
+PRINTED, BLUR, EARLIER = (f"scatter/slices/{name}.wgsl" for name in ("printed", "blur", "earlier"))
 BLURRING = struct_dtype(BLUR, "Blur")
 MOST = 100  # planes
 SCALE, NEAR_TERM, FAR_TERM = 9.0, 20000.0, 0.35  # of samples, and of their falloff NEAR_TERM / d^2 + FAR_TERM
@@ -93,6 +95,39 @@ class Printed(Slices):
         bind = self.device.bind(BLUR, self._blur, self.targets[0], self.layer)
         width, height = self.pixels
         compute(encoder, pipeline, bind, (-(-width // GROUP), -(-height // GROUP)), "slices blur", timer)
+
+
+class Extruded(Printed):
+    """Draws the polygons that a light's window is extruded to, textured with moving noise: earlier practice, hollow and without shadows."""
+
+    name, path, entry, dices = "slices-extruded", EARLIER, "polygons", 1
+
+    def _ordered(self, lights: Sequence[Lit], medium: ResolvedMedium, view: np.ndarray) -> Sequence[Any]:
+        if not all(has_window(light) for light, _ in lights):
+            there = ", ".join(light.word for light, _ in lights)
+            raise AirlightError(f"method {self.name} takes {WINDOWS} (here: {there}): give it one, or use method slices")
+        return super()._ordered(lights, medium, view)
+
+    def _slicing(self, light: PunctualLight, shadow: Shadow | None, view: np.ndarray, medium: ResolvedMedium) -> np.ndarray:
+        out = super()._slicing(light, shadow, view, medium)
+        far = float(getattr(light, "far", 0.0)) or light.attenuation_range() or medium.max_distance
+        out["span"] = float(getattr(light, "near", 0.0)), far
+        return out
+
+    def _constants(self, light: PunctualLight | None, shadow: Shadow | None, medium: ResolvedMedium) -> dict[str, Any]:
+        return {"DICES": self.dices, **({"LIT": False} if light is None else light.flags)}
+
+
+class Diced(Extruded):
+    """Draws more such polygons, through the inside of the volume."""
+
+    name, dices = "slices-diced", 12
+
+
+class Thickness(Extruded):
+    """Adds the thickness of the volume before a surface, from its front and back faces."""
+
+    name, entry = "slices-thickness", "thickness"
 
 
 def planes_at(middle: Any, most: int, distance: float | None) -> int:

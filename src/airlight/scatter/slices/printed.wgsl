@@ -2,10 +2,11 @@
 //
 //     noise luminance(cookie) scale falloff shadow
 //
-// and is added to a buffer of 8 bits: rounded to a code, and held at 255. With the channel mask plane i goes to channel i mod 4, each of which
-// holds a quarter of the light at four times the precision, and the four are added at the end. Where the chapter says nothing: planes lie in
+// and is added to a buffer of 8 bits: rounded to a code, and held at 255. With the channel mask plane i goes to channel i mod 4, and a quarter of
+// each is added at the end; without it a quarter of each sample is, so that both are as bright, and one has two bits less. Where the chapter says nothing: planes lie in
 // the middles of equal parts of the box; colours of lights, cones and ranges, which it has not, are factors.
 //! include "scatter/slices/volume.wgsl"
+//! include "scatter/slices/maps.wgsl"
 //! include "wgsl/luminance.wgsl"
 override CLIP: bool = true;     // planes are cut to the volume, else what lies outside is dark
 override MASK: bool = false;    // planes go to four channels
@@ -15,21 +16,6 @@ override SHADOW: bool = true;
 const NOISE_CONSTANT = 0.015;   // without maps
 const NOISE_SCALE = 0.05;       // of the product of two maps
 const CHANNELS = 4.0;
-
-@group(0) @binding(8) var maps: texture_2d<f32>; // two noise maps: red and green
-
-/// Interpolate a map between the centres of its texels, at a place of it; it repeats.
-fn interpolated(map: texture_2d<f32>, at: vec2f) -> vec4f {
-    let size = vec2i(textureDimensions(map));
-    let place = at * vec2f(size) - 0.5;
-    let low = floor(place);
-    let part = place - low;
-    let a = ((vec2i(low) % size) + size) % size;
-    let b = (a + 1) % size;
-    let top = mix(textureLoad(map, a, 0), textureLoad(map, vec2i(b.x, a.y), 0), part.x);
-    let bottom = mix(textureLoad(map, vec2i(a.x, b.y), 0), textureLoad(map, b, 0), part.x);
-    return mix(top, bottom, part.y);
-}
 
 /// Look up the light's cookie, or photometry, towards a place, nothing filtered.
 fn shape_towards(place: vec3f) -> vec3f {
@@ -103,8 +89,9 @@ fn in_volume(place: vec3f) -> bool {
 /// Add a light's planes to a pixel. Twin: reference/slices.py:printed.
 @compute @workgroup_size(8, 8)
 fn slice(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
     // Bound the planes to those that the ray meets in the box, before a surface
     var range = clip_to_box(ray, vec2f(0.0, ray.reach));
     if (CLIP && BOUNDED) { range = clip_to_planes(ray, range); }
@@ -120,15 +107,15 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             let found = printed_sample(place);
             if (MASK) {
                 let channel = k - CHANNELS * floor(k / CHANNELS);
-                buffer = min(buffer + select(vec4f(0.0), vec4f(codes_of(CHANNELS * found)), vec4f(0.0, 1.0, 2.0, 3.0) == vec4f(channel)), vec4f(255.0));
+                buffer = min(buffer + select(vec4f(0.0), vec4f(codes_of(found)), vec4f(0.0, 1.0, 2.0, 3.0) == vec4f(channel)), vec4f(255.0));
             } else {
-                buffer.x = min(buffer.x + codes_of(found), 255.0);
+                buffer.x = min(buffer.x + codes_of(found / CHANNELS), 255.0);
             }
         }
         k += 1.0;
     }
     let sum = select(buffer.x, (buffer.x + buffer.y + buffer.z + buffer.w) / CHANNELS, MASK) / 255.0;
     var there = vec3f(0.0);
-    if (!FIRST) { there = textureLoad(before, id.xy, 0).rgb; }
-    textureStore(layer, id.xy, vec4f(there + sum * slicing.tint, 0.0));
+    if (!FIRST) { there = textureLoad(before, pixel, 0).rgb; }
+    textureStore(layer, pixel, vec4f(there + sum * slicing.tint, 0.0));
 }

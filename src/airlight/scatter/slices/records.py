@@ -45,6 +45,11 @@ def view_box(light: PunctualLight, view: Any, medium: ResolvedMedium) -> tuple[A
     return low, top
 
 
+def has_window(light: PunctualLight) -> bool:
+    """Tells whether a light shines through an outline: a spot's, or a projector's."""
+    return not light.directional and (light.cone_cosine() >= 0 or len(light.planes()) > 0)
+
+
 def slicing_record(
     light: PunctualLight, shadow: Shadow | None, view: Any, box: tuple[Array, Array], count: float, cell: int = 1
 ) -> np.ndarray:

@@ -8,12 +8,12 @@ import msgspec
 import numpy as np
 
 from airlight.gpu.device import Device
-from airlight.gpu.slices import among
+from airlight.gpu.slices import among, parts, strips, tell
 from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.cookies import SHAPES, Cookies, shape_of
-from airlight.scatter.march.march import FILTERS, TRANSMIT, UPSAMPLE, no_shadow, passes_of
+from airlight.scatter.march.march import BEGIN, FILTERS, TRANSMIT, UPSAMPLE, no_shadow, passes_of
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.slices.records import SLICING, slicing_record
@@ -22,6 +22,7 @@ from airlight.shadows import Shadow
 SLICES, AVERAGE = "scatter/slices/slices.wgsl", "scatter/slices/average.wgsl"
 GROUP = 8  # invocations along a workgroup
 PLANES = 64  # where none are given
+UPSAMPLED = 2  # pixels, of a cell whose mean the filter has that enlarges smaller pictures
 Lit = tuple[PunctualLight, Shadow | None]
 
 
@@ -31,7 +32,7 @@ class Slices:
     What varies in the medium's density, and what lies behind surfaces that are seen through, it does not know.
     """
 
-    path = SLICES
+    path, entry = SLICES, "slice"
     writes_layer = True  # at the picture's size, without a pass at the end
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -43,6 +44,7 @@ class Slices:
         self._cookies = Cookies(device)
         self._nothing = device.texture(1, 1, "rgba32float", target=False)  # is bound where nothing is read
         self._passes: list[Any] = []
+        self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._moments = Moments(device)
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []
@@ -72,6 +74,8 @@ class Slices:
         passes = self._ordered(lights, medium, view)
         size = (max(1, round(self.pixels[0] * share)), max(1, round(self.pixels[1] * share)))
         self._cell = self._averaged(medium)
+        if self._cell == UPSAMPLED and size != self.pixels:
+            self._cell = 1  # what it is enlarged by has the same mean
         if size != self.size:
             first = self.layer if size == self.pixels and self.writes_layer else self.device.texture(*size, "rgba32float")
             self.size, self.targets = size, [first, self.device.texture(*size, "rgba32float")]
@@ -79,7 +83,7 @@ class Slices:
         while len(self._buffers) < len(passes):
             made = [self.device.buffer(size=dtype.itemsize, uniform=True) for dtype in (FRAME, LIGHT)]
             self._buffers.append((*made, self.device.buffer(size=SLICING.itemsize), self.device.buffer(size=16)))
-        self._passes = []
+        self._passes, self._begins = [], {}
         for i, (light, shadow) in enumerate(passes):
             frame = frame_record(view, projection, medium if light is None else light.own_medium(medium), self.size, self.pixels)
             own = dark_record(medium) if light is None else light_record(light, shadow, view, medium)
@@ -131,7 +135,7 @@ class Slices:
             target, before = self.targets[(stages - 1 - i) % 2], self.targets[(stages - i) % 2]
             bind = self._of_light(i, depth, shadow, picture, before, target)
             self._measure(encoder, i, light, constants, bind, counts, timer)
-            compute(encoder, self.device.pipeline(self.path, "slice", **constants), bind, counts, f"slices {word}", timer)
+            self._divided(encoder, i, self.device.pipeline(self.path, self.entry, **constants), bind, counts, word, timer)
         frame, own = self._buffers[0][:2]
         shadow = self._passes[0][1]
         if self._cell > 1:
@@ -140,9 +144,22 @@ class Slices:
             compute(encoder, pipeline, bind, counts, "slices average", timer)
         self._finish(encoder, depth, shadow, counts, timer)
 
+    def _divided(self, encoder: Any, i: int, pipeline: Any, bind: Any, counts: tuple[int, int], word: str, timer: Timer | None) -> None:
+        """Records a light's pass, in parts where work is carried out in slices."""
+        done, kind = 0, (self.path, self.entry, word, counts)
+        for column, across in strips(counts[0], kind):
+            for row, down in parts(counts[1], spread=True, kind=kind):
+                begin = column * GROUP, row * GROUP
+                if begin != self._begins.get(i, (0, 0)):
+                    self._begins[i] = begin
+                    self.device.queue.write_buffer(self._buffers[i][1], BEGIN, np.array(begin, np.uint32).tobytes())
+                compute(encoder, pipeline, bind, (across, down), f"slices {word}", timer)
+                done += across * down
+                tell(done / (counts[0] * counts[1]))
+
     def _of_light(self, i: int, depth: Any, shadow: Any, picture: Any, before: Any, target: Any) -> Any:
         frame, light, slicing, extent = self._buffers[i]
-        self.device.pipeline(self.path, "slice", **self._passes[i][0])
+        self.device.pipeline(self.path, self.entry, **self._passes[i][0])
         own = self._extra(i, extent), self._moments.views[i], *picture
         before = self._nothing if i == 0 else before  # the first reads nothing
         return self.device.bind(self.path, frame, light, depth, shadow, before, target, slicing, *own)

@@ -35,11 +35,7 @@ fn volume_range(ray: Ray) -> vec2f {
     if (DIRECTIONAL) { return vec2f(0.0, min(ray.reach, frame.sun_reach)); }
     if (CONE) { range = clip_to_cone(ray, range, light.cone_cosine); }
     if (BOUNDED) { range = clip_to_planes(ray, range); }
-    if (light.range > 0.0) {
-        let near = nearest_approach(ray);
-        let half = sqrt(max(light.range * light.range - near.y * near.y, 0.0));
-        range = vec2f(max(range.x, near.x - half), min(range.y, near.x + half));
-    }
+    if (light.range > 0.0) { range = clip_to_ball(nearest_approach(ray), range, light.range); }
     return range;
 }
 
@@ -98,9 +94,8 @@ fn plane_offset(p: vec2u, cell: u32) -> f32 {
     return (f32(own) + 0.5) / f32(cell * cell);
 }
 
-/// Evaluate density times transmittance at t of a ray, of a directional light. Twin: reference/slices.py:directional_share.
+/// Evaluate density times transmittance at t of a ray through fog, of a directional light. Twin: reference/slices.py:directional_share.
 fn directional_share(ray: Ray, t: f32) -> vec3f {
-    if (FOG == EVEN) { return exp(-frame.sigma_t * t); }
     let y = height(ray.origin + t * ray.direction);
     var way = optical_length(ray, t);
     if (FADES) { way += height_column(y, layer_of_fog()) / max(light.climb, 1e-6); }
@@ -140,6 +135,9 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
     if (k == 0.0) { part.y = whole.x; }
     var away = sqrt(nearest.y * nearest.y + (part.y - nearest.x) * (part.y - nearest.x));
     var from_angle = equiangular_angle(nearest, part.y);
+    // Of a directional light in even air, transmittance falls by a factor from plane to plane
+    let fade = exp(-frame.sigma_t * planes.apart * slope);
+    var through = exp(-frame.sigma_t * plane_place(k + o, planes) * slope);
     var total = vec3f(0.0);
     loop {
         if (k >= end) { break; }
@@ -150,7 +148,10 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
         var t = mix(part.x, part.y, o);
         // Evaluate what is scattered at its sample
         var found = vec3f(0.0);
-        if (DIRECTIONAL) {
+        if (DIRECTIONAL && FOG == EVEN) {
+            found = (part.y - part.x) * through;
+            through *= fade;
+        } else if (DIRECTIONAL) {
             found = (part.y - part.x) * directional_share(ray, t);
         } else {
             // Near a light the plane bends around it: the sample has its share of the part's angle there
@@ -173,7 +174,8 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
             if (CASCADES) { share *= share_of_cascade(i, t * -ray.direction.z); }
             found *= share;
         }
-        total += select(vec3f(0.0), found, t >= range.x && (t < range.y || range.y == whole.y));
+        if (CUBE || CASCADES) { found = select(vec3f(0.0), found, t >= range.x && (t < range.y || range.y == whole.y)); }
+        total += found;
     }
     return total;
 }
@@ -181,15 +183,16 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
 /// Add a light's planes to the ray of a pixel, and write its layer.
 @compute @workgroup_size(8, 8)
 fn slice(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.size)) { return; }
-    let ray = camera_ray(id.xy);
-    var sum = ambient_or_previous(id.xy, ray);
+    let pixel = id.xy + light.begin;
+    if (any(pixel >= frame.size)) { return; }
+    let ray = camera_ray(pixel);
+    var sum = ambient_or_previous(pixel, ray);
     if (LIT) {
         let range = volume_range(ray);
         if (range.y > range.x) {
             let least = bitcast<f32>(atomicLoad(&extent.least));
             let planes = laid_planes(least, bitcast<f32>(atomicLoad(&extent.most)), slicing.count, -light.position.z);
-            let o = plane_offset(id.xy, slicing.cell);
+            let o = plane_offset(pixel, slicing.cell);
             let closest = nearest_approach(ray);
             enter_shape(ray);
             var total = vec3f(0.0);
@@ -198,5 +201,5 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
             sum += total;
         }
     }
-    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    textureStore(layer, pixel, vec4f(sum, ray.reach));
 }

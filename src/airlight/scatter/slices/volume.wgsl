@@ -12,6 +12,7 @@ struct Slicing {
     tangents: vec2f,            // of the half angles that a cookie fills; of a directional light half its size, m
     printed: vec3f,             // factors of 1 / d^2, 1 / d and 1 of the article's falloff
     gain: f32,                  // the article's scale
+    span: vec2f,                // m from a light along its axis where its volume begins and ends
     scroll: vec4f,              // how far two noise maps have moved, in maps
     tint: vec3f,                // of what a light adds
     unit: f32,                  // in a metre, of lengths in the falloff
@@ -29,4 +30,10 @@ fn in_light(place: vec3f) -> vec3f {
 /// Twin: reference/slices.py:picture_place.
 fn picture_place(q: vec3f) -> vec2f {
     return 0.5 + vec2f(0.5, -0.5) * q.xy / (select(q.z, 1.0, DIRECTIONAL) * slicing.tangents);
+}
+
+/// Clip a range of t to a ball around the light, from the ray's nearest approach to it. Twin: reference/slices.py:clip_to_ball.
+fn clip_to_ball(near: vec2f, range: vec2f, radius: f32) -> vec2f {
+    let half = sqrt(max(radius * radius - near.y * near.y, 0.0));
+    return vec2f(max(range.x, near.x - half), min(range.y, near.x + half));
 }
