@@ -165,11 +165,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-<<<<<<< HEAD
-all=(photographs comparison viewer air fog glass lights scenes animation guide world validation vesper hx depth border turning streaks adaptation)
-=======
-all=(photographs comparison viewer air fog glass scenes animation guide world validation vesper hx slices depth border turning streaks adaptation)
->>>>>>> s19
+all=(photographs comparison viewer air fog glass lights scenes animation guide world validation vesper hx slices depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

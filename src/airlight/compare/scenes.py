@@ -179,20 +179,13 @@ class ComparedView:
             about = f"by Mitsuba over the scene's {count:,} triangles, whose noise alone makes an error of {100 * alone:.2g} %"
             return layer, about
         count += sum(len(pane.triangles) for pane in panes)
-<<<<<<< HEAD
-        if against is None and count * len(self.punctual) * size[0] * size[1] > MAX_TRACED:
-            return self._walked(medium, f"since {count:,} triangles are too many for the ray tracer at this size")
-        work.weigh(count * len(self.punctual) * size[0] * size[1] / TRACED_PER_DRAWING)
-        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity and colour", unknown)
-=======
         in_air = paths.cost(medium, min(medium.max_distance, 2 * self.stage.radius))
         each = (count + in_air) * len(self.punctual) * size[0] * size[1]
         if against is None and each > MAX_TRACED:
             what = "density that varies so finely is too much" if in_air > count else f"{count:,} triangles are too many"
             return self._walked(medium, f"since {what} for the ray tracer at this size (--against tracer asks it all the same)")
         work.weigh(each / TRACED_PER_DRAWING)
-        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity", unknown)
->>>>>>> f18
+        _tell_lacking("the ray tracer", len(unknown), "knows triangles of an even opacity and colour", unknown)
         layer = seen_through.layer(view, projection, size, seen, panes, self.punctual, medium, casting, work.share)
         glass = f", {len(panes)} of its meshes seen through" if panes else ""
         about = f"by a float64 ray tracer over the scene's {count:,} triangles{glass}, which has the exact lit segments of each ray"

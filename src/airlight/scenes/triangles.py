@@ -33,14 +33,9 @@ def world_triangles(scene: Any, lights: Sequence[SceneLight] = (), exclude: Iter
     for mesh in shown(scene):
         if not isinstance(mesh, gfx.Mesh):
             continue
-<<<<<<< HEAD
         if mesh.material.alpha_test > 0 and pattern(mesh, mesh.material) and not is_seen_through(mesh):
-            raise AirlightError(f"mesh {mesh.name or '?'}: its map cuts holes, which no triangle has; give its leaves as geometry")
-=======
-        if mesh.material.alpha_test > 0 and pattern(mesh, mesh.material):
             which = f"mesh {mesh.name}" if mesh.name else "a mesh without a name"
             raise AirlightError(f"{which}: its map cuts holes, which no triangle has; give its leaves as geometry")
->>>>>>> f18
         if not is_opaque(mesh) and not (solid(mesh, mesh.material) and mesh.material.depth_write):
             continue
         found = of_mesh(mesh)
