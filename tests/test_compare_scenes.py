@@ -164,6 +164,7 @@ def test_a_truth_without_some_glass_says_so_in_a_line(monkeypatch):
     assert sorted(round(1 - pane.passed, 3) for pane in found) == [0.3, 0.3, 0.3, 0.35, 0.5, 0.5, 0.65]
     kept = panes[1].material.alpha_mode, panes[2].material.alpha_mode
     try:
+        panes[1].material.color_mode = "vertex"  # of which the tracer knows nothing
         panes[1].material.alpha_mode, panes[2].material.alpha_mode = "multiply", "add"  # of which one adds light alone
         with pytest.warns(AirlightWarning, match="truth of the ray tracer lacks 1 thing that is seen through .mesh.: .*--against walk"):
             assert "5 of its meshes" in here.truth(medium, "tracer")[1]
@@ -172,6 +173,7 @@ def test_a_truth_without_some_glass_says_so_in_a_line(monkeypatch):
         with pytest.warns(AirlightWarning, match="truth of Mitsuba lacks 6 things that are seen through: .*--against walk"):
             here.truth(medium, "mitsuba")
     finally:
+        panes[1].material.color_mode = "auto"
         panes[1].material.alpha_mode, panes[2].material.alpha_mode = kept
 
 
