@@ -277,7 +277,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     from airlight.jobs.shape_text import refuse_without_units
 
     cells = build(stage.settings | values)[Medium].particle_cells
-    if METHODS[(stage.settings | values).get("method", Parameters().method)].has_units:
+    if METHODS[(stage.settings | values).get("method", Parameters().method)].follows_fields:
         put_densities(stage, r.volume, r.particles, float(r.fps), cells)
         if r.volume or r.particles:
             suit(stage, values, cells)
@@ -288,8 +288,9 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
     if r.occlusion_buffer is not None and method.lights_medium:
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
-    if not method.has_units:
+    if not method.follows_fields:
         refuse_without_medium(r.volume, r.particles, parameters.method)
+    if not method.has_units:
         refuse_without_units(r.shapes, parameters.method)
     else:
         tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)

@@ -201,7 +201,7 @@ class Panes:
     def way(self) -> str:
         """Tells how what is seen through is drawn now: a value of Medium.transparency."""
         shafts = self._shafts()
-        is_lit = shafts is not None and shafts.enabled and METHODS[shafts.parameters.method].keeps_profiles
+        is_lit = shafts is not None and shafts.enabled and METHODS[shafts.parameters.method].follows_fields
         return shafts.medium.transparency if shafts is not None and is_lit and shafts in shafts.renderer.effect_passes else "none"
 
     # ------------------------------------------------------------ what pygfx's renderer asks

@@ -32,8 +32,8 @@ class Method:
     plan_by: of the screen, `plan(device, size, light, parameters, target)`, which gives passes of one light with
     `record(encoder, timer)`, see `scatter.screen.Target`; of a medium, a class as `scatter.march.march.March`.
     reference_by: of the screen, a function in float64 as `reference.radial.direct`; of a medium, one of arrays.
-    lights_medium: whether it works on the medium of a scene, else on a picture. keeps_profiles: whether it knows what lies
-    before and behind what is seen through. has_units: whether its layer is radiance.
+    lights_medium: whether it works on the medium of a scene, else on a picture. follows_fields: whether it knows
+    densities that vary, volumes among them, and what lies before and behind what is seen through. has_units: whether its layer is radiance.
     lights: what lights it takes, in words, where not all. is_converged: whether it gives the limit of infinitely many samples.
     follows_past_light: whether its rays may pass the light. sums_listing: whether it has Listing 13-1's sum beside Eq. 4's.
     per_sample: whether its raw sum is over samples, not an integral. stencilled: whether it draws in a buffer of 8 bits what a stencil
@@ -47,7 +47,7 @@ class Method:
     options: frozenset[str]
     jitter: str = "fixed"
     lights_medium: bool = False
-    keeps_profiles: bool = False
+    follows_fields: bool = False
     has_units: bool = False
     lights: str = ""
     is_converged: bool = False
@@ -116,7 +116,7 @@ METHODS: dict[str, Method] = {
         frozenset({"medium", "march", "resolution", "jitter"}),
         jitter="blue",
         lights_medium=True,
-        keeps_profiles=True,
+        follows_fields=True,
         has_units=True,
     ),
     "article": Method(
