@@ -100,7 +100,7 @@ def test_what_is_seen_through_coloured_glass_is_fogged(stage: Stage) -> None:
 # ---------------------------------------------------------------- against the tracer
 
 
-@pytest.mark.parametrize("kind", ["sun", "spot", "point"])
+@pytest.mark.parametrize("kind", ["sun", pytest.param("spot", marks=pytest.mark.slow), pytest.param("point", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("steps", ["exact", pytest.param(64, marks=pytest.mark.slow)])
 def test_light_is_coloured_by_panes_in_a_gap(stage: Stage, kind: str, steps: Any) -> None:
     """A wall with a gap beside the view, in which panes of three colours hang, one behind another."""

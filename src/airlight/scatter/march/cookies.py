@@ -36,7 +36,7 @@ class Cookies:
     def _sampler(self, kind: str) -> Any:
         if kind not in self._samplers:
             across, down = {"parallel": ("repeat", "repeat"), "sphere": ("repeat", "clamp-to-edge")}.get(kind, ("clamp-to-edge",) * 2)
-            linear: Any = {"mag_filter": "linear", "min_filter": "linear", "mipmap_filter": "nearest"}
+            linear: Any = {"mag_filter": "linear", "min_filter": "linear", "mipmap_filter": "linear"}
             self._samplers[kind] = self.device.device.create_sampler(address_mode_u=across, address_mode_v=down, **linear)
         return self._samplers[kind]
 
