@@ -79,7 +79,7 @@ def by_hand(found, truth, way):
     return np.sqrt((off[order] ** 2).mean()) / mean, np.percentile(every, 99), every.max(), off.mean() / mean, len(kept)
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name == "window" else name for name in TEXTS])
 def test_errors_are_those_computed_by_hand(name):
     found = result(name)
     truth, way = traced(name)

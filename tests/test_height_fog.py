@@ -261,7 +261,7 @@ FOGGY = [
 ]
 
 
-@pytest.mark.parametrize(("name", "values"), FOGGY[::2])
+@pytest.mark.parametrize(("name", "values"), FOGGY[::4])
 def test_a_small_picture_in_fog_is_that_of_the_tracer(name: str, values: dict[str, Any]) -> None:
     drawn = validating.draw(name, 80, 45, shadow_size=2048, **values)
     rmse, bias = validating.error(drawn.layer, *drawn.traced())
@@ -287,6 +287,7 @@ def test_fog_lies_where_it_is_whatever_is_drawn_at_the_origin(monkeypatch: pytes
     assert np.abs(lower - here).mean() > 0.05 * here.mean()
 
 
+@pytest.mark.slow
 def test_the_fog_even_at_every_height_is_the_even_medium() -> None:
     """A ramp to 1 has density 1 everywhere, by other code."""
     values = {"shadow_size": 512, "steps": "exact"}

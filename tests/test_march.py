@@ -190,7 +190,13 @@ def heights_for(kind: str, count: int, seed: int = 1) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("kind", "phase"), [("sun", "henyey-greenstein"), ("sun", "rayleigh"), ("spot", "two-lobe"), ("point", "cornette-shanks")]
+    ("kind", "phase"),
+    [
+        ("sun", "henyey-greenstein"),
+        pytest.param("sun", "rayleigh", marks=pytest.mark.slow),
+        pytest.param("spot", "two-lobe", marks=pytest.mark.slow),
+        ("point", "cornette-shanks"),
+    ],
 )
 def test_the_walk_is_the_integral_over_the_map(kind: str, phase: str) -> None:
     lamp, made = CASES[kind]

@@ -49,7 +49,7 @@ def layer(things: list[Any], light: SceneLight, march: March) -> np.ndarray:
     return found[..., :3]
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", [way if way == "exact" else pytest.param(way, marks=pytest.mark.slow) for way in WAYS])
 def test_a_closed_room_is_dark(way: str) -> None:
     """Less than a millionth of what the light would scatter into a metre, but for a pixel on a joint."""
     for towards in SUNS:

@@ -331,6 +331,7 @@ def check_lines(case: tuple) -> None:
     assert np.sqrt(((out - truth) ** 2).mean()) <= 0.02 * max(truth.max(), 1e-3)
 
 
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(cases())
 def test_lines_are_the_limit_where_no_ray_is_summed_directly(case: tuple) -> None:

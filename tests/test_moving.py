@@ -34,7 +34,7 @@ def carried_out(device: Device, record: object, layer: object) -> np.ndarray:
 
 
 @pytest.mark.parametrize("method", ["epipolar", "radial", "bands", "multipass", "additive"])
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_moved_light_is_as_a_new_one(device: Device, source: object, method: str, number: int) -> None:
     p = Parameters(method=method, samples=40, density=0.9)
     layer, fresh = (device.texture(*SIZE, "rgba16float") for _ in range(2))

@@ -153,7 +153,7 @@ def broken(stage: Stage) -> Iterator[tuple[str, Any, str, Any]]:
     yield "emitter", stage.lights[0].target, "visible", False
 
 
-@pytest.mark.parametrize("scene", ["table", "flying"])
+@pytest.mark.parametrize("scene", ["table", pytest.param("flying", marks=pytest.mark.slow)])
 def test_goldens_see_what_is_lost(scene: str, stages: dict[str, Stage], draw: Callable[..., Any]) -> None:
     """Each texture, light, shadow, the environment taken away: some picture of the scene then differs from what it was."""
     stage = stages[scene]

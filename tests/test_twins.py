@@ -58,6 +58,7 @@ def called() -> set[str]:
     return {name for file in TESTS.rglob("test_*.py") for name in re.findall(r'\bcall\(\s*[^,()]+,\s*"(\w+)"', file.read_text("utf-8"))}
 
 
+@cache
 def pure() -> dict[tuple[str, str], Function]:
     """By (path, name)."""
     found = {}

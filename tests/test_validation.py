@@ -13,7 +13,7 @@ from airlight.scenes import VALIDATION, open_scene
 from airlight.scenes.offline import Shot, Studio
 
 
-@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp", "mist-lamp", "panes"])
+@pytest.mark.parametrize("name", ["window", "mirrored", "headlamp", "mist-lamp"])
 def test_a_small_picture_is_that_of_the_tracer(name: str) -> None:
     width = 64 if name in validating.VARYING + validating.SEEN_THROUGH else 96
     drawn = validating.draw(name, width, width * 9 // 16, shadow_size=2048)

@@ -207,6 +207,7 @@ def test_what_does_something_is_not_told(recwarn: pytest.WarningsRecorder) -> No
     assert not recwarn.list
 
 
+@pytest.mark.slow
 def test_a_grid_of_ones_is_even_air() -> None:
     """In the exact walk of spots, whose cones' borders are narrow, and in steps."""
     matrix = np.diag([25.0, 25, 25, 1])

@@ -16,7 +16,7 @@ SIZE_SHOWN = "(() => { const p = document.getElementById('picture'); return [p.n
 STATUS = "document.getElementById('status').textContent"
 
 
-@pytest.mark.parametrize("ratio", [1, 2])
+@pytest.mark.parametrize("ratio", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_browser_shows_and_steers(chromium, tmp_path, ratio):
     """The picture fills the window pixel by pixel, follows pointer and keys; the page says when it is alone, and comes back."""
     path = tmp_path / "shot.png"

@@ -196,7 +196,7 @@ def test_ctrl_c_ends_a_film_within_a_second_and_leaves_nothing(glb, tmp_path):
     assert os.listdir(folder) == []
 
 
-@pytest.mark.parametrize("scene", ["flying", "table", "file"])
+@pytest.mark.parametrize("scene", [pytest.param("flying", marks=pytest.mark.slow), "table", "file"])
 def test_the_scenes_themselves(scene, glb, tmp_path, monkeypatch):
     monkeypatch.undo()
     path = tmp_path / "a.png"
