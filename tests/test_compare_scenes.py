@@ -224,6 +224,7 @@ def test_each_medium_has_its_own_truth():
     assert {"before0", "before1"} <= set(re.findall(r"id='(\w+)'", page.page(found, "t", 10.0)))
 
 
+@pytest.mark.slow
 def test_the_walk_where_the_tracer_would_take_too_long(monkeypatch):
     monkeypatch.setattr(scenes, "MAX_SHADOW_SIDE", 2048)
     air = view().resolved(chosen(EXACT)[0])

@@ -223,7 +223,7 @@ def blocks_for(kind: str, count: int, seed: int = 2) -> np.ndarray:
     return np.kron(np.where(there, held, 0), np.ones((13, 13)))[:, :150, :150].astype(np.float32)
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", ["sun", pytest.param("spot", marks=pytest.mark.slow), "point"])
 def test_the_walk_passes_over_tiles_as_over_their_texels(kind: str) -> None:
     lamp, made = CASES[kind]
     views = made(150)

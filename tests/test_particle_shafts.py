@@ -114,6 +114,7 @@ def test_a_method_of_even_air_knows_no_particles(stage: Stage) -> None:
     assert layers[0].any()
 
 
+@pytest.mark.slow
 def test_a_density_of_almost_nothing_changes_nothing(stage: Stage) -> None:
     """At the picture's corners too, in the last of several cascades, which ends nowhere."""
     stage.camera = gfx.PerspectiveCamera(90, SIZE[0] / SIZE[1], depth_range=(0.1, 100))

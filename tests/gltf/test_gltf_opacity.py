@@ -305,7 +305,7 @@ def changed(name: str, change: Any) -> bytes:
     return gltfs.glb(gltfs.json.dumps(document).encode(), binary)
 
 
-@pytest.mark.parametrize("way", [("epipolar",), ("epipolar", "prepass"), ("march",)])
+@pytest.mark.parametrize("way", [pytest.param(("epipolar",), marks=pytest.mark.slow), ("epipolar", "prepass"), ("march",)])
 def test_blended_leaves_look_like_masked_ones(tmp_path: Path, way: tuple[str, ...]) -> None:
     def alpha(mode: str) -> Any:
         return lambda document: document["materials"][1].update(alphaMode=mode)
@@ -330,7 +330,7 @@ def test_unlit_things_and_tints_are_drawn_where_surfaces_have_our_shadows(tmp_pa
     assert picture(w.glb(), tmp_path, "epipolar")[40:50, 75:85, 0].min() > 150
 
 
-@pytest.mark.parametrize("way", [("epipolar",), ("epipolar", "prepass"), ("march",)])
+@pytest.mark.parametrize("way", [pytest.param(("epipolar",), marks=pytest.mark.slow), ("epipolar", "prepass"), ("march",)])
 def test_a_bulb_of_glass_lets_its_lamp_shine(tmp_path: Path, way: tuple[str, ...]) -> None:
     def bare(document: Any) -> None:
         del document["nodes"][1]["mesh"]

@@ -219,7 +219,7 @@ def test_surfaces_are_drawn_anew_only_where_they_look_otherwise(scene: Driver, m
     assert anew(lambda: st.set_values(state, {"method": "march", "steps": 16, "sigma_t": (0.3, 0.3, 0.3)})) == 0
 
 
-@pytest.mark.parametrize("look", ["smart", "classic"])
+@pytest.mark.parametrize("look", ["smart", pytest.param("classic", marks=pytest.mark.slow)])
 def test_a_picture_in_slices_is_that_of_one_go(hands: Driver, clock: Clock, forest: str, look: str) -> None:
     st.set_values(hands.state, {"look": look})
     hands.viewer.open(forest, [LightControl((0.3, 0.4), kind="disc" if look == "smart" else None)])

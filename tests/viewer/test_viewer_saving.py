@@ -14,7 +14,7 @@ from airlight.viewer import state as st
 from airlight.viewer.state import LightControl
 
 
-@pytest.mark.parametrize("look", ["smart", "classic"])
+@pytest.mark.parametrize("look", ["smart", pytest.param("classic", marks=pytest.mark.slow)])
 def test_saving_writes_what_the_command_writes(smart: Driver, folder: Path, codes: np.ndarray, look: str) -> None:
     """A JPEG with a title and a colour profile, and 16 bits with transparency."""
     jpeg, deep = folder / f"{look}.jpg", folder / f"{look}16.png"
