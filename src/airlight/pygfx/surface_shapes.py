@@ -1,6 +1,7 @@
 """Gives surfaces the shapes of lights, as the air has them: cookies, photometry, what bounds a projector, and its falloff."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ class SurfaceShapes:
             count = int(record["plane_count"])
             scale = [*record["shape_scale"], kind, record["shape_size"].max()]
             records.append((record["shape_rows"], scale, [*record["falloff"], count], record["planes"]))
-            layers.append(np.broadcast_to(np.asarray(even, np.float16), (1, 1, 3)) if even is not None else self._sampled(light))
+            layers.append(_even(*even.tolist()) if even is not None else self._sampled(light))
         state.write_shapes(records, layers)
         held = [light.cookie or light.photometry for light in shapes]
         self._texels = [one for one in self._texels if any(one[0] is shape for shape in held)]
@@ -57,6 +58,12 @@ class SurfaceShapes:
         texels = resampled(pixels, SIDE, not isinstance(shape, Cookie)).astype(np.float16)
         self._texels.append((shape, texels))
         return texels
+
+
+@lru_cache(64)
+def _even(r: float, g: float, b: float) -> Array:
+    """Makes the texels of a shape that is alike everywhere, the very same ones each time, which are not uploaded again."""
+    return np.full((1, 1, 3), (r, g, b), np.float16)
 
 
 def resampled(pixels: Array, side: int, sphere: bool) -> Array:
