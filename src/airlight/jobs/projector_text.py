@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.jobs.density_text import Grammar
+from airlight.lights.projector import FALLOFFS, MOST_CLIPS
 
 if TYPE_CHECKING:
     from airlight.pygfx.projector import Projector
@@ -14,13 +15,12 @@ FORM = "x,y,z;target=x,y,z;fov=40,30;intensity=100,100,100"
 AHEAD = (0.0, 0.0, -1.0)  # where one shines without a target
 INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
 MOST = 1e9
-MOST_CLIPS = 6
 ANGLES = (1e-3, 179.0)  # degrees
 GRAMMAR = Grammar(
     what="projector",
     form=FORM,
     texts=("cookie",),
-    words={"falloff": ("inverse-square", "inverse", "constant")},  # as FALLOFFS of lights/projector.py, which is slow to import
+    words={"falloff": FALLOFFS},
     numbers={"near": (1e-6, MOST), "far": (1e-6, MOST), "ambient": (0.0, MOST), "fov": ANGLES, "intensity": (0.0, MOST)},
     vectors={"target": "x,y,z", "up": "x,y,z", "fov": "h,v", "intensity": "r,g,b", "clip": "a,b,c,d"},
     several=("clip",),

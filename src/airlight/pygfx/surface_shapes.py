@@ -11,7 +11,7 @@ from airlight.lights.shape import Cookie
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.punctual import shaped_lights
-from airlight.scatter.march.cookies import SHAPES, even_colour, shape_of, shape_record
+from airlight.scatter.march.cookies import SHAPES, even_colour, grey, shape_of, shape_record
 from airlight.scatter.march.records import LIGHT
 
 SIDE = private.SHAPE_SIDE
@@ -54,7 +54,7 @@ class SurfaceShapes:
             pixels = shape.pixels
         else:
             assert shape is not None
-            pixels = np.repeat(np.asarray(shape.table)[..., None], 3, axis=2)
+            pixels = grey(shape.table)
         texels = resampled(pixels, SIDE, not isinstance(shape, Cookie)).astype(np.float16)
         self._texels.append((shape, texels))
         return texels

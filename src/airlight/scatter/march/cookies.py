@@ -30,7 +30,7 @@ class Cookies:
         shape = light.cookie if light.photometry is None else light.photometry
         shape = None if shape_of(light) == "none" else shape
         if shape is not None and shape not in self._held:
-            self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [_grey(shape.table)])
+            self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [grey(shape.table)])
         return self.none if shape is None else self._held[shape], self._sampler(shape_of(light))
 
     def _sampler(self, kind: str) -> Any:
@@ -55,7 +55,7 @@ class Cookies:
         return texture
 
 
-def _grey(table: Array) -> Array:
+def grey(table: Array) -> Array:
     """Makes a picture (H, W, 3) of a table."""
     return np.repeat(np.asarray(table)[..., None], 3, axis=2)
 
@@ -71,13 +71,17 @@ def shape_of(light: PunctualLight) -> str:
 
 def even_colour(light: PunctualLight) -> Array | None:
     """Finds (3,) what a light's shape multiplies its intensity by, where that is the same everywhere; else None."""
-    if light.photometry is not None:
-        table = light.photometry.table
-        return np.full(3, table[0, 0], float) if (table == table[0, 0]).all() else None
-    if light.cookie is not None:
-        pixels = light.cookie.pixels
-        return np.asarray(pixels[0, 0], float) if (pixels == pixels[0, 0]).all() else None
-    return np.ones(3)
+    shape = light.cookie if light.photometry is None else light.photometry
+    if shape is None:
+        return np.ones(3)
+    if shape not in _evens:  # once for each: pictures are large, and frames many
+        values = shape.pixels if isinstance(shape, Cookie) else grey(shape.table)
+        _evens[shape] = np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
+    found: Array | None = _evens[shape]
+    return found
+
+
+_evens: Any = weakref.WeakKeyDictionary()
 
 
 def halved(pixels: Array) -> list[Array]:

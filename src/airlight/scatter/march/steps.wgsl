@@ -191,7 +191,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
         } else if (GLASS) {
             stop = min(k + dimmed_steps(f32(light_storage.steps)), end);
         }
-        // Where something dims the light, one step of the group stands for all
+        // Let one lit step of the group stand for all behind what dims the light
         let first = k;
         var sum = vec3f(0.0);
         var lit = 0u;

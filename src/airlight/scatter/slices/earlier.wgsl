@@ -1,4 +1,4 @@
-// What the chapter "Light Shaft Rendering" (Mitchell 2004) names as earlier practice: polygons that extrude a window's outline, textured with moving
+// Draws earlier practice, as the chapter "Light Shaft Rendering" (Mitchell 2004) names it: polygons that extrude a window's outline, textured with moving
 // noise; the same diced into more polygons; and thickness, from the depths of the volume's front and back faces. None knows what is in shadow;
 // thickness has no colour and no texture, and polygons seen from their edge are lines. The amounts are our own.
 //! include "scatter/slices/volume.wgsl"
