@@ -1,0 +1,119 @@
+"""Places the nodes of a quadrature along rays through the air, and integrates its densities up to each.
+
+A ray is cut where its integrand may have a corner: at its lowest point, where it enters and leaves the earth's shadow, at the ends of what else
+hides the sun. Each piece has Gauss's nodes in two halves, that crowd exponentially towards the piece's ends: what is near the eye, the ground and
+an edge of a shadow is met at any density of the air.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from airlight.reference.daylight import (
+    AEROSOL_HEIGHT,
+    GROUND_RADIUS,
+    Array,
+    air_density,
+    height_along,
+    ozone_column,
+    view_cosine_along,
+)
+
+LONGEST_SCALE = 60_000.0  # m, over which nodes crowd in the thinnest air
+
+
+class Nodes(NamedTuple):
+    """Holds N nodes of rays (...): t and weights (..., N), m, to sum with; densities and columns to the eye (..., N, 3), m; middles of pieces.
+
+    columns at the end of the rays: (..., 3), m. piece: (N,), the index of each node's piece; middles: (..., pieces), m.
+    """
+
+    t: Array
+    weights: Array
+    height: Array
+    density: Array
+    columns: Array
+    end: Array
+    piece: Array
+    middles: Array
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array, Array]:
+    """Give Gauss's nodes and weights on 0..1 (count,), and (count, count) what integrates up to each node."""
+    x, weights = np.polynomial.legendre.leggauss(count)
+    powers = np.polynomial.legendre.legvander(x, count - 1)
+    upto = np.stack([np.polynomial.legendre.legval(x, np.polynomial.legendre.legint(row, lbnd=-1)) for row in np.eye(count)], axis=-1)
+    return (x + 1) / 2, weights / 2, np.asarray(upto @ np.linalg.inv(powers)) / 2
+
+
+def lowest_point(height: Array, mu: Array) -> Array:
+    """Evaluates the way, m, to a ray's point nearest to the earth's centre; 0 where it rises from the start."""
+    return np.asarray(np.maximum(-(GROUND_RADIUS + height) * mu, 0))
+
+
+def reaching(height: Array, mu: Array, level: float) -> Array:
+    """Evaluates the way, m, to where a ray leaves a height behind for good; 0 where it is above from the start."""
+    along = (GROUND_RADIUS + height) * mu
+    squared = along**2 + (level - height) * (2 * GROUND_RADIUS + height + level)
+    return np.asarray(np.maximum(np.sqrt(np.maximum(squared, 0)) - along, 0))
+
+
+def earth_shadow(height: Array, mu: Array, mu_sun: Array, cosine: Array, level: float = 0.0) -> tuple[Array, Array]:
+    """Evaluates where on a ray the earth's shadow begins and ends, m; both 0 where the ray meets none.
+
+    The shadow is the cylinder behind the earth. mu, mu_sun: cosines of ray and sun at the ray's start; cosine: between ray and sun.
+    level: m, of a sphere above the ground whose shadow is meant: within it sunlight has come below that height.
+    """
+    radius = GROUND_RADIUS + height
+    a = np.maximum(1 - cosine**2, 1e-15)  # squared distance from the cylinder's axis, less R^2: a t^2 + 2 b t + c
+    b = radius * (mu - mu_sun * cosine)
+    c = (height - level) * (2 * GROUND_RADIUS + height + level) - (radius * mu_sun) ** 2
+    squared = b * b - a * c
+    root = np.sqrt(np.maximum(squared, 0))
+    first, last = (-b - root) / a, (-b + root) / a
+    towards = np.where(np.abs(cosine) > 1e-15, cosine, 1e-15)
+    turn = -radius * mu_sun / towards  # where the sun is level: behind it is the dark half
+    first, last = np.where(towards > 0, first, np.maximum(first, turn)), np.where(towards > 0, np.minimum(last, turn), last)
+    first, last = np.maximum(first, 0), np.maximum(last, 0)
+    meets = (squared > 0) & (last > first)
+    return np.asarray(np.where(meets, first, 0)), np.asarray(np.where(meets, last, 0))
+
+
+def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], extinction: Array, count: int) -> Nodes:
+    """Place nodes along rays of shape (...): height, cosine and length, m.
+
+    breaks: (...) each, where rays are cut, any order; extinction: (3, W), 1/m, of the densities; count: of nodes in half a piece.
+    """
+    x, weights, upto = gauss(count)
+    inner = [np.clip(one, 0, length) for one in np.broadcast_arrays(length, lowest_point(height, mu), *breaks)[1:]]
+    edges = np.sort(np.stack([np.zeros_like(length), *inner, length], axis=-1), axis=-1)
+    half = np.diff(edges, axis=-1) / 2
+    ends = np.stack([edges[..., :-1], edges[..., 1:]], axis=-1)  # (..., pieces, 2)
+    height, mu = height[..., None, None], mu[..., None, None]
+    thickest = (air_density(height_along(height, mu, ends)) @ extinction).max(axis=-1)
+    scale = 1 / (thickest + np.abs(view_cosine_along(height, mu, ends)) / AEROSOL_HEIGHT + 1 / LONGEST_SCALE)
+    rate = np.log1p(half[..., None] / scale)[..., None]
+    scale, height, mu = scale[..., None], height[..., None], mu[..., None]
+    inwards = np.minimum(scale * np.expm1(rate * x), half[..., None, None])
+    speed = scale * rate * np.exp(rate * x)
+    t = ends[..., None] + inwards * np.array([[1.0], [-1.0]])
+    heights = np.maximum(height_along(height, mu, t), 0)
+    density = air_density(heights)
+    by_x = density * speed[..., None]
+    column = np.einsum("ij,...jk->...ik", upto, by_x)
+    total = np.einsum("j,...jk->...k", weights, by_x)  # (..., pieces, 2, 3)
+    column[..., 1, :, :] = total[..., 1, None, :] - column[..., 1, :, :]  # which went from the piece's end
+    before = np.cumsum(total.reshape(*total.shape[:-3], -1, 3), axis=-2).reshape(total.shape)
+    column += (before - total)[..., None, :]
+    column[..., 2] = ozone_column(height, mu, t)  # whose tent Gauss's rule would round off
+    end = before[..., -1, -1, :]
+    end[..., 2] = ozone_column(height[..., 0, 0, 0], mu[..., 0, 0, 0], length)
+    shape, pieces = t.shape[:-3], t.shape[-3]
+    flat = (*shape, pieces * 2 * count)
+    return Nodes(
+        t=t.reshape(flat), weights=(speed * weights).reshape(flat), height=heights.reshape(flat), density=density.reshape(*flat, 3),
+        columns=column.reshape(*flat, 3), end=end, piece=np.repeat(np.arange(pieces), 2 * count),
+        middles=ends.mean(axis=-1),
+    )  # fmt: skip
