@@ -8,18 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from airlight.daylight.rays import place_nodes
+from airlight.daylight.rays import columns_along
 from airlight.reference.daylight import Array, depth_table_position, depth_table_ray, distance_to_top, in_earth_shadow
 
 SHADER_SIZE = (64, 256)  # heights, cosines of the table that shaders read
 SIZE = (128, 512)  # of the one that the library reads
-THIN = np.zeros((3, 1))  # extinction by which nodes are placed: that of no air
 
 
 def columns_to_top(height: Any, mu: Any, count: int = 20) -> Array:
     """Integrate (..., 3) columns, m, from heights under cosines to the end of the air, by Gauss's rule; the ground hides nothing."""
     height, mu = (np.array(a) for a in np.broadcast_arrays(np.asarray(height, float), np.asarray(mu, float)))
-    return place_nodes(height, mu, distance_to_top(height, mu), [], THIN, count).end
+    return columns_along(height, mu, distance_to_top(height, mu), count)
 
 
 @cache
@@ -27,7 +26,7 @@ def columns_table(size: tuple[int, int] = SIZE) -> Array:
     """Tabulate (heights, cosines, 3) columns, m, at the nodes of `depth_table_ray`, both ends included."""
     y, x = np.meshgrid(np.linspace(0, 1, size[0]), np.linspace(0, 1, size[1]), indexing="ij")
     ray = depth_table_ray(np.stack([x, y], axis=-1))
-    table = columns_to_top(ray[..., 0], ray[..., 1], 8)
+    table = np.stack([columns_to_top(row[:, 0], row[:, 1], 8) for row in ray])  # row by row, which stays in the cache
     table.setflags(write=False)
     return table
 
@@ -47,7 +46,9 @@ def table_columns(height: Any, mu: Any, table: Array | None = None) -> Array:
     return np.asarray(low * (1 - fy) + high * fy)
 
 
-def sun_transmittance(height: Any, mu_sun: Any, extinction: Array, exact: bool = False) -> Array:
-    """Evaluate (..., W) transmittance from heights to the sun under cosines; 0 in the earth's shadow. exact: not by the table."""
-    columns = columns_to_top(height, mu_sun) if exact else table_columns(height, mu_sun)
-    return np.where(in_earth_shadow(height, mu_sun)[..., None], 0.0, np.exp(-columns @ extinction))
+def sun_transmittance(height: Any, mu_sun: Any, extinction: Array, table: Array | None = None) -> Array:
+    """Evaluate (..., W) transmittance from heights to the sun under cosines, by a table of columns; 0 in the earth's shadow."""
+    columns = table_columns(height, mu_sun, table)
+    through = np.exp(columns @ -extinction.astype(columns.dtype))
+    through[in_earth_shadow(height, mu_sun)] = 0
+    return through

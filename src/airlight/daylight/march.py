@@ -17,8 +17,9 @@ COUNTS = (12, 8)  # of nodes in half a piece, the sun being high, or low, which 
 LOW_SUN = 0.2  # cosine, below which a ray may meet the earth's shadow
 LEVELS = (0.0, OZONE_MIDDLE - OZONE_HALF_WIDTH, OZONE_MIDDLE, OZONE_MIDDLE + OZONE_HALF_WIDTH)  # m; ozone has corners there
 
-# (height, view elevation, azimuth, sun's elevation, all in radians) -> (..., W) light of second and higher orders that a metre scatters into the ray
-Further = Callable[[Array, Array, Array, Array], Array]
+# Of height, view elevation, azimuth from the sun, sun's elevation there and at the eye, m and radians, (..., W): light that was scattered before,
+# which a metre of air scatters into the ray.
+Further = Callable[[Array, Array, Array, Array, Array], Array]
 
 
 class Rays(NamedTuple):
@@ -97,7 +98,8 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
     multiple: Array = np.zeros(())
     if further is not None:
         local = np.arcsin(view_cosine_along(height, mu, nodes.t))
-        multiple = (weight * further(nodes.height, local, np.broadcast_to(rays.azimuth[:, None], local.shape), np.arcsin(sun))).sum(axis=1)
+        turned = further(nodes.height, local, rays.azimuth[:, None], np.arcsin(sun), np.arcsin(mu_sun))
+        multiple = (weight * turned).sum(axis=1)
     single = by_piece.sum(axis=1)
     return Gathered(
         np.exp(-nodes.end @ extinction), single, np.where(dark[..., None], 0, by_piece).sum(axis=1), np.broadcast_to(multiple, single.shape)

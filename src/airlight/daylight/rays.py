@@ -13,6 +13,7 @@ import numpy as np
 from airlight.reference.daylight import (
     AEROSOL_HEIGHT,
     GROUND_RADIUS,
+    RAYLEIGH_HEIGHT,
     Array,
     air_density,
     height_along,
@@ -81,39 +82,55 @@ def earth_shadow(height: Array, mu: Array, mu_sun: Array, cosine: Array, level: 
     return np.asarray(np.where(meets, first, 0)), np.asarray(np.where(meets, last, 0))
 
 
+def crowd(height: Array, mu: Array, edges: Array, extinction: Array, count: int) -> tuple[Array, Array]:
+    """Place nodes in pieces of rays (..., pieces + 1): t, m, and its speed by Gauss's x, both (..., pieces, 2 halves, count).
+
+    In a first half x goes from the piece's start, in a second from its end backwards. extinction: (3, W), 1/m, of the densities.
+    """
+    x = gauss(count)[0]
+    half = np.diff(edges, axis=-1)[..., None, None] / 2
+    ends = np.stack([edges[..., :-1], edges[..., 1:]], axis=-1)
+    height, mu = height[..., None, None], mu[..., None, None]
+    thickest = (air_density(height_along(height, mu, ends)) @ extinction).max(axis=-1)
+    scale = 1 / (thickest + np.abs(view_cosine_along(height, mu, ends)) / AEROSOL_HEIGHT + 1 / LONGEST_SCALE)[..., None]
+    rate = np.log1p(half / scale)
+    grown = np.exp(rate * x)
+    return ends[..., None] + np.minimum(scale * (grown - 1), half) * np.array([[1.0], [-1.0]]), scale * rate * grown
+
+
+def columns_along(height: Array, mu: Array, length: Array, count: int) -> Array:
+    """Integrate (..., 3) columns of the densities, m, over rays of shape (...): the tent of ozone exactly, the others by Gauss's rule."""
+    edges = np.stack([np.zeros_like(length), np.minimum(lowest_point(height, mu), length), length], axis=-1)
+    t, speed = crowd(height, mu, edges, np.zeros((3, 1)), count)
+    at = np.maximum(height_along(height[..., None, None, None], mu[..., None, None, None], t), 0)
+    weights = speed * gauss(count)[1]
+    rayleigh, aerosol = ((np.exp(-at / scale) * weights).sum(axis=(-3, -2, -1)) for scale in (RAYLEIGH_HEIGHT, AEROSOL_HEIGHT))
+    return np.stack([rayleigh, aerosol, ozone_column(height, mu, length)], axis=-1)
+
+
 def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], extinction: Array, count: int) -> Nodes:
     """Place nodes along rays of shape (...): height, cosine and length, m.
 
     breaks: (...) each, where rays are cut, any order; extinction: (3, W), 1/m, of the densities; count: of nodes in half a piece.
     """
-    x, weights, upto = gauss(count)
+    _, weights, upto = gauss(count)
     inner = [np.clip(one, 0, length) for one in np.broadcast_arrays(length, lowest_point(height, mu), *breaks)[1:]]
     edges = np.sort(np.stack([np.zeros_like(length), *inner, length], axis=-1), axis=-1)
-    half = np.diff(edges, axis=-1) / 2
-    ends = np.stack([edges[..., :-1], edges[..., 1:]], axis=-1)  # (..., pieces, 2)
-    height, mu = height[..., None, None], mu[..., None, None]
-    thickest = (air_density(height_along(height, mu, ends)) @ extinction).max(axis=-1)
-    scale = 1 / (thickest + np.abs(view_cosine_along(height, mu, ends)) / AEROSOL_HEIGHT + 1 / LONGEST_SCALE)
-    rate = np.log1p(half[..., None] / scale)[..., None]
-    scale, height, mu = scale[..., None], height[..., None], mu[..., None]
-    inwards = np.minimum(scale * np.expm1(rate * x), half[..., None, None])
-    speed = scale * rate * np.exp(rate * x)
-    t = ends[..., None] + inwards * np.array([[1.0], [-1.0]])
-    heights = np.maximum(height_along(height, mu, t), 0)
+    t, speed = crowd(height, mu, edges, extinction, count)
+    heights = np.maximum(height_along(height[..., None, None, None], mu[..., None, None, None], t), 0)
     density = air_density(heights)
     by_x = density * speed[..., None]
-    column = np.einsum("ij,...jk->...ik", upto, by_x)
-    total = np.einsum("j,...jk->...k", weights, by_x)  # (..., pieces, 2, 3)
+    column = np.matmul(upto, by_x)
+    total = np.matmul(weights, by_x)  # (..., pieces, 2, 3)
     column[..., 1, :, :] = total[..., 1, None, :] - column[..., 1, :, :]  # which went from the piece's end
     before = np.cumsum(total.reshape(*total.shape[:-3], -1, 3), axis=-2).reshape(total.shape)
     column += (before - total)[..., None, :]
-    column[..., 2] = ozone_column(height, mu, t)  # whose tent Gauss's rule would round off
+    column[..., 2] = ozone_column(height[..., None, None, None], mu[..., None, None, None], t)  # whose tent Gauss's rule would round off
     end = before[..., -1, -1, :]
-    end[..., 2] = ozone_column(height[..., 0, 0, 0], mu[..., 0, 0, 0], length)
-    shape, pieces = t.shape[:-3], t.shape[-3]
-    flat = (*shape, pieces * 2 * count)
+    end[..., 2] = ozone_column(height, mu, length)
+    flat = (*length.shape, -1)
     return Nodes(
         t=t.reshape(flat), weights=(speed * weights).reshape(flat), height=heights.reshape(flat), density=density.reshape(*flat, 3),
-        columns=column.reshape(*flat, 3), end=end, piece=np.repeat(np.arange(pieces), 2 * count),
-        middles=ends.mean(axis=-1),
+        columns=column.reshape(*flat, 3), end=end, piece=np.repeat(np.arange(edges.shape[-1] - 1), 2 * count),
+        middles=(edges[..., 1:] + edges[..., :-1]) / 2,
     )  # fmt: skip

@@ -71,7 +71,7 @@ def sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array, tabl
     height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
     cosine = cosines_to_sun(sphere, sun, azimuth)
     at = sun_cosine_along(height[..., None], mu[..., None], np.sin(sun), cosine[..., None], sphere.nodes.t[:, :, None, :])
-    light = sun_transmittance(sphere.nodes.height[:, :, None, :].astype(table.dtype), at.astype(table.dtype), air.extinction, table)
+    light = sun_transmittance(np.broadcast_to(sphere.nodes.height[:, :, None, :], at.shape), at, air.extinction, table)
     length = np.where(np.isfinite(way := distance_to_ground(height, mu)), way, 0)
     below = np.maximum(sun_cosine_along(height, mu, np.sin(sun), cosine, length), 0)
     ground = below[..., None] * sun_transmittance(np.zeros_like(below), below, air.extinction)
