@@ -13,7 +13,7 @@ from airlight.reference.daylight import AEROSOL_HEIGHT, Array
 
 RAYLEIGH_1UM = 1.24062e-6  # 1/m
 RAYLEIGH_550 = 13.558e-6  # 1/m, by which a visibility is understood
-CLEAR_SCATTERING, CLEAR_EXTINCTION = 3.996e-6, 4.44e-6  # 1/m, of the aerosol where nothing is said of it
+CLEAR_EXTINCTION = 4.44e-6  # 1/m, of the aerosol where nothing is said of it
 KOSCHMIEDER = 3.912  # optical depth after which a contrast of 2 % is left
 VISIBILITY = (0.05, 280.0)  # km
 OZONE_DU = 300.0  # Dobson units of the coefficients below
@@ -58,14 +58,13 @@ class Coefficients(NamedTuple):
 
 
 def coefficients(
-    visibility: float | None, turbidity: float | None, ozone: float, ground_albedo: Any, aerosol_albedo: float | None,
+    visibility: float | None, turbidity: float | None, ozone: float, ground_albedo: Any, aerosol_albedo: float,
     aerosol_anisotropy: float, wavelengths: str,
 ) -> Coefficients:  # fmt: skip
     """Resolve an atmosphere's settings, each as `Atmosphere` takes it. Raises AirlightError for what cannot be."""
     nm = np.array(NM[one_of("wavelengths", wavelengths, NM)])
     if visibility is not None and turbidity is not None:
         raise AirlightError("visibility and turbidity both say how hazy the air is; give one of them")
-    albedo = None if aerosol_albedo is None else number("aerosol_albedo", aerosol_albedo, 0, 1)
     if visibility is not None:
         clean = f"; clean air has {KOSCHMIEDER / RAYLEIGH_550 / 1000:.0f} km"
         far = number("visibility", visibility, *VISIBILITY, unit="km", more=clean)
@@ -75,14 +74,12 @@ def coefficients(
         extinction = (0.04608 * t - 0.04586) * (nm / 1000) ** -1.3 / AEROSOL_HEIGHT  # Preetham et al. 1999, A.1
     else:
         extinction = np.full(len(nm), CLEAR_EXTINCTION)
-    plain = visibility is None and turbidity is None and albedo is None
-    scattering = np.full(len(nm), CLEAR_SCATTERING) if plain else extinction * (0.9 if albedo is None else albedo)
     rayleigh = RAYLEIGH[wavelengths]
     ground = colour("ground_albedo", ground_albedo, 0, 1)
     return Coefficients(
         nm=nm,
         rayleigh=RAYLEIGH_1UM * (nm / 1000) ** -4 if rayleigh is None else np.array(rayleigh),
-        aerosol_scattering=scattering,
+        aerosol_scattering=extinction * number("aerosol_albedo", aerosol_albedo, 0, 1),
         aerosol_extinction=extinction,
         ozone=np.array(OZONE[wavelengths]) * number("ozone", ozone, 0, 600, unit="DU") / OZONE_DU,
         ground_albedo=ground if wavelengths == "rgb" else np.array([ground[0], ground[1], (ground[1] + ground[2]) / 2, ground[2]]),

@@ -6,17 +6,19 @@ solved twice. Along a ray the sun's elevation changes, as the vertical does.
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
-from airlight.daylight.orders import Operators, make_operators, solve_orders
+from airlight.daylight.orders import make_operators, solve_orders
 from airlight.daylight.psi import psi_heights, psi_sphere, solve_psi
 from airlight.reference.daylight import TOP_HEIGHT, Array, air_density, orders_position
 
-SUNS = np.concatenate([np.arange(-30, -10, 2.0), np.arange(-10, 8.0), np.arange(8, 91, 2.0)])  # degrees
+SUNS = np.concatenate([np.arange(-30, -10, 2.0), np.arange(-10, 8.0), np.arange(8, 91, 2.0)])  # degrees, of orders
+PSI_SUNS = np.sort(np.concatenate([SUNS, [-1.5, -0.5, 0.5, 1.5]]))  # of psi, which is to be exact where the ground's day begins
 LEAST = 1e-30  # of what is scattered, whose logarithm is taken
 REACH = (4.0, 2.0)  # degrees that the sun's elevation may differ from that at the eye, for a low and a high sun, in the table of orders
 LOW_AND_HIGH = (8.0, 12.0)  # degrees between which that changes
@@ -26,17 +28,17 @@ KEPT = 4  # airs of which all is kept
 class Suns:
     """Solves a table for suns of the lattice when it is needed first, and keeps its logarithm."""
 
-    def __init__(self, solve: Callable[[float], Array]) -> None:
-        self._solve = solve
+    def __init__(self, elevations: Array, solve: Callable[[float], Array]) -> None:
+        self.elevations, self._solve = elevations, solve
         self._kept: dict[int, Array] = {}
         self._lock = threading.Lock()
 
     def at(self, first: int, last: int) -> Array:
         """Stack the logarithms of the tables of suns first to last of the lattice, both included."""
         with self._lock:
-            for i in range(first, last + 1):
-                if i not in self._kept:
-                    self._kept[i] = np.log(np.maximum(self._solve(np.radians(SUNS[i])), LEAST))
+            new = [i for i in range(first, last + 1) if i not in self._kept]
+            with ThreadPoolExecutor(2) as pool:  # NumPy leaves the other core to the second
+                self._kept |= zip(new, pool.map(lambda i: np.log(np.maximum(self._solve(np.radians(self.elevations[i])), LEAST)), new))
         return np.stack([self._kept[i] for i in range(first, last + 1)])
 
 
@@ -61,13 +63,10 @@ class Orders:
     """Holds the table of all orders from the second for one air."""
 
     def __init__(self, air: Coefficients) -> None:
-        self.air = air
-        self._operators: Operators | None = None
-        self._suns = Suns(self._solve)
+        self.air, self._operators = air, make_operators(air)
+        self._suns = Suns(SUNS, self._solve)
 
     def _solve(self, sun: float) -> Array:
-        if self._operators is None:
-            self._operators = make_operators(self.air)
         return np.moveaxis(solve_orders(self.air, self._operators, sun), 0, -2)  # (H, E, A, 2, W)
 
     def table(self, sun: float) -> Array:
@@ -105,14 +104,14 @@ class Psi:
     def __init__(self, air: Coefficients) -> None:
         self.air = air
         self._sphere = psi_sphere(air)
-        self._suns = Suns(lambda sun: solve_psi(air, self._sphere, sun))
+        self._suns = Suns(PSI_SUNS, lambda sun: solve_psi(air, self._sphere, sun))
 
     def psi(self, height: Array, sun: Array) -> Array:
         """Evaluate (..., W) psi, 1/sr, at heights, m, for suns at elevations, radians."""
         across = (psi_heights() / TOP_HEIGHT) ** (1 / 3)
         row, by_height = lagrange(across, np.clip(height / TOP_HEIGHT, 0, 1) ** (1 / 3))
-        column, by_sun = lagrange(SUNS, np.clip(np.degrees(sun), SUNS[0], SUNS[-1]))
-        offset = int(column.min(initial=len(SUNS) - 4))
+        column, by_sun = lagrange(PSI_SUNS, np.clip(np.degrees(sun), PSI_SUNS[0], PSI_SUNS[-1]))
+        offset = int(column.min(initial=len(PSI_SUNS) - 4))
         logs = self._suns.at(offset, int(column.max(initial=offset)) + 3)
         out: Any = 0
         for i, j in np.ndindex(4, 4):

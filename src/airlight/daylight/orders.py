@@ -7,6 +7,7 @@ matrices, which only the air decides, and which serve all suns. The sun's elevat
 table interpolates between suns instead (`multiple.py`).
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,10 +15,11 @@ import numpy as np
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import columns_table
 from airlight.daylight.march import phases
-from airlight.daylight.sphere import Single, Sphere, cosines_to_sun, make_sphere, sunlight
+from airlight.daylight.sphere import Sphere, cosines_to_sun, make_sphere, scattered_sunlight, sunlit_ground
 from airlight.reference.daylight import ELEVATION_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, orders_position
 
-HALF, COUNT = 20, 10  # elevations above and below the horizon, nodes of half a piece of a ray
+Single = np.float32  # is enough for tables of 1e-3
+HALF, COUNT, SHADOW_COUNT = 20, 10, 8  # elevations above and below the horizon; nodes of half a piece of a ray, and of one that night cuts
 MOST_ORDERS, ENOUGH = 40, 2e-3  # after which, or below which part of the sum, the rest is summed as a geometric series
 HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
 
@@ -119,22 +121,14 @@ def _bounce(air: Coefficients, sphere: Sphere) -> Array:
 def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     """Integrate light scattered once, by air or ground: (H, D, A, W) radiance for a sun at an elevation, radians."""
     sphere, azimuth = operators.sphere, table_azimuths()
-    light, ground = sunlight(air, sphere, sun, azimuth, _single_table())
-    turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy)  # (H, D, A, 2)
-    out = ground * (sphere.ground * air.ground_albedo / np.pi)[:, :, None, :]
-    for w in range(len(air.nm)):
-        weights = sphere.left[..., w, None] * sphere.nodes.density[..., :2] * air.scattering[:, w]
-        out[..., w] += (np.matmul(light[..., w], weights) * turned).sum(axis=-1)
-    return np.asarray(out)
+    turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy).astype(Single)  # (H, D, A, 2)
+    by_air = np.einsum("hdakw,hdak->hdaw", scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT), turned)
+    return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
 
 
-_TABLE: list[Array] = []
-
-
+@cache
 def _single_table() -> Array:
-    if not _TABLE:
-        _TABLE.append(columns_table().astype(Single))
-    return _TABLE[0]
+    return columns_table().astype(Single)
 
 
 def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:

@@ -4,10 +4,11 @@ import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import columns_table
-from airlight.daylight.sphere import Sphere, make_sphere, sunlight
+from airlight.daylight.sphere import Sphere, make_sphere, scattered_sunlight, sunlit_ground
 from airlight.reference.daylight import TOP_HEIGHT, Array
 
-HEIGHTS, HALF, COUNT, AZIMUTHS = 24, 16, 8, 9
+HEIGHTS, HALF, AZIMUTHS = 24, 16, 9
+COUNT = 12  # nodes of half a piece of a ray
 
 
 def psi_heights() -> Array:
@@ -20,22 +21,15 @@ def psi_sphere(air: Coefficients) -> Sphere:
     return make_sphere(air, psi_heights(), HALF, COUNT)
 
 
-def scattered(air: Coefficients, sphere: Sphere) -> Array:
-    """Evaluate (H, D, N, W) what a node scatters, times transmittance to the eye and weight: sums to the part that an even light leaves."""
-    return np.asarray(sphere.left * (sphere.nodes.density[..., :2] @ air.scattering))
-
-
 def solve_psi(air: Coefficients, sphere: Sphere, sun: float) -> Array:
     """Integrate (H, W) psi, 1/sr, for a sun at an elevation, radians: L2 / (1 - f), Hillaire 2020, equations 5 to 10.
 
     L2: mean over directions of light scattered once, as if evenly, or by the ground; f: the part of an even light that is scattered once more.
     """
-    weights, share = scattered(air, sphere), sphere.solid / (4 * np.pi)
-    light, ground = sunlight(air, sphere, sun, np.linspace(0, np.pi, AZIMUTHS), columns_table())
+    azimuth, share = np.linspace(0, np.pi, AZIMUTHS), sphere.solid[..., None] / (4 * np.pi)
     mean = np.full(AZIMUTHS, 1 / (AZIMUTHS - 1))
     mean[[0, -1]] /= 2
-    by_air = np.einsum("hdanw,a,hdnw->hdw", light, mean, weights, optimize=True) / (4 * np.pi)
-    by_ground = np.einsum("hdaw,a->hdw", ground, mean) * sphere.ground * air.ground_albedo / np.pi
-    once = (share[..., None] * (by_air + by_ground)).sum(axis=1)
-    again = (share[..., None] * weights.sum(axis=2)).sum(axis=1)
-    return np.asarray(once / (1 - again))
+    by_air = scattered_sunlight(air, sphere, sun, azimuth, columns_table(), COUNT).sum(axis=-2) / (4 * np.pi)
+    once = np.einsum("hdaw,a->hdw", by_air + sunlit_ground(air, sphere, sun, azimuth), mean)
+    again = (sphere.left * (sphere.nodes.density[..., :2] @ air.scattering)).sum(axis=2)
+    return np.asarray((share * once).sum(axis=1) / (1 - (share * again).sum(axis=1)))

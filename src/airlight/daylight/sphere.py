@@ -3,13 +3,13 @@
 Elevations crowd on both sides of each height's own horizon, where radiance jumps; azimuths are even, from the sun's to the opposite.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import sun_transmittance
-from airlight.daylight.rays import Nodes, gauss, place_nodes
+from airlight.daylight.rays import Nodes, earth_shadow, gauss, place_nodes
 from airlight.reference.daylight import (
     GROUND_RADIUS,
     Array,
@@ -19,16 +19,16 @@ from airlight.reference.daylight import (
     view_cosine_along,
 )
 
-Single = np.float32  # is enough for tables of 1e-3
-Wide = Any
+LOW_SUN = np.radians(12)  # below which a ray may meet the earth's shadow
+CHUNK = 512  # of such rays at a time
 
 
 class Sphere(NamedTuple):
     """Holds H heights, D elevations at each, and N nodes along each ray.
 
     height (H,), m; elevation (H, D), radians; solid (H, D): solid angle of a belt of elevations, sr, over all azimuths; nodes: (H, D, N);
-    meets: (H, D), whether a ray meets the ground; left (H, D, N, W): weights of nodes times transmittance to the eye; ground (H, D, W):
-    transmittance to the ground, 0 where it is missed.
+    local (H, D, N): cosine to the vertical at nodes; length (H, D), m; left (H, D, N, W): weights of nodes times transmittance to the eye;
+    ground (H, D, W): transmittance to the ground, 0 where it is missed.
     """
 
     height: Array
@@ -36,6 +36,7 @@ class Sphere(NamedTuple):
     solid: Array
     nodes: Nodes
     local: Array
+    length: Array
     left: Array
     ground: Array
 
@@ -54,7 +55,7 @@ def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphe
     left = nodes.weights[..., None] * np.exp(-nodes.columns @ air.extinction)
     ground = np.where(np.isfinite(way)[..., None], np.exp(-nodes.end @ air.extinction), 0)
     local = view_cosine_along(eyes[..., None], mu[..., None], nodes.t)
-    return Sphere(height, elevation, 2 * np.pi * belt * np.cos(elevation), nodes, local, left, ground)
+    return Sphere(height, elevation, 2 * np.pi * belt * np.cos(elevation), nodes, local, length, left, ground)
 
 
 def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
@@ -63,16 +64,49 @@ def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
     return np.asarray(mu * np.sin(sun) + level * np.cos(sun) * np.cos(azimuth))
 
 
-def sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array, table: Array) -> tuple[Array, Array]:
-    """Evaluate the sun's light (H, D, A, N, W) at nodes, and (H, D, A, W) on level ground where rays meet it; its irradiance above is 1.
+def scattered_sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array, table: Array, count: int) -> Array:
+    """Integrate (H, D, A, 2, W) sunlight that Rayleigh's air and the aerosol scatter into rays, for an irradiance of 1 above the air.
 
-    table: of columns, as `columns_table` makes it, in the precision that is wanted.
+    Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun; table:
+    of columns, as `columns_table` makes it, in the precision that is wanted; count: of nodes in half a piece of rays that the earth's shadow cuts.
     """
     height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
     cosine = cosines_to_sun(sphere, sun, azimuth)
     at = sun_cosine_along(height[..., None], mu[..., None], np.sin(sun), cosine[..., None], sphere.nodes.t[:, :, None, :])
-    light = sun_transmittance(np.broadcast_to(sphere.nodes.height[:, :, None, :], at.shape), at, air.extinction, table)
-    length = np.where(np.isfinite(way := distance_to_ground(height, mu)), way, 0)
-    below = np.maximum(sun_cosine_along(height, mu, np.sin(sun), cosine, length), 0)
-    ground = below[..., None] * sun_transmittance(np.zeros_like(below), below, air.extinction)
-    return light, np.asarray(ground)
+    heights = np.broadcast_to(sphere.nodes.height[:, :, None, :], at.shape)
+    light = sun_transmittance(heights, at, air.extinction, table)
+    out = np.empty((*cosine.shape, 2, len(air.nm)), table.dtype)
+    for w in range(len(air.nm)):
+        weights = sphere.left[..., w, None] * sphere.nodes.density[..., :2] * air.scattering[:, w]
+        out[..., w] = np.matmul(light[..., w], weights.astype(table.dtype))
+    if sun < LOW_SUN:
+        eyes, mu = (np.broadcast_to(one, cosine.shape) for one in (height, mu))
+        length = np.broadcast_to(sphere.length[..., None], cosine.shape)
+        night = earth_shadow(eyes, mu, np.full(cosine.shape, np.sin(sun)), cosine)
+        cut = np.nonzero((night[1] > 0) & (night[0] < length))
+        rays = (eyes[cut], mu[cut], cosine[cut], length[cut], night[0][cut], night[1][cut])
+        for i in range(0, len(cut[0]), CHUNK):
+            part = tuple(index[i : i + CHUNK] for index in cut)
+            out[part] = _around_shadow(air, np.sin(sun), table, count, *(one[i : i + CHUNK] for one in rays))
+    return out
+
+
+def _around_shadow(
+    air: Coefficients, mu_sun: float, table: Array, count: int, height: Array, mu: Array, cosine: Array, length: Array, first: Array, last: Array
+) -> Array:
+    """Integrate (N, 2, W) as `scattered_sunlight` does, along rays that lie in the earth's shadow from the way first to last, m."""
+    nodes = place_nodes(height, mu, length, [first, last], air.extinction, count)
+    lit = ~((nodes.middles > first[:, None]) & (nodes.middles < last[:, None]))[:, nodes.piece]
+    at = sun_cosine_along(height[:, None], mu[:, None], mu_sun, cosine[:, None], nodes.t)
+    light = sun_transmittance(nodes.height, at, air.extinction, table) * np.exp(-nodes.columns @ air.extinction)
+    weights = (lit * nodes.weights)[..., None] * nodes.density[..., :2]
+    return np.einsum("nik,niw->nkw", weights, light) * air.scattering
+
+
+def sunlit_ground(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array) -> Array:
+    """Evaluate (H, D, A, W) radiance of the ground in the sun, as rays that meet it bring it to the eye."""
+    height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
+    length = np.where(sphere.ground[..., :1] > 0, sphere.length[..., None], 0)
+    below = np.maximum(sun_cosine_along(height, mu, np.sin(sun), cosines_to_sun(sphere, sun, azimuth), length), 0)
+    light = below[..., None] * sun_transmittance(np.zeros_like(below), below, air.extinction)
+    return np.asarray(light * (sphere.ground * air.ground_albedo / np.pi)[:, :, None, :])

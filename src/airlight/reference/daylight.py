@@ -145,10 +145,16 @@ def orders_position(height: Any, elevation: Any, azimuth: Any) -> Array:
     return np.stack(np.broadcast_arrays(x * (heights - 1), (u + 1) / 2 * (elevations - 1), turned / np.pi * (azimuths - 1)), axis=-1)
 
 
+def horizon_cosine(height: Any) -> Array:
+    """Evaluates the cosine to the vertical of a ray that grazes the ground, from a height: 0 on the ground, below 0 above it."""
+    height = np.asarray(height, float)
+    return np.asarray(-np.sqrt(np.maximum(height * (2 * GROUND_RADIUS + height), 0)) / (GROUND_RADIUS + height))
+
+
 def sun_disc_part(elevation: Any, height: Any) -> Array:
     """Evaluates the part of the sun's disc, 0..1, that stands above the ground's horizon, seen from a height; angles in degrees."""
     height = np.maximum(np.asarray(height, float), 0)
-    horizon = -np.degrees(np.arccos(GROUND_RADIUS / (GROUND_RADIUS + height)))
+    horizon = np.degrees(np.arcsin(horizon_cosine(height)))
     x = np.clip((np.asarray(elevation, float) - horizon) / SUN_ANGULAR_RADIUS, -1, 1)
     return np.asarray(0.5 + (np.arcsin(x) + x * np.sqrt(1 - x * x)) / np.pi)
 
