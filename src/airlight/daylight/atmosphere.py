@@ -11,7 +11,15 @@ from airlight.daylight.columns import SHADER_SIZE, columns_table, columns_to_top
 from airlight.daylight.march import Gathered, Rays, gather
 from airlight.daylight.multiple import KINDS, Orders, Psi, kept
 from airlight.errors import AirlightError
-from airlight.reference.daylight import TOP_HEIGHT, Array, distance_to_ground, distance_to_top, horizon_cosine, in_earth_shadow, sun_disc_part
+from airlight.reference.daylight import (
+    TOP_HEIGHT,
+    Array,
+    distance_to_ground,
+    distance_to_top,
+    horizon_cosine,
+    in_earth_shadow,
+    sun_disc_part,
+)
 
 LOWEST_SUN = -18.0  # degrees: the end of the astronomical twilight
 ALTITUDE = (-500.0, TOP_HEIGHT)  # m; what lies below the sea counts as its surface
@@ -20,8 +28,8 @@ ALTITUDE = (-500.0, TOP_HEIGHT)  # m; what lies below the sea counts as its surf
 class Parts(NamedTuple):
     """Holds what rays (..., 3) gather, linear Rec. 709, for an irradiance of 1 above the air: L = L0 transmittance + shadowed + multiple.
 
-    transmittance: of the whole ray; single: light scattered once, L1; shadowed: (1 - D) L1, what is left of it where something hides the sun;
-    multiple: light scattered more than once, Lms, which keeps its light in shadows.
+    transmittance: of the whole ray; single: light scattered once, L1; shadowed: (1 - D) L1, what is left of it where something hides the
+    sun; multiple: light scattered more than once, Lms, which keeps its light in shadows.
     """
 
     transmittance: Array
@@ -41,13 +49,13 @@ class Atmosphere:
     visibility: km at the ground, 0.05..280 (Koschmieder's, at 550 nm; a grey aerosol), or turbidity: 1..10 (Preetham et al. 1999); neither:
     very clear air, of some 217 km. ozone: 0..600 Dobson units. ground_albedo: one number or red, green, blue, 0..1. aerosol_albedo: 0..1.
     aerosol_anisotropy: g of Cornette and Shanks 1992, -0.99..0.99. wavelengths: "4", at 630, 560, 500 and 450 nm, or "rgb", at 680, 550 and
-    440 nm taken for red, green and blue, as most programs do. multiple: light scattered more than once, by successive "orders" with the real
-    phase functions, by "psi", evenly to all sides (Hillaire 2020), or "none".
+    440 nm taken for red, green and blue, as most programs do. multiple: light scattered more than once, by successive "orders" with the
+    real phase functions, by "psi", evenly to all sides (Hillaire 2020), or "none".
 
     Angles are in degrees, lengths in metres. Radiances are linear Rec. 709 (..., 3), 1/sr, for an irradiance of 1 above the air in each
-    channel; with four wavelengths a strongly coloured light may have a channel below 0, outside of Rec. 709. Arguments broadcast. The sun is a
-    point; its elevation, -18..90, is that at the eye, and the azimuth of a view is counted from it. The ground is a sphere: rays end there,
-    and bring no light of it. Altitudes, -500..100000, count from it, those below as 0.
+    channel; with four wavelengths a strongly coloured light may have a channel below 0, outside of Rec. 709. Arguments broadcast. The sun
+    is a point; its elevation, -18..90, is that at the eye, and the azimuth of a view is counted from it. The ground is a sphere: rays end
+    there, and bring no light of it. Altitudes, -500..100000, count from it, those below as 0.
 
     Errors: light scattered once 1e-3, also at sunset; all light .2 % (median) to 1.5 % of luminance against Monte Carlo, docs/daylight.md.
     Raises AirlightError for what is out of range. Sources: Bruneton and Neyret 2008, Hillaire 2020; further orders: docs/daylight.md.
@@ -81,8 +89,9 @@ class Atmosphere:
         return parts.shadowed + parts.multiple
 
     def aerial(
-        self, view_elevation: Any, azimuth_from_sun: Any, sun_elevation: Any, altitude: Any, distance: Any, shadow: Sequence[Any] | None = None
-    ) -> tuple[Array, Array]:
+        self, view_elevation: Any, azimuth_from_sun: Any, sun_elevation: Any, altitude: Any, distance: Any,
+        shadow: Sequence[Any] | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """Evaluate (..., 3) radiance of the air, and its transmittance, between the eye and what is seen at a distance, m.
 
         shadow: list of (start, end), m from the eye, in which something hides the sun: only light scattered once is missing there.
@@ -100,7 +109,7 @@ class Atmosphere:
             view_elevation=np.radians(numbers("view_elevation", view_elevation, -90, 90)),
             azimuth_from_sun=np.radians(numbers("azimuth_from_sun", azimuth_from_sun, -np.inf, np.inf)),
             sun_elevation=np.radians(numbers("sun_elevation", sun_elevation, LOWEST_SUN, 90)),
-            altitude=_altitude(altitude), distance=numbers("distance", distance, 0, np.inf),
+            altitude=_altitude(altitude), distance=numbers("distance", distance, 0, np.inf, finite=False),
             **{f"shadow {i // 2} {('start', 'end')[i % 2]}": end for i, end in enumerate(end for pair in stretches for end in pair)},
         )  # fmt: skip
         shape = view.shape
@@ -123,7 +132,7 @@ class Atmosphere:
         return self.coefficients.channels(solver.psi(height, np.radians(sun)))
 
     def orders_table(self, sun_elevation: float) -> Array:
-        """Give (16, 48, 17, 2, W) float32, 1/sr: light that was scattered before, as Rayleigh's phase and the aerosol's turn it into a view.
+        """Give (16, 48, 17, 2, W) float32, 1/sr: light scattered before, as Rayleigh's phase and the aerosol's turn it into a view.
 
         Axes: height, view elevation, azimuth from the sun, at `reference.daylight.orders_position`; phase; wavelength. A metre of air
         scatters its coefficients times that. Whatever `multiple` is. sun_elevation: -30..90, of the table's vertical.
@@ -150,7 +159,7 @@ def _stretch(stretch: Any) -> tuple[Array, Array]:
         start, end = stretch
     except (TypeError, ValueError):
         raise AirlightError("shadow is a list of (start, end), in metres from the eye") from None
-    start, end = (numbers(f"shadow's {name}", one, 0, np.inf, unit="m") for name, one in (("start", start), ("end", end)))
+    start, end = (numbers(f"shadow's {name}", one, 0, np.inf, unit="m", finite=False) for name, one in (("start", start), ("end", end)))
     if (end < start).any():
         raise AirlightError("shadow has a stretch that ends before it starts; give (start, end), in metres from the eye")
     return start, end

@@ -18,15 +18,17 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     return str(value)
 
 
-def numbers(name: str, value: Any, least: float, most: float, unit: str = "", more: str = "") -> Array:
-    """Check that numbers of any shape are finite and within bounds: float64. more: ends the message."""
+def numbers(name: str, value: Any, least: float, most: float, unit: str = "", more: str = "", finite: bool = True) -> Array:
+    """Check that numbers of any shape are within bounds, and finite unless told: float64. more: ends the message."""
     unit = f" {unit}" if unit else ""
-    bounds = f"give {least:g} to {most:g}{unit}" if np.isfinite(most) else f"give {least:g}{unit} or more" if np.isfinite(least) else "give numbers"
+    bounds = f"give {least:g}{unit} or more" if np.isfinite(least) else "give finite numbers"
+    if np.isfinite(most):
+        bounds = f"give {least:g} to {most:g}{unit}"
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
         raise AirlightError(f"{name} is no number; {bounds}") from None
-    bad = ~((array >= least) & (array <= most) & (np.isfinite(array) | np.isinf(most)))  # which NaN is
+    bad = ~((array >= least) & (array <= most) & (np.isfinite(array) | (not finite)))  # which NaN is
     if bad.any():
         raise AirlightError(f"{name} is {array[bad].flat[0]:g}{unit}; {bounds}{more}")
     return array

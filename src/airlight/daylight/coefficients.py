@@ -1,6 +1,7 @@
 """Coefficients of the air at the wavelengths that are computed, and the way from these to the linear Rec. 709 channels.
 
-Sources: Bruneton and Neyret 2008, as their later code and Hillaire 2020 have it: Rayleigh 1.24062e-6 1/m at 1 um, ozone of 300 DU, a clear aerosol.
+Sources: Bruneton and Neyret 2008, as their later code and Hillaire 2020 have it: Rayleigh 1.24062e-6 1/m at 1 um, ozone of 300 DU, a clear
+aerosol.
 """
 
 from typing import Any, NamedTuple
@@ -28,9 +29,9 @@ TO_CHANNELS = {
 
 
 class Coefficients(NamedTuple):
-    """Holds what the air does to light of W wavelengths: nm (W,); 1/m (W,), at the ground or, of ozone, at 25 km; albedo of the ground (W,).
+    """Holds what the air does to light of W wavelengths: nm (W,); 1/m (W,), at the ground or, of ozone, at 25 km.
 
-    to_channels: (3, W), from them to linear Rec. 709. anisotropy: g of the aerosol's Cornette-Shanks function.
+    ground_albedo (W,): 0..1.     to_channels (3, W): from them to linear Rec. 709. anisotropy: g of the aerosol's Cornette-Shanks function.
     """
 
     nm: Array

@@ -25,8 +25,8 @@ def hoffman_preetham(
     L = L0 e^(-(bR + bM) s) + E (bR pR(theta) + bM pM(theta)) / (bR + bM) (1 - e^(-(bR + bM) s)).
 
     l0: radiance of what is seen, e_sun: the sun's irradiance, beta_rayleigh, beta_mie: scattering coefficients, 1/m, each one number or
-    (..., 3); distance: s, m, g: -0.999..0.999, and theta: degrees between the view and the direction to the sun, each (...). phase: "hp", the
-    aerosol's phase function as printed, whose integral is (1 - g) / (1 + g); "hg": Henyey and Greenstein 1941, whose integral is 1.
+    (..., 3); distance: s, m, g: -0.999..0.999, and theta: degrees between the view and the direction to the sun, each (...). phase: "hp",
+    the aerosol's phase function as printed, whose integral is (1 - g) / (1 + g); "hg": Henyey and Greenstein 1941, whose integral is 1.
     dark: D, 0..1, one number or (..., 3), the part of the way that sees no sun. attenuate: "all", Eq. 2 as printed, (1 - D) times all of L;
     "source", as its text says: (1 - D) times the sun's light only. Arguments broadcast. Sources: Hoffman and Preetham 2002.
     """

@@ -1,7 +1,7 @@
 """Integrates the light that the air scatters along view rays: L = L0 e^-tau + (1 - D) L1 + Lms, each part by itself."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,8 @@ COUNTS = (12, 8)  # of nodes in half a piece, the sun being high, or low, which 
 LOW_SUN = 0.2  # cosine, below which a ray may meet the earth's shadow
 LEVELS = (0.0, OZONE_MIDDLE - OZONE_HALF_WIDTH, OZONE_MIDDLE, OZONE_MIDDLE + OZONE_HALF_WIDTH)  # m; ozone has corners there
 
-# Of height, view elevation, azimuth from the sun, sun's elevation there and at the eye, m and radians, (..., W): light that was scattered before,
-# which a metre of air scatters into the ray.
+# Of height, view elevation, azimuth from the sun, sun's elevation there and at the eye, m and radians, (..., W): light that was scattered
+# before, which a metre of air scatters into the ray.
 Further = Callable[[Array, Array, Array, Array, Array], Array]
 
 
@@ -62,7 +62,7 @@ def joined(starts: Array, ends: Array) -> tuple[Array, Array]:
 
 
 def gather(air: Coefficients, rays: Rays, further: Further | None = None, shadow: Sequence[tuple[Array, Array]] = ()) -> Gathered:
-    """Integrate along N rays. further: what is scattered more than once; shadow: stretches (start, end) of (N,) m, in which the sun is hidden."""
+    """Integrate along N rays. further: what is scattered more than once; shadow: (start, end) of (N,) m, where the sun is hidden."""
     parts = Gathered(*(np.zeros((len(rays.height), len(air.nm))) for _ in Gathered._fields))
     low = rays.mu_sun < LOW_SUN
     for group in (np.flatnonzero(low), np.flatnonzero(~low)):
@@ -76,13 +76,14 @@ def gather(air: Coefficients, rays: Rays, further: Further | None = None, shadow
 
 def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequence[tuple[Array, Array]]) -> Gathered:
     extinction = air.extinction
-    night = (np.zeros_like(rays.mu),) * 2
+    night: tuple[Array, Array] = (np.zeros_like(rays.mu), np.zeros_like(rays.mu))
     breaks: list[Array] = []
     if low := bool((rays.mu_sun < LOW_SUN).any()):
         shadows = [earth_shadow(rays.height, rays.mu, rays.mu_sun, rays.cosine, level) for level in LEVELS]
         night, breaks = shadows[0], [one for pair in shadows for one in pair]
         breaks += [reaching(rays.height, rays.mu, level) for level in LEVELS[1:]]
-    starts, ends = np.zeros((2, len(rays.height), 0))
+    starts: Array = np.zeros((len(rays.height), 0))
+    ends = starts
     if shadow:
         starts, ends = joined(np.stack([start for start, _ in shadow], axis=-1), np.stack([end for _, end in shadow], axis=-1))
         breaks += [*starts.T, *ends.T]
@@ -92,18 +93,17 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
     weight = nodes.weights[..., None] * np.exp(-nodes.columns @ extinction)
     each = _scattered_once(air, rays.cosine, nodes) * weight * sun_transmittance(nodes.height, sun, extinction)
     lit = ~((nodes.middles > night[0][:, None]) & (nodes.middles < night[1][:, None]))
-    dark = ((nodes.middles[..., None] > starts[:, None]) & (nodes.middles[..., None] < ends[:, None])).any(axis=-1)
+    dark = np.any((nodes.middles[..., None] > starts[:, None]) & (nodes.middles[..., None] < ends[:, None]), axis=-1)
     shape = (*nodes.middles.shape, -1, len(air.nm))
     by_piece = np.where(lit[..., None], each.reshape(shape).sum(axis=-2), 0)
-    multiple: Array = np.zeros(())
+    multiple: Any = np.zeros(())
     if further is not None:
         local = np.arcsin(view_cosine_along(height, mu, nodes.t))
         turned = further(nodes.height, local, rays.azimuth[:, None], np.arcsin(sun), np.arcsin(mu_sun))
         multiple = (weight * turned).sum(axis=1)
     single = by_piece.sum(axis=1)
-    return Gathered(
-        np.exp(-nodes.end @ extinction), single, np.where(dark[..., None], 0, by_piece).sum(axis=1), np.broadcast_to(multiple, single.shape)
-    )
+    shadowed = np.where(np.expand_dims(dark, -1), 0, by_piece).sum(axis=1)
+    return Gathered(np.exp(-nodes.end @ extinction), single, shadowed, np.broadcast_to(multiple, single.shape))
 
 
 def _scattered_once(air: Coefficients, cosine: Array, nodes: Nodes) -> Array:

@@ -4,6 +4,7 @@ Suns stand on a lattice of elevations: one that moves is interpolated between tw
 solved twice. Along a ray the sun's elevation changes, as the vertical does.
 """
 
+import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -11,6 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.orders import make_operators, solve_orders
@@ -38,11 +40,14 @@ class Suns:
         with self._lock:
             new = [i for i in range(first, last + 1) if i not in self._kept]
             with ThreadPoolExecutor(2) as pool:  # NumPy leaves the other core to the second
-                self._kept |= zip(new, pool.map(lambda i: np.log(np.maximum(self._solve(np.radians(self.elevations[i])), LEAST)), new))
+                self._kept |= zip(new, pool.map(self._logarithm, new))
         return np.stack([self._kept[i] for i in range(first, last + 1)])
 
+    def _logarithm(self, i: int) -> Array:
+        return np.asarray(np.log(np.maximum(self._solve(math.radians(self.elevations[i])), LEAST)))
 
-def lagrange(nodes: Array, x: Array) -> tuple[Array, Array]:
+
+def lagrange(nodes: Array, x: Array) -> tuple[npt.NDArray[np.integer[Any]], Array]:
     """Give the first of four neighbouring nodes (...) and their weights (..., 4), by which a cubic goes through them at x."""
     first = np.clip(np.searchsorted(nodes, x) - 2, 0, len(nodes) - 4)
     near = nodes[first[..., None] + np.arange(4)]
@@ -128,11 +133,22 @@ KINDS: dict[str, type[Orders] | type[Psi] | None] = {"orders": Orders, "psi": Ps
 
 def kept(kind: type, air: Coefficients) -> Any:
     """Give the solver of a kind for an air: the same one for the same coefficients."""
-    return _kept(kind, tuple(np.asarray(one, float).tobytes() for one in air), air.nm.size)
+    return _kept(kind, _Key(air))
+
+
+class _Key:
+    """Compares airs by their numbers."""
+
+    def __init__(self, air: Coefficients) -> None:
+        self.air, self._values = air, tuple(np.asarray(one, float).tobytes() for one in air)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._values == other._values
+
+    def __hash__(self) -> int:
+        return hash(self._values)
 
 
 @lru_cache(maxsize=2 * KEPT)
-def _kept(kind: type, values: tuple[bytes, ...], count: int) -> Any:
-    arrays = [np.frombuffer(one) for one in values]
-    *rest, channels, anisotropy = arrays
-    return kind(Coefficients(*rest, to_channels=channels.reshape(3, count), anisotropy=float(anisotropy[0])))
+def _kept(kind: type, key: _Key) -> Any:
+    return kind(key.air)

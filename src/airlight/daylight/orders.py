@@ -1,10 +1,10 @@
 """Solves light of second and higher orders of scattering, with the real phase functions, on one vertical of the air.
 
 Further orders are linear in the first. Order n is known by what it scatters into each direction of a table (heights, elevations, azimuths),
-A = sum over directions of phase L, once for Rayleigh's phase and once for the aerosol's; order n + 1 is L = int T (sR AR + sM AM) dt along rays,
-plus what the ground returns. Turning around the vertical changes neither step, so that both act on each cosine of the azimuth by itself: as
-matrices, which only the air decides, and which serve all suns. The sun's elevation is held over the vertical's rays; what reads the
-table interpolates between suns instead (`multiple.py`).
+A = sum over directions of phase L, once for Rayleigh's phase and once for the aerosol's; order n + 1 is L = int T (sR AR + sM AM) dt along
+rays, plus what the ground returns. Turning around the vertical changes neither step, so that both act on each cosine of the azimuth by
+itself: as matrices, which only the air decides, and which serve all suns. The sun's elevation is held over the vertical's rays; what reads
+the table interpolates between suns instead (`multiple.py`).
 """
 
 from functools import cache

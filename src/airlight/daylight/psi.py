@@ -24,7 +24,7 @@ def psi_sphere(air: Coefficients) -> Sphere:
 def solve_psi(air: Coefficients, sphere: Sphere, sun: float) -> Array:
     """Integrate (H, W) psi, 1/sr, for a sun at an elevation, radians: L2 / (1 - f), Hillaire 2020, equations 5 to 10.
 
-    L2: mean over directions of light scattered once, as if evenly, or by the ground; f: the part of an even light that is scattered once more.
+    L2: mean over directions of light scattered once, as if evenly, or by the ground; f: the part of an even light that is scattered again.
     """
     azimuth, share = np.linspace(0, np.pi, AZIMUTHS), sphere.solid[..., None] / (4 * np.pi)
     mean = np.full(AZIMUTHS, 1 / (AZIMUTHS - 1))

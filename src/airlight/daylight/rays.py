@@ -1,8 +1,8 @@
 """Places the nodes of a quadrature along rays through the air, and integrates its densities up to each.
 
-A ray is cut where its integrand may have a corner: at its lowest point, where it enters and leaves the earth's shadow, at the ends of what else
-hides the sun. Each piece has Gauss's nodes in two halves, that crowd exponentially towards the piece's ends: what is near the eye, the ground and
-an edge of a shadow is met at any density of the air.
+A ray is cut where its integrand may have a corner: at its lowest point, where it enters and leaves the earth's shadow, at the ends of what
+else hides the sun. Each piece has Gauss's nodes in two halves, that crowd exponentially towards the piece's ends: what is near the eye, the
+ground and an edge of a shadow is met at any density of the air.
 """
 
 from functools import cache
@@ -25,9 +25,9 @@ LONGEST_SCALE = 60_000.0  # m, over which nodes crowd in the thinnest air
 
 
 class Nodes(NamedTuple):
-    """Holds N nodes of rays (...): t and weights (..., N), m, to sum with; densities and columns to the eye (..., N, 3), m; middles of pieces.
+    """Holds N nodes of rays (...): t and weights (..., N), m, to sum with; densities and columns to the eye (..., N, 3), m.
 
-    columns at the end of the rays: (..., 3), m. piece: (N,), the index of each node's piece; middles: (..., pieces), m.
+    end (..., 3): columns of the whole ray, m; piece (N,): index of each node's piece; middles (..., pieces), m: where each is halved.
     """
 
     t: Array

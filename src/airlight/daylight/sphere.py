@@ -67,8 +67,9 @@ def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
 def scattered_sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array, table: Array, count: int) -> Array:
     """Integrate (H, D, A, 2, W) sunlight that Rayleigh's air and the aerosol scatter into rays, for an irradiance of 1 above the air.
 
-    Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun; table:
-    of columns, as `columns_table` makes it, in the precision that is wanted; count: of nodes in half a piece of rays that the earth's shadow cuts.
+    Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun;
+    table: of columns, as `columns_table` makes it, in the precision that is wanted; count: of nodes in half a piece of rays that the
+    earth's shadow cuts.
     """
     height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
     cosine = cosines_to_sun(sphere, sun, azimuth)
@@ -92,8 +93,9 @@ def scattered_sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: A
 
 
 def _around_shadow(
-    air: Coefficients, mu_sun: float, table: Array, count: int, height: Array, mu: Array, cosine: Array, length: Array, first: Array, last: Array
-) -> Array:
+    air: Coefficients, mu_sun: float, table: Array, count: int, height: Array, mu: Array, cosine: Array, length: Array, first: Array,
+    last: Array,
+) -> Array:  # fmt: skip
     """Integrate (N, 2, W) as `scattered_sunlight` does, along rays that lie in the earth's shadow from the way first to last, m."""
     nodes = place_nodes(height, mu, length, [first, last], air.extinction, count)
     lit = ~((nodes.middles > first[:, None]) & (nodes.middles < last[:, None]))[:, nodes.piece]

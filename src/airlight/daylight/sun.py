@@ -23,9 +23,9 @@ def sun_position(when: Any, latitude: Any, longitude: Any, altitude: Any = 0.0) 
     when: ISO 8601 with a zone, as "2026-06-21T12:00:00Z" or "...+02:00", an aware datetime, or a list of these; latitude, -90..90, and
     longitude, -180..180, degrees, east positive; altitude: m, -430..100000. Arguments broadcast.
 
-    elevation: geometric; azimuth: 0..360 from north by east; apparent elevation: raised by refraction, at 1013.25 hPa and 12 degrees Celsius,
-    which fades below the horizon without a jump: light by it. Error: 0.001 degrees; near the horizon refraction itself varies by 0.1 or more.
-    Source: Reda and Andreas 2004. Raises AirlightError.
+    elevation: geometric; azimuth: 0..360 from north by east; apparent elevation: raised by refraction, at 1013.25 hPa and 12 degrees
+    Celsius, which fades below the horizon without a jump: light by it. Error: 0.001 degrees; near the horizon refraction itself varies by
+    0.1 or more. Source: Reda and Andreas 2004. Raises AirlightError.
     """
     times = np.vectorize(_timestamp, otypes=[float])(_objects(when))
     times, latitude, longitude, altitude = broadcast(
@@ -42,7 +42,8 @@ def sun_position(when: Any, latitude: Any, longitude: Any, altitude: Any = 0.0) 
 def refraction(elevation: Any) -> Array:
     """Evaluate how far, degrees, the air raises the sun of a geometric elevation, degrees: Reda and Andreas 2004, equation 42.
 
-    That is for a sun that is up; below, where nobody sees it, it fades over 4 degrees, so that a setting sun's apparent elevation does not jump.
+    That is for a sun that is up; below, where nobody sees it, it fades over 4 degrees, so that a setting sun's apparent elevation does not
+    jump.
     """
     elevation = np.asarray(elevation, float)
     up = np.maximum(elevation, UP)

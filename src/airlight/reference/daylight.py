@@ -76,7 +76,7 @@ def distance_to_ground(height: Any, mu: Any) -> Array:
 
 
 def air_density(height: Any) -> Array:
-    """Evaluates (..., 3) densities of Rayleigh's air, the aerosol and ozone: 1 where their coefficients are given, on the ground or at 25 km."""
+    """Evaluates (..., 3) densities of Rayleigh's air, the aerosol and ozone: 1 where their coefficients hold, on the ground or at 25 km."""
     height = np.maximum(np.asarray(height, float), 0)
     ozone = np.maximum(1 - np.abs(height - OZONE_MIDDLE) / OZONE_HALF_WIDTH, 0)
     return np.stack([np.exp(-height / RAYLEIGH_HEIGHT), np.exp(-height / AEROSOL_HEIGHT), ozone], axis=-1)
