@@ -39,7 +39,7 @@ def multiple(
 ) -> tuple[float, float]:  # fmt: skip
     """Radiance of second and higher orders of air (all light that is turned twice or more), and its standard error. Degrees, m.
 
-    from_ground: count the light too that the ground in the sun sends straight to the eye.
+    from_ground: count the light too that the ground sends straight to the eye.
     """
     random = np.random.default_rng(seed)
     view, azimuth, sun = np.radians([view, azimuth, sun])
@@ -76,7 +76,7 @@ def multiple(
             light, cosine = sunlight(x[at])
             counts = (turns[i] > 0) | from_ground
             total[i] += counts * weight[i] * albedo / np.pi * np.maximum(cosine, 0) * light
-            weight[i] *= albedo
+            weight[i] *= albedo * counts
             turns[i] += 1
             up = x[at] / np.linalg.norm(x[at], axis=1, keepdims=True)
             x[at] = up * (GROUND_RADIUS + 1e-3)

@@ -81,7 +81,7 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
     if low := bool((rays.mu_sun < LOW_SUN).any()):
         shadows = [earth_shadow(rays.height, rays.mu, rays.mu_sun, rays.cosine, level) for level in LEVELS]
         night, breaks = shadows[0], [one for pair in shadows for one in pair]
-        breaks += [reaching(rays.height, rays.mu, level) for level in LEVELS[1:]]
+        breaks += [reaching(rays.height, rays.mu, level)[1] for level in LEVELS[1:]]
     starts: Array = np.zeros((len(rays.height), 0))
     ends = starts
     if shadow:

@@ -15,8 +15,9 @@ import numpy as np
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import columns_table
 from airlight.daylight.march import phases
+from airlight.daylight.rays import gauss
 from airlight.daylight.sphere import Sphere, cosines_to_sun, make_sphere, scattered_sunlight, sunlit_ground
-from airlight.reference.daylight import ELEVATION_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, orders_position
+from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, orders_position
 
 Single = np.float32  # is enough for tables of 1e-3
 HALF, COUNT, SHADOW_COUNT = 20, 10, 8  # elevations above and below the horizon; nodes of half a piece of a ray, and of one that night cuts
@@ -38,7 +39,7 @@ class Operators(NamedTuple):
 
 def table_heights() -> Array:
     """Give the heights (H,), m, of the table."""
-    return np.asarray(TOP_HEIGHT * np.linspace(0, 1, HEIGHTS) ** 3)
+    return np.asarray(TOP_HEIGHT * np.linspace(0, 1, HEIGHTS) ** HEIGHT_POWER)
 
 
 def table_elevations() -> Array:
@@ -57,6 +58,19 @@ def azimuth_weights() -> Array:
     weights = np.full(AZIMUTHS, 1 / (AZIMUTHS - 1))
     weights[[0, -1]] /= 2
     return weights
+
+
+def elevation_weights() -> Array:
+    """Integrate over the sphere what is 1 at one elevation of the table and linear to its neighbours: (E,), summing to 2."""
+    x, weight, _ = gauss(8)
+    u = np.linspace(-1, 1, ELEVATIONS)
+    fine = u[:-1, None] + (u[1] - u[0]) * x
+    elevation = np.pi / 2 * np.sign(fine) * np.abs(fine) ** ELEVATION_POWER
+    belt = weight * (u[1] - u[0]) * np.cos(elevation) * np.pi / 2 * ELEVATION_POWER * np.abs(fine) ** (ELEVATION_POWER - 1)
+    out = np.zeros(ELEVATIONS)
+    out[:-1] += (belt * (1 - x)).sum(axis=1)
+    out[1:] += (belt * x).sum(axis=1)
+    return np.asarray(out)
 
 
 def to_cosines() -> Array:
@@ -87,8 +101,7 @@ def _scatter(air: Coefficients, sphere: Sphere) -> Array:
     out, into = table_elevations()[:, None, None], sphere.elevation[:, None, :, None]
     cosine = np.sin(out) * np.sin(into) + np.cos(out) * np.cos(into) * np.cos(whole)  # (H, E, D, azimuths)
     sampled = phases(np.clip(cosine, -1, 1), air.anisotropy)
-    edges = np.sin(np.concatenate([[-np.pi / 2], (out[1:, 0, 0] + out[:-1, 0, 0]) / 2, [np.pi / 2]]))
-    given = np.einsum("hedas,e->hds", sampled, np.diff(edges)) * 2 * np.pi / len(whole)
+    given = np.einsum("hedas,e->hds", sampled, elevation_weights()) * 2 * np.pi / len(whole)
     turned = sampled @ np.eye(2) / given[:, None, :, None, :]
     waves = np.cos(np.outer(whole, np.arange(AZIMUTHS))) / len(whole)
     return np.asarray(np.einsum("hedas,am->smhed", turned, waves, optimize=True) * sphere.solid[:, None, :])
@@ -121,8 +134,9 @@ def _bounce(air: Coefficients, sphere: Sphere) -> Array:
 def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     """Integrate light scattered once, by air or ground: (H, D, A, W) radiance for a sun at an elevation, radians."""
     sphere, azimuth = operators.sphere, table_azimuths()
-    turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy).astype(Single)  # (H, D, A, 2)
-    by_air = np.einsum("hdakw,hdak->hdaw", scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT), turned)
+    turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy)  # (H, D, A, 2)
+    turned /= np.einsum("hdak,hd,a->hk", turned, sphere.solid, azimuth_weights())[:, None, None, :]  # sampled, they give off all they take
+    by_air = np.einsum("hdakw,hdak->hdaw", scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT), turned.astype(Single))
     return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
 
 

@@ -21,6 +21,7 @@ from airlight.reference.daylight import (
     view_cosine_along,
 )
 
+HAZE, HAZE_LEVELS = 0.2, (1200.0, 2500.0, 4000.0, 6000.0, 8500.0)  # optical depth of aerosol beyond which rays are cut at heights, m
 LONGEST_SCALE = 60_000.0  # m, over which nodes crowd in the thinnest air
 
 
@@ -54,11 +55,12 @@ def lowest_point(height: Array, mu: Array) -> Array:
     return np.asarray(np.maximum(-(GROUND_RADIUS + height) * mu, 0))
 
 
-def reaching(height: Array, mu: Array, level: float) -> Array:
-    """Evaluates the way, m, to where a ray leaves a height behind for good; 0 where it is above from the start."""
+def reaching(height: Array, mu: Array, level: float) -> tuple[Array, Array]:
+    """Evaluates the ways, m, to where a ray comes below a height, and to where it leaves it; 0 where that lies behind, or nowhere."""
     along = (GROUND_RADIUS + height) * mu
     squared = along**2 + (level - height) * (2 * GROUND_RADIUS + height + level)
-    return np.asarray(np.maximum(np.sqrt(np.maximum(squared, 0)) - along, 0))
+    root = np.sqrt(np.maximum(squared, 0))
+    return np.where(squared > 0, np.maximum(-along - root, 0), 0), np.where(squared > 0, np.maximum(root - along, 0), 0)
 
 
 def earth_shadow(height: Array, mu: Array, mu_sun: Array, cosine: Array, level: float = 0.0) -> tuple[Array, Array]:
@@ -111,8 +113,11 @@ def columns_along(height: Array, mu: Array, length: Array, count: int) -> Array:
 def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], extinction: Array, count: int) -> Nodes:
     """Place nodes along rays of shape (...): height, cosine and length, m.
 
-    breaks: (...) each, where rays are cut, any order; extinction: (3, W), 1/m, of the densities; count: of nodes in half a piece.
+    breaks: (...) each, where rays are cut, any order; extinction: (3, W), 1/m, of the densities; count: of nodes in half a piece, fewer in
+    haze, which makes more pieces.
     """
+    if extinction[1].max() * AEROSOL_HEIGHT > HAZE:
+        breaks, count = [*breaks, *(way for level in HAZE_LEVELS for way in reaching(height, mu, level))], max(count * 2 // 5, 4)
     _, weights, upto = gauss(count)
     inner = [np.clip(one, 0, length) for one in np.broadcast_arrays(length, lowest_point(height, mu), *breaks)[1:]]
     edges = np.sort(np.stack([np.zeros_like(length), *inner, length], axis=-1), axis=-1)
@@ -124,7 +129,7 @@ def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], ex
     total = np.matmul(weights, by_x)  # (..., pieces, 2, 3)
     column[..., 1, :, :] = total[..., 1, None, :] - column[..., 1, :, :]  # which went from the piece's end
     before = np.cumsum(total.reshape(*total.shape[:-3], -1, 3), axis=-2).reshape(total.shape)
-    column += (before - total)[..., None, :]
+    column = np.maximum(column + (before - total)[..., None, :], 0)
     column[..., 2] = ozone_column(height[..., None, None, None], mu[..., None, None, None], t)  # whose tent Gauss's rule would round off
     end = before[..., -1, -1, :]
     end[..., 2] = ozone_column(height, mu, length)

@@ -16,8 +16,8 @@ TOP_RADIUS = GROUND_RADIUS + TOP_HEIGHT
 LEVEL_TO_TOP = float(np.sqrt(TOP_RADIUS**2 - GROUND_RADIUS**2))  # m, from the ground's horizon to the end of the air
 RAYLEIGH_HEIGHT, AEROSOL_HEIGHT = 8000.0, 1200.0  # m, over which the densities fall to 1/e
 OZONE_MIDDLE, OZONE_HALF_WIDTH = 25_000.0, 15_000.0  # m
-ORDERS_SIZE = (16, 48, 17)  # heights, elevations, azimuths of the table of further orders
-ELEVATION_POWER = 1.7  # by which its elevations crowd towards the horizon
+ORDERS_SIZE = (20, 48, 17)  # heights, elevations, azimuths of the table of further orders
+HEIGHT_POWER, ELEVATION_POWER = 4.0, 1.7  # by which its heights crowd towards the ground, its elevations towards the horizon
 SUN_ANGULAR_RADIUS = 0.2678  # degrees
 
 
@@ -134,13 +134,13 @@ def depth_table_ray(position: Any) -> Array:
 def orders_position(height: Any, elevation: Any, azimuth: Any) -> Array:
     """Evaluates (..., 3) where in the table of further orders, in nodes from 0, a direction at a height lies.
 
-    height: m; elevation, azimuth from the sun: radians. The table has its nodes at heights of 100 km x^3, elevations of 90 degrees |u|^1.7
+    height: m; elevation, azimuth from the sun: radians. The table has its nodes at heights of 100 km x^4, elevations of 90 degrees |u|^1.7
     and even azimuths from the sun's to the opposite, both ends included.
     """
     heights, elevations, azimuths = ORDERS_SIZE
     u = np.clip(np.abs(np.asarray(elevation, float)) / (np.pi / 2), 0, 1) ** (1 / ELEVATION_POWER)
     u = np.where(np.asarray(elevation) < 0, -u, u)
-    x = np.clip(np.asarray(height, float) / TOP_HEIGHT, 0, 1) ** (1 / 3)
+    x = np.clip(np.asarray(height, float) / TOP_HEIGHT, 0, 1) ** (1 / HEIGHT_POWER)
     turned = np.abs(np.remainder(np.asarray(azimuth, float) + np.pi, 2 * np.pi) - np.pi)
     return np.stack(np.broadcast_arrays(x * (heights - 1), (u + 1) / 2 * (elevations - 1), turned / np.pi * (azimuths - 1)), axis=-1)
 
