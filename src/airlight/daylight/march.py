@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import sun_transmittance
-from airlight.daylight.rays import Nodes, earth_shadow, place_nodes, reaching
+from airlight.daylight.rays import Nodes, earth_shadow, path_weights, place_nodes, reaching
 from airlight.medium.resolve import PHASES
 from airlight.reference.daylight import OZONE_HALF_WIDTH, OZONE_MIDDLE, Array, sun_cosine_along, view_cosine_along
 from airlight.reference.medium import phase
@@ -90,7 +90,7 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
     nodes = place_nodes(rays.height, rays.mu, rays.length, breaks, extinction, COUNTS[low])
     height, mu, mu_sun, cosine = (one[:, None] for one in rays[:4])
     sun = sun_cosine_along(height, mu, mu_sun, cosine, nodes.t)
-    weight = nodes.weights[..., None] * np.exp(-nodes.columns @ extinction)
+    weight, through = path_weights(nodes, extinction)
     each = _scattered_once(air, rays.cosine, nodes) * weight * sun_transmittance(nodes.height, sun, extinction)
     lit = ~((nodes.middles > night[0][:, None]) & (nodes.middles < night[1][:, None]))
     dark = np.any((nodes.middles[..., None] > starts[:, None]) & (nodes.middles[..., None] < ends[:, None]), axis=-1)
@@ -103,7 +103,7 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
         multiple = (weight * turned).sum(axis=1)
     single = by_piece.sum(axis=1)
     shadowed = np.where(np.expand_dims(dark, -1), 0, by_piece).sum(axis=1)
-    return Gathered(np.exp(-nodes.end @ extinction), single, shadowed, np.broadcast_to(multiple, single.shape))
+    return Gathered(through, single, shadowed, np.broadcast_to(multiple, single.shape))
 
 
 def _scattered_once(air: Coefficients, cosine: Array, nodes: Nodes) -> Array:

@@ -110,14 +110,19 @@ def columns_along(height: Array, mu: Array, length: Array, count: int) -> Array:
     return np.stack([rayleigh, aerosol, ozone_column(height, mu, length)], axis=-1)
 
 
+def hazy(extinction: Array) -> bool:
+    """Decide whether an aerosol is so dense that rays are cut at heights. extinction: (3, W), 1/m."""
+    return bool(extinction[1].max() * AEROSOL_HEIGHT > HAZE)
+
+
 def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], extinction: Array, count: int) -> Nodes:
     """Place nodes along rays of shape (...): height, cosine and length, m.
 
     breaks: (...) each, where rays are cut, any order; extinction: (3, W), 1/m, of the densities; count: of nodes in half a piece, fewer in
     haze, which makes more pieces.
     """
-    if extinction[1].max() * AEROSOL_HEIGHT > HAZE:
-        breaks, count = [*breaks, *(way for level in HAZE_LEVELS for way in reaching(height, mu, level))], max(count * 2 // 5, 4)
+    if hazy(extinction):
+        breaks, count = [*breaks, *(way for level in HAZE_LEVELS for way in reaching(height, mu, level))], max(count // 2, 4)
     _, weights, upto = gauss(count)
     inner = [np.clip(one, 0, length) for one in np.broadcast_arrays(length, lowest_point(height, mu), *breaks)[1:]]
     edges = np.sort(np.stack([np.zeros_like(length), *inner, length], axis=-1), axis=-1)
@@ -139,3 +144,16 @@ def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], ex
         columns=column.reshape(*flat, 3), end=end, piece=np.repeat(np.arange(edges.shape[-1] - 1), 2 * count),
         middles=(edges[..., 1:] + edges[..., :-1]) / 2,
     )  # fmt: skip
+
+
+def path_weights(nodes: Nodes, extinction: Array) -> tuple[Array, Array]:
+    """Give (..., N, W) weights of nodes times transmittance to the eye, and (..., W) transmittance of whole rays.
+
+    In haze, where nodes may be few, weights are scaled down so that no ray loses more than it has. extinction: (3, W), 1/m.
+    """
+    left = nodes.weights[..., None] * np.exp(-nodes.columns @ extinction)
+    through = np.exp(-nodes.end @ extinction)
+    if hazy(extinction):
+        lost = (left * (nodes.density @ extinction)).sum(axis=-2)
+        left *= np.minimum(-np.expm1(-nodes.end @ extinction) / np.maximum(lost, 1e-300), 1)[..., None, :]
+    return left, through

@@ -9,7 +9,7 @@ import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import sun_transmittance
-from airlight.daylight.rays import Nodes, earth_shadow, gauss, place_nodes
+from airlight.daylight.rays import Nodes, earth_shadow, gauss, path_weights, place_nodes
 from airlight.reference.daylight import (
     GROUND_RADIUS,
     Array,
@@ -52,8 +52,8 @@ def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphe
     way = distance_to_ground(eyes, mu)
     length = np.minimum(way, distance_to_top(eyes, mu))
     nodes = place_nodes(eyes, mu, length, [], air.extinction, count)
-    left = nodes.weights[..., None] * np.exp(-nodes.columns @ air.extinction)
-    ground = np.where(np.isfinite(way)[..., None], np.exp(-nodes.end @ air.extinction), 0)
+    left, through = path_weights(nodes, air.extinction)
+    ground = np.where(np.isfinite(way)[..., None], through, 0)
     local = view_cosine_along(eyes[..., None], mu[..., None], nodes.t)
     return Sphere(height, elevation, 2 * np.pi * belt * np.cos(elevation), nodes, local, length, left, ground)
 
@@ -100,9 +100,8 @@ def _around_shadow(
     nodes = place_nodes(height, mu, length, [first, last], air.extinction, count)
     lit = ~((nodes.middles > first[:, None]) & (nodes.middles < last[:, None]))[:, nodes.piece]
     at = sun_cosine_along(height[:, None], mu[:, None], mu_sun, cosine[:, None], nodes.t)
-    light = sun_transmittance(nodes.height, at, air.extinction, table) * np.exp(-nodes.columns @ air.extinction)
-    weights = (lit * nodes.weights)[..., None] * nodes.density[..., :2]
-    return np.einsum("nik,niw->nkw", weights, light) * air.scattering
+    light = sun_transmittance(nodes.height, at, air.extinction, table) * path_weights(nodes, air.extinction)[0]
+    return np.einsum("nik,niw->nkw", lit[..., None] * nodes.density[..., :2], light) * air.scattering
 
 
 def sunlit_ground(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array) -> Array:
