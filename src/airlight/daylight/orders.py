@@ -136,7 +136,8 @@ def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     sphere, azimuth = operators.sphere, table_azimuths()
     turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy)  # (H, D, A, 2)
     turned /= np.einsum("hdak,hd,a->hk", turned, sphere.solid, azimuth_weights())[:, None, None, :]  # sampled, they give off all they take
-    by_air = np.einsum("hdakw,hdak->hdaw", scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT), turned.astype(Single))
+    sunlit = scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT)
+    by_air = np.einsum("hdakw,hdak->hdaw", sunlit, turned.astype(Single))
     return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
 
 
