@@ -11,7 +11,7 @@ from airlight.lights.shape import Cookie
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.punctual import shaped_lights
-from airlight.scatter.march.cookies import SHAPES, even_colour, grey, shape_of, shape_record
+from airlight.scatter.march.cookies import SHAPES, even_colour, grey, shape_of, shape_record, shape_rows
 from airlight.scatter.march.records import LIGHT
 
 SIDE = private.SHAPE_SIDE
@@ -35,10 +35,9 @@ class SurfaceShapes:
         for light in shapes:
             record, even = np.zeros((), LIGHT), even_colour(light)
             shape_record(record, light, np.eye(4))
-            kind = SHAPES.index(shape_of(light))
-            count = int(record["plane_count"])
-            scale = [*record["shape_scale"], kind, record["shape_size"].max()]
-            records.append((record["shape_rows"], scale, [*record["falloff"], count], record["planes"]))
+            kind, count = SHAPES.index(shape_of(light)), int(record["plane_count"])
+            rows, scale, size = shape_rows(light, np.eye(4)) if kind else (record["shape_rows"], np.zeros(2), np.zeros(2))
+            records.append((rows, [*scale, kind, size.max()], [*record["falloff"], count], record["planes"]))
             layers.append(_even(*even.tolist()) if even is not None else self._sampled(light))
         state.write_shapes(records, layers)
         held = [light.cookie or light.photometry for light in shapes]
