@@ -179,7 +179,7 @@ class FramesRequest:
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
         lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
-        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(shaped(stage, self.shapes, lights)))
+        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(shaped(stage, self.shapes, lights, float(self.fps))))
 
 
 @contextlib.contextmanager

@@ -176,6 +176,7 @@ class SceneView:
     def _blow(self, state: ViewerState) -> None:
         """Let time pass in a still scene too, as long as something moves in its air."""
         moves = (any(state.medium.wind) and state.medium.noise_amount > 0) or any(numbered(one) for one in self.shafts.fields)
+        moves = moves or bool(self.stage.cookies)
         duration = self.stage.duration or (AIR_SECONDS if moves and METHODS[state.parameters.method].lights_medium else 0.0)
         if duration != state.duration:
             state.duration, state.playing = duration, duration > 0
@@ -239,7 +240,7 @@ class SceneView:
         bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
         shafts.still = self.opened, state.time, *bodies
         shafts.dt, shafts.time, shafts.fields = 0.0 if settles else self.dt, state.time, stage.fields
-        follow(stage.fields, state.time, stage.fps)
+        follow((*stage.fields, *stage.cookies), state.time, stage.fps)
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
         origin_of_view = origin(stage.center, stage.radius, self.camera)

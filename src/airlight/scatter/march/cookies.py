@@ -17,7 +17,7 @@ TEXEL = 8  # bytes
 
 
 class Cookies:
-    """Holds a texture for each cookie and photometry, for as long as they live."""
+    """Holds a texture for each cookie and photometry, for as long as they live: one for all frames of a film that are of one size."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -29,9 +29,15 @@ class Cookies:
         """Gives the texture and the sampler of a light's shape."""
         shape = light.cookie if light.photometry is None else light.photometry
         shape = None if shape_of(light) == "none" else shape
-        if shape is not None and shape not in self._held:
-            self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [grey(shape.table)])
-        return self.none if shape is None else self._held[shape], self._sampler(shape_of(light))
+        if shape is None:
+            return self.none, self._sampler("none")
+        held, pixels = self._held.get(shape), shape.pixels if isinstance(shape, Cookie) else None
+        revision = _revision(shape)
+        if held is None or held[0] != revision:
+            levels = [grey(shape.table)] if pixels is None else halved(pixels)
+            fits = held is not None and held[1].size[:2] == levels[0].shape[1::-1]
+            self._held[shape] = held = revision, self._texture(levels, held[1] if fits else None)
+        return held[1], self._sampler(shape_of(light))
 
     def _sampler(self, kind: str) -> Any:
         if kind not in self._samplers:
@@ -40,12 +46,12 @@ class Cookies:
             self._samplers[kind] = self.device.device.create_sampler(address_mode_u=across, address_mode_v=down, **linear)
         return self._samplers[kind]
 
-    def _texture(self, levels: list[Array]) -> Any:
-        """Uploads a picture (H, W, 3) and its smaller copies."""
+    def _texture(self, levels: list[Array], texture: Any = None) -> Any:
+        """Uploads a picture (H, W, 3) and its smaller copies, to a texture where one is given."""
         usage = self.device.wgpu.TextureUsage
         rows, columns = levels[0].shape[:2]
         known = {"format": FORMAT, "usage": usage.TEXTURE_BINDING | usage.COPY_DST, "mip_level_count": len(levels)}
-        texture = self.device.device.create_texture(size=(columns, rows, 1), **known)
+        texture = texture or self.device.device.create_texture(size=(columns, rows, 1), **known)
         for level, one in enumerate(levels):
             height, width = one.shape[:2]
             texels = np.ones((height, width, 4), np.float16)
@@ -74,11 +80,15 @@ def even_colour(light: PunctualLight) -> Array | None:
     shape = light.cookie if light.photometry is None else light.photometry
     if shape is None:
         return np.ones(3)
-    if shape not in _evens:  # once for each: pictures are large, and frames many
+    if _evens.get(shape, (None,))[0] != _revision(shape):  # once for each: pictures are large, and frames many
         values = shape.pixels if isinstance(shape, Cookie) else grey(shape.table)
-        _evens[shape] = np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
-    found: Array | None = _evens[shape]
+        _evens[shape] = _revision(shape), np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
+    found: Array | None = _evens[shape][1]
     return found
+
+
+def _revision(shape: Any) -> int:
+    return shape.revision if isinstance(shape, Cookie) else 0
 
 
 _evens: Any = weakref.WeakKeyDictionary()
