@@ -4,7 +4,7 @@ Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the 
 places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
 colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too; and with density and
 extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and absolute=1 for the candela
-of that.
+of that; of a spot of the scene and of a sun, with cookie, a picture that it sends out, and size, how wide that of a sun is in metres.
 """
 
 import math
@@ -97,15 +97,15 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = tuple(float(v) for v in value.split(","))
             elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
                 known["intensity"] = float(found[1]) * _unit(found[2], text, form)
-            elif name in OF_LAMP and form == PLACE.upper():
+            elif name in _shaping(form) and name != "size":
                 known[name] = value
-            elif name == "strength" or (name in OF_MEDIUM and form in SCENE_FORMS):
+            elif name in ("strength", *_shaping(form)) or (name in OF_MEDIUM and form in SCENE_FORMS):
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
             else:
                 keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
-                keys += OF_LAMP if form == PLACE.upper() else ()
+                keys += _shaping(form)
                 wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
                 raise AirlightError(wrong + nearest(name, keys))
         except ValueError:
@@ -123,6 +123,11 @@ def _unit(unit: str, text: str, form: str) -> float:
     known = "lx or W/m2, as in strength=68300lx" if what == "a sun" else "cd, lm or W, as in strength=800cd"
     wrong = f"{what} has no {unit}" if unit.lower() in others else f"cannot read the unit {unit}"
     raise AirlightError(f"{wrong} in the light {text!r}: write {known}")
+
+
+def _shaping(form: str) -> tuple[str, ...]:
+    """List the keys that shape a light of a form."""
+    return OF_LAMP if form == PLACE.upper() else OF_SUN if form == SUN.upper() else ()
 
 
 def _kind(value: str, text: str) -> str:
@@ -168,7 +173,9 @@ def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageL
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
 SCENE_FORMS = (PLACE.upper(), SUN.upper())
 OF_MEDIUM = ("density", "extinction")  # factors, of a scene's light
-OF_LAMP = ("ies", "absolute")
+OF_LAMP = ("ies", "absolute", "cookie")
+OF_SUN = ("cookie", "size")
+SIZES = (1e-3, 1e6)  # m, of a sun's cookie
 SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the scene stands for
 
 
@@ -201,7 +208,11 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
         raise AirlightError(f"absolute is 0 or 1, and goes with ies, in the light {text!r}: write ies=lamp.ies;absolute=1")
     if "intensity" in known and known.get("absolute") == "1":
         raise AirlightError(f"the light {text!r} has two intensities: leave out the strength, or absolute")
-    ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP}})  # raises for these
+    if {"ies", "cookie"} <= known.keys():
+        raise AirlightError(f"the light {text!r} has two shapes: leave out ies, or cookie")
+    if "size" in known and not ("cookie" in known and SIZES[0] <= known["size"] <= SIZES[1]):
+        raise AirlightError(f"size is {SIZES[0]:g} to {SIZES[1]:g} m, and goes with cookie, in the light {text!r}: write cookie=FILE;size=2")
+    ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP, *OF_SUN}})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known
     at = numbers(place, form)
@@ -217,8 +228,10 @@ def _is_name(place: str) -> bool:
 
 def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     """Read `x,y,z`, the name of an object, or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with
-    `;color=R,G,B;strength=S;density=D;extinction=E`, of a lamp `;ies=FILE;absolute=1` too. Raises AirlightError."""
+    `;color=R,G,B;strength=S;density=D;extinction=E`, `;cookie=FILE` of a spot or a sun, of a sun with `;size=M`, and of a lamp
+    `;ies=FILE;absolute=1` too. Raises AirlightError."""
     from airlight.files.photometry import read_photometry
+    from airlight.jobs.cookies import open_cookie
     from airlight.pygfx import SceneLight
     from airlight.scenes.lamps import NamedLight
 
@@ -227,6 +240,8 @@ def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     if "ies" in known:
         known["photometry"] = photometry = read_photometry(known.pop("ies"))
         known |= {"intensity": photometry.own_candela((0.0, -1.0, 0.0))} if absolute else {}
+    if "cookie" in known:
+        known["cookie"] = open_cookie(known["cookie"], known.pop("size", 1.0))
     if not at:
         return NamedLight(split_light(text, form.upper())[0], **known)
     if form == PLACE:

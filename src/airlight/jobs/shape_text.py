@@ -64,6 +64,8 @@ def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[Scene
     """Give lights of a stage, and those of `requested` that go by a name, cookies of files, as `put_photometry` does."""
     import pygfx as gfx
 
+    from airlight.scenes.lamps import shines_around
+
     lights: list[Any] = list(requested)
     for text in texts:
         written = read_shape_text(text, COOKIE)
@@ -71,7 +73,7 @@ def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[Scene
         own, asked = _of_name(stage, lights, written.name, "--cookie")
         for light in own:
             lamps = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, gfx.Light)]
-            if any(isinstance(lamp, gfx.PointLight) for lamp in lamps) or light.position is not None:
+            if shines_around(light):
                 raise AirlightError(f"--cookie {written.name}: shines all around; name a spot, a projector or a sun")
             if "size" in written.known and not any(isinstance(lamp, gfx.DirectionalLight) for lamp in lamps):
                 raise AirlightError(f"--cookie {written.name}: is no sun, whose cookies alone have a size; leave it out")
