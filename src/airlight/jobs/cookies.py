@@ -1,5 +1,6 @@
 """Reads the pictures that lights send out, and of films the one of a frame."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,20 @@ def read_cookie(path: str, frame: int = 1, size: float = 1.0) -> Cookie:
     return Cookie(_pixels(file_of_frame(path, frame)), size=size)
 
 
+@functools.lru_cache(4)
+def kept_cookie(path: str) -> Cookie:
+    """Read an image as `read_cookie` does, once for all lights and pictures that have it."""
+    return read_cookie(path)
+
+
 def open_cookie(path: str, size: float = 1.0) -> Cookie:
     """Read an image as `read_cookie` does; of numbered files give a FilmCookie. Raises AirlightError."""
     return read_cookie(path, size=size) if numbered(path) is None else FilmCookie(path, size)
 
 
 class FilmCookie(Cookie):
-    """Gives of numbered files the picture of `frame`, which may be set; its file is read when the picture is asked for, and once while it is
-    the same. Where a frame is missing, the one before it stays, before the first the first, which is said once."""
+    """Gives of numbered files the picture of `frame`, which may be set; its file is read when the picture is asked for, and once while it
+    is the same. Where a frame is missing, the one before it stays, before the first the first, which is said once."""
 
     def __init__(self, path: str, size: float = 1.0) -> None:
         """Find the files. Raises AirlightError where there are none."""

@@ -1,10 +1,11 @@
 """Reads lights as a user writes them.
 
-Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
-places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
-colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too; and with density and
-extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and absolute=1 for the candela
-of that; of a spot of the scene and of a sun, with cookie, a picture that it sends out, and size, how wide that of a sun is in metres.
+Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K][;cookie=FILE]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the
+second of the places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or
+`azimuth,elevation`, with colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it
+too; and with density and extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and
+absolute=1 for the candela of that; of a spot of the scene and of a sun, with cookie, a picture that it sends out, and size, how wide that
+of a sun is in metres.
 """
 
 import math
@@ -13,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
+from airlight.jobs.cookies import kept_cookie
 from airlight.lights import IMAGE_LIGHT_KINDS, ImageLight, parse_position
 from airlight.messages import nearest
 
@@ -35,6 +37,7 @@ class LightText:
     strength: float = 1.0
     angle: float | None = None
     kind: str | None = None  # see ImageLight
+    cookie: str | None = None  # a file
 
     def light(self, x: float, y: float) -> ImageLight:
         return ImageLight((x, y), self.color, self.strength, kind=self.kind)
@@ -51,7 +54,8 @@ class LightText:
         color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
         place = self.position if self.angle is None else repr(self.angle)
         kind = "" if self.kind is None else f";kind={self.kind}"
-        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind
+        cookie = "" if self.cookie is None else f";cookie={self.cookie}"
+        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind + cookie
 
 
 def read_light(text: str, parallel: bool = False) -> LightText:
@@ -103,8 +107,10 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
+            elif name == "cookie" and form == "X,Y":
+                known[name] = value
             else:
-                keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
+                keys = ("color", "strength", *(("kind", "cookie") if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
                 keys += _shaping(form)
                 wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
                 raise AirlightError(wrong + nearest(name, keys))
@@ -161,13 +167,14 @@ def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, 
     return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
 
 
-def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageLight:
-    """Place the light in the picture's own pixels."""
+def place(written: LightText, picture: "Picture", origin: str = "top", cookie: str | None = None) -> ImageLight:
+    """Place the light in the picture's own pixels. cookie: a file, of a light that has none of its own."""
     if written.angle is not None:
         return ImageLight.parallel(written.angle, written.color, written.strength)
     shown, data = _windows(picture)
     x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
-    return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
+    made = written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
+    return made if (path := written.cookie or cookie) is None else replace(made, cookie=kept_cookie(path))
 
 
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
@@ -211,7 +218,8 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     if {"ies", "cookie"} <= known.keys():
         raise AirlightError(f"the light {text!r} has two shapes: leave out ies, or cookie")
     if "size" in known and not ("cookie" in known and SIZES[0] <= known["size"] <= SIZES[1]):
-        raise AirlightError(f"size is {SIZES[0]:g} to {SIZES[1]:g} m, and goes with cookie, in the light {text!r}: write cookie=FILE;size=2")
+        bounds = f"size is {SIZES[0]:g} to {SIZES[1]:g} m, and goes with cookie"
+        raise AirlightError(f"{bounds}, in the light {text!r}: write cookie=FILE;size=2")
     ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP, *OF_SUN}})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known

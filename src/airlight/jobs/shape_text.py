@@ -11,6 +11,7 @@ from airlight.jobs.cookies import open_cookie
 from airlight.jobs.density_text import Grammar
 from airlight.jobs.projector_text import make_projector
 from airlight.messages import nearest
+from airlight.scatter.methods import METHODS, ONE_SUN
 
 if TYPE_CHECKING:
     from airlight.pygfx import SceneLight
@@ -41,9 +42,12 @@ def read_shape_text(text: str, grammar: Grammar = IES) -> ShapeText:
     return ShapeText(name, path, known)
 
 
-def refuse_without_units(shapes: dict[str, Sequence[str]], method: str) -> None:
-    """Raise AirlightError for shapes of lights, by their options, with a method that takes its light from the picture."""
-    for name in (name for name, texts in shapes.items() if texts):
+def refuse_idle(shapes: dict[str, Sequence[str]], method: str) -> None:
+    """Raise AirlightError for shapes of lights, by their options, that a method does not follow: methods of the screen follow cookies, by
+    the angle around a light, those of one sun follow nothing."""
+    known = METHODS[method]
+    follows = {"cookie"} if not known.lights_medium else () if known.lights == ONE_SUN else shapes.keys()
+    for name in (name for name, texts in shapes.items() if texts and name not in follows):
         raise AirlightError(f"--{name} means nothing with method {method}: leave it out, or use --method march")
 
 

@@ -44,6 +44,7 @@ class PictureTask(Task):
     mask: str | None = None
     depth: str | None = None
     subject: str | None = None
+    cookie: str | None = None
     clip: int | None = None
 
     @property
@@ -53,7 +54,7 @@ class PictureTask(Task):
     @property
     def inputs(self) -> list[str]:
         """List the files that are read."""
-        return [path for path in (self.source, self.mask, self.depth, self.subject) if path is not None]
+        return [path for path in (self.source, self.mask, self.depth, self.subject, self.cookie) if path is not None]
 
 
 @dataclass(frozen=True)
@@ -92,11 +93,13 @@ def picture_tasks(
     subject: str | None,
     frames: str | None,
     format: str | None = None,
+    cookie: str | None = None,
 ) -> tuple[list[PictureTask], dict[int, list[PictureTask]]]:
     """List what is to be done, and by clip all its frames that there are, in order; none where no sequence is named. Patterns stand for
     the files that there are, or for `frames`; folders for the pictures in them. format: the ending of outputs in a folder."""
     from airlight.files.sequence import frames as read_frames
     from airlight.files.sequence import is_explicit_pattern, numbered
+    from airlight.files.volumes import file_of_frame
 
     given: list[tuple[int | None, str, int | None]] = []
     clips: dict[int, list[tuple[int, str]]] = {}
@@ -144,7 +147,10 @@ def picture_tasks(
     def task(at: int, number: int | None, source: str, clip: int | None) -> PictureTask:
         places = [place(target, number, source) for target in (output, layer, fraction)]
         planes = beside(mask, number, source), beside(depth, number, source), beside(subject, number, source)
-        return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, clip=clip)
+        shown = beside(cookie, None, source)
+        if shown is not None and number is not None:
+            shown = file_of_frame(shown, number)
+        return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, cookie=shown, clip=clip)
 
     found = [task(at, *one) for at, one in enumerate(given)]
     refuse_collisions(found, [task.source for task in found])

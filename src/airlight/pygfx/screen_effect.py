@@ -28,14 +28,15 @@ class _Sums:
         self.shafts = device.texture(width, height, "rgba16float")
         self.plans = LightPasses(device, (width, height), p, source, self.shafts)
         self.lights: list[ImageLight] = []
-        self._aimed: Any = None  # (lights, parameters)
+        self._aimed: Any = None  # (lights, parameters, revisions of cookies)
 
     def record(self, encoder: Any, lights: list[ImageLight], p: Parameters, timer: Timer | None) -> None:
         """Records the sum of these lights, after which `shafts` holds it."""
         self.lights = lights
-        if self._aimed != (lights, p):
+        aim = lights, p, [light.cookie and light.cookie.revision for light in lights]
+        if self._aimed != aim:
             self.plans.update(lights, p)
-            self._aimed = lights, p
+            self._aimed = aim
         self.plans.record(encoder, timer)
 
 

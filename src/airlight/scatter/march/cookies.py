@@ -31,10 +31,9 @@ class Cookies:
         shape = None if shape_of(light) == "none" else shape
         if shape is None:
             return self.none, self._sampler("none")
-        held, pixels = self._held.get(shape), shape.pixels if isinstance(shape, Cookie) else None
-        revision = _revision(shape)
+        held, revision = self._held.get(shape), _revision(shape)
         if held is None or held[0] != revision:
-            levels = [grey(shape.table)] if pixels is None else halved(pixels)
+            levels = halved(shape.pixels) if isinstance(shape, Cookie) else [grey(shape.table)]
             fits = held is not None and held[1].size[:2] == levels[0].shape[1::-1]
             self._held[shape] = held = revision, self._texture(levels, held[1] if fits else None)
         return held[1], self._sampler(shape_of(light))
