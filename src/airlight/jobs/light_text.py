@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
-from airlight.jobs.cookies import kept_cookie
 from airlight.lights import IMAGE_LIGHT_KINDS, ImageLight, parse_position
 from airlight.messages import nearest
 
@@ -174,7 +173,12 @@ def place(written: LightText, picture: "Picture", origin: str = "top", cookie: s
     shown, data = _windows(picture)
     x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
     made = written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
-    return made if (path := written.cookie or cookie) is None else replace(made, cookie=kept_cookie(path))
+    path = written.cookie or cookie
+    if path is None:
+        return made
+    from airlight.jobs.cookies import kept_cookie
+
+    return replace(made, cookie=kept_cookie(path))
 
 
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written

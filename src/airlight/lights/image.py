@@ -3,11 +3,13 @@
 import math
 import re
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from airlight.errors import AirlightError
-from airlight.lights.around import as_cookie
-from airlight.lights.shape import Cookie
 from airlight.messages import nearest
+
+if TYPE_CHECKING:
+    from airlight.lights.shape import Cookie
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
 IMAGE_LIGHT_KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # a sun's disc, a window, a bright part, lamps; beyond the border
@@ -32,7 +34,7 @@ class ImageLight:
     strength: float = 1.0
     angle: float | None = None
     kind: str | None = None
-    cookie: Cookie | None = None
+    cookie: "Cookie | None" = None
 
     @classmethod
     def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "ImageLight":
@@ -68,7 +70,7 @@ class ImageLight:
         if self.kind is not None and not (isinstance(self.kind, str) and self.kind in IMAGE_LIGHT_KINDS):
             hint = nearest(str(self.kind), IMAGE_LIGHT_KINDS, f": there is {', '.join(IMAGE_LIGHT_KINDS)}")
             raise AirlightError(f"light kind {self.kind!r}{hint}")
-        if self.cookie is not None and not isinstance(self.cookie, Cookie):
+        if self.cookie is not None and not hasattr(self.cookie, "revision"):
             raise AirlightError(f"a light's cookie is what airlight.read_cookie gives, not {type(self.cookie).__name__}")
         if self.cookie is not None and self.angle is not None:
             raise AirlightError("a parallel light has no angles around it for a cookie: give the light's place, or leave the cookie out")
@@ -108,6 +110,8 @@ def as_lights(light: object, cookie: object = None) -> list[ImageLight]:
     """Make a list of lights of a light, an (x, y) pair, what find_light gives, or a sequence of them. cookie: as `as_cookie`, of those that
     have none."""
     if cookie is not None:
+        from airlight.lights.around import as_cookie  # which needs NumPy, as help does not
+
         shared = as_cookie(cookie)
         return [one if one.cookie is not None else replace(one, cookie=shared) for one in as_lights(light)]
     if isinstance(light, ImageLight):
