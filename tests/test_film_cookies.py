@@ -16,8 +16,12 @@ from PIL import Image
 from airlight import files
 from airlight.gpu.device import Device, shared_device
 from airlight.jobs.shape_text import shaped
+from airlight.lights.around import around_table
 from airlight.lights.spot import SpotLight
 from airlight.options import March, Medium, Parameters
+from airlight.pygfx import SceneLight
+from airlight.pygfx.screen_effect import PictureSums
+from airlight.reference.around import around_light
 from airlight.scatter.march.cookies import Cookies, even_colour
 from airlight.scenes import open_scene
 from airlight.scenes.offline import Shot, Studio
@@ -108,3 +112,26 @@ def test_a_projector_shows_the_film_as_time_goes(film: str, read: list[str]) -> 
     assert layers[0].max() > 0 and numbers(read) == [1, 2, 2]
     studio.frame(0.11)
     assert len(read) == 3
+
+
+def test_sums_of_the_picture_follow_a_film(film: str) -> None:
+    """A light of a scene that stands still is planned anew where its cookie's frame is another, and not else."""
+    cookie = FilmCookie(film)
+    light = SceneLight(direction=(0.0, 0.0, 1.0), cookie=cookie).seen((0.4, 0.6))
+    device, p = shared_device(), Parameters(method="radial", samples=8)
+    source = device.texture(32, 24, "rgba16float")
+    device.write(source, np.random.default_rng(1).random((24, 32, 4)).astype(np.float16), 32 * 8)
+    sums, layers, planned = PictureSums(device, source, p, 0), {}, []
+    update = sums.plans.update
+    sums.plans.update = lambda *some: planned.append(cookie.frame) or update(*some)  # type: ignore[method-assign]
+    for frame in (1, 1, 2, 4):
+        cookie.frame = frame
+        encoder = device.encoder()
+        sums.record(encoder, [light], p, None)
+        device.submit(encoder)
+        layers[frame] = np.frombuffer(device.read(sums.shafts, 8), np.float16).reshape(24, 32, 4)[..., :3].astype(float)
+    assert planned == [1, 2, 4] and layers[4].min() > 0
+    for frame in (1, 2):  # of the fourth, which is white
+        cookie.frame = frame
+        shape = around_light(around_table(cookie), (32, 24), (0.4 * 32, 0.6 * 24))
+        np.testing.assert_allclose(layers[frame], layers[4] * shape, rtol=3e-3, atol=1e-3)
