@@ -109,7 +109,8 @@ class ImageWork:
         self.spent.add("render", begun)
         real = outputs.is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell, self.composite.mix)
+            shaped = [dataclasses.replace(light, cookie=light.cookie or task.cookie) for light in r.lights]
+            doubts.tell_unchanged(picture, done, self.look, parameters, shaped, real, tell, self.composite.mix)
         doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
         return Settled(written, parameters, done.held, done, shines)
