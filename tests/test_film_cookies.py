@@ -14,6 +14,7 @@ pytest.importorskip("pygfx")
 from PIL import Image
 
 from airlight import files
+from airlight.api import Renderer
 from airlight.gpu.device import Device, shared_device
 from airlight.jobs.shape_text import shaped
 from airlight.lights.around import around_table
@@ -112,6 +113,15 @@ def test_a_projector_shows_the_film_as_time_goes(film: str, read: list[str]) -> 
     assert layers[0].max() > 0 and numbers(read) == [1, 2, 2]
     studio.frame(0.11)
     assert len(read) == 3
+
+
+def test_a_renderer_follows_a_film(film: str) -> None:
+    cookie, renderer = FilmCookie(film), Renderer(keep=2)
+    image, found = np.random.default_rng(2).random((24, 32, 3)).astype(np.float32), {}
+    for cookie.frame in (4, 1):
+        found[cookie.frame] = renderer.light_shafts(image, (0.4, 0.6), method="radial", cookie=cookie)
+    shape = around_light(around_table(cookie), (32, 24), (0.4 * 32, 0.6 * 24))
+    np.testing.assert_allclose(found[1], found[4] * shape, rtol=3e-3, atol=1e-3)
 
 
 def test_sums_of_the_picture_follow_a_film(film: str) -> None:

@@ -33,7 +33,7 @@ class PictureSums:
     def record(self, encoder: Any, lights: list[ImageLight], p: Parameters, timer: Timer | None) -> None:
         """Records the sum of these lights, after which `shafts` holds it."""
         self.lights = lights
-        aim = lights, p, [light.cookie and light.cookie.revision for light in lights]
+        aim = lights, p, [0 if light.cookie is None else light.cookie.revision for light in lights]
         if self._aimed != aim:
             self.plans.update(lights, p)
             self._aimed = aim

@@ -224,7 +224,8 @@ class PictureRenderer:
 
     def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[ImageLight], p: Parameters, **kind: bool) -> ImagePlan:
         """Give the kept plan for such pictures, or a new one. size: (width, height)."""
-        key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
+        shown = tuple(0 if light.cookie is None else light.cookie.revision for light in lights)
+        key = size, eight, tuple(lights), shown, p, tuple(sorted(kind.items()))
         found = self._plans.pop(key, None)
         if found is None:
             check_size(self.device, *size)
