@@ -11,10 +11,13 @@ from PIL import Image
 
 import airlight
 from airlight.cli import main
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, AirlightWarning
+from airlight.files import read_image
 from airlight.jobs.tasks import picture_tasks
 from airlight.lights.around import ANGLES, ENTRIES, around_table, wedges
 from airlight.lights.shape import Cookie
+from airlight.options import Look
+from airlight.pictures import render_look
 from airlight.reference import fallback, radial
 from airlight.reference.around import around_at, around_factor, around_light, around_span
 from airlight.scatter.methods import of_screen
@@ -201,6 +204,19 @@ def test_frames_of_pictures_have_those_of_a_film(tmp_path: Path) -> None:
         found, _ = picture_tasks([str(tmp_path / places[0])], places[1], *[None] * 6, cookie=str(tmp_path / cookie))
         return [Path(str(task.cookie)).name for task in found]
 
-    assert cookies("a.####.png", "gobo.####.png") == ["gobo.0001.png", "gobo.0001.png", "gobo.0004.png"]
+    with pytest.warns(AirlightWarning, match="has no frame 2; frames that are missing look as those before them"):
+        assert cookies("a.####.png", "gobo.####.png") == ["gobo.0001.png", "gobo.0001.png", "gobo.0004.png"]
     assert cookies("a.####.png", "gobo.0004.png") == ["gobo.0004.png"] * 3
     assert cookies("a.0005.png", "gobo.0004.png") == ["gobo.0004.png"]
+
+
+def test_frames_keep_all_of_a_look_but_its_cookie(tmp_path: Path) -> None:
+    Image.fromarray(look_of()[0]).save(tmp_path / "frame.png")
+    picture = read_image(str(tmp_path / "frame.png"))
+    plain, shaped = ([airlight.Light((0.5, 0.4), cookie=cookie)] for cookie in (None, quarters()))
+    first = render_look(picture, plain, Look(), codes_only=True)
+    second = render_look(picture, shaped, Look(), codes_only=True, held=first.held)
+    np.testing.assert_array_equal(second.encoded, render_look(picture, shaped, Look(), codes_only=True).encoded)
+    again = render_look(picture, plain, Look(), codes_only=True, held=second.held)
+    np.testing.assert_array_equal(again.encoded, first.encoded)
+    assert (first.encoded != second.encoded).any()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.jobs import outputs
 from airlight.messages import say
 from airlight.process import standard
@@ -144,15 +144,21 @@ def picture_tasks(
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
 
+    film = None if cookie is None else numbered(cookie)
+    drawn = [] if film is None else film.on_disk()
+
     def task(at: int, number: int | None, source: str, clip: int | None) -> PictureTask:
         places = [place(target, number, source) for target in (output, layer, fraction)]
         planes = beside(mask, number, source), beside(depth, number, source), beside(subject, number, source)
         shown = beside(cookie, None, source)
-        if shown is not None and number is not None:
-            shown = file_of_frame(shown, number)
+        if shown is not None and film is not None and number is not None:
+            shown = file_of_frame(shown, number, drawn)
         return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, cookie=shown, clip=clip)
 
     found = [task(at, *one) for at, one in enumerate(given)]
+    missing = next((number for number, _, _ in given if film is not None and number is not None and number not in drawn), None)
+    if missing is not None:
+        warn(f"{cookie}: has no frame {missing}; frames that are missing look as those before them")
     refuse_collisions(found, [task.source for task in found])
     return found, {clip: [task(at, *frame, clip) for at, frame in enumerate(there)] for clip, there in clips.items()}
 
