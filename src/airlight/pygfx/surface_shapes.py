@@ -22,7 +22,7 @@ class SurfaceShapes:
     """Finds the shapes of a scene's lights, and resamples each once."""
 
     def __init__(self) -> None:
-        self._texels: list[tuple[Any, Array]] = []
+        self._texels: list[tuple[Any, int, Array]] = []  # shape, its revision
 
     def of(self, lights: Any, described: Sequence[SceneLight]) -> dict[str, list[PunctualLight | None]]:
         """Finds the shapes of pygfx's lights, by kind, in their order; None of one that has none."""
@@ -46,8 +46,9 @@ class SurfaceShapes:
     def _sampled(self, light: PunctualLight) -> Array:
         """Resamples a light's shape to SIDE x SIDE texels."""
         shape = light.photometry or light.cookie
-        for had, texels in self._texels:
-            if had is shape:
+        revision = shape.revision if isinstance(shape, Cookie) else 0
+        for had, known, texels in self._texels:
+            if had is shape and known == revision:
                 return texels
         if isinstance(shape, Cookie):
             pixels = shape.pixels
@@ -55,7 +56,7 @@ class SurfaceShapes:
             assert shape is not None
             pixels = grey(shape.table)
         texels = resampled(pixels, SIDE, not isinstance(shape, Cookie)).astype(np.float16)
-        self._texels.append((shape, texels))
+        self._texels = [*(one for one in self._texels if one[0] is not shape), (shape, revision, texels)]
         return texels
 
 

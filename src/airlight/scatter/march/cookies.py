@@ -19,7 +19,7 @@ TEXEL = 8  # bytes
 
 
 class Cookies:
-    """Holds a texture for each cookie and photometry, for as long as they live."""
+    """Holds a texture for each cookie and photometry, for as long as they live: one for all frames of a film that are of one size."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -42,19 +42,23 @@ class Cookies:
         return self._texture(light.cookie, kind, lambda: laid_out(pixels, repeats=kind == "parallel")), self._sampler
 
     def _texture(self, shape: Any, kind: str, picture: Callable[[], Array]) -> Any:
-        """Gives the texture of a shape of a kind, of a picture (H, W, 3) the first time."""
+        """Gives the texture of a shape of a kind: made, or filled anew, of a picture (H, W, 3) when the shape has changed."""
         held = self._held.setdefault(shape, {})
-        if kind not in held:
-            made = picture()
-            rows, columns = made.shape[:2]
-            texels = np.ones((rows, columns, 4), np.float16)
-            texels[..., :3] = np.clip(made, 0, LARGEST)
-            usage = self.device.wgpu.TextureUsage
+        revision, texture = held.get(kind, (None, None))
+        if revision == _revision(shape):
+            return texture
+        made = picture()
+        rows, columns = made.shape[:2]
+        texels = np.ones((rows, columns, 4), np.float16)
+        texels[..., :3] = np.clip(made, 0, LARGEST)
+        usage = self.device.wgpu.TextureUsage
+        if texture is None or texture.size[:2] != (columns, rows):
             known = {"format": FORMAT, "usage": usage.TEXTURE_BINDING | usage.COPY_DST}
-            held[kind] = self.device.device.create_texture(size=(columns, rows, 1), **known)
-            layout = {"bytes_per_row": TEXEL * columns, "rows_per_image": rows}
-            self.device.queue.write_texture({"texture": held[kind]}, texels, layout, (columns, rows, 1))
-        return held[kind]
+            texture = self.device.device.create_texture(size=(columns, rows, 1), **known)
+        layout = {"bytes_per_row": TEXEL * columns, "rows_per_image": rows}
+        self.device.queue.write_texture({"texture": texture}, texels, layout, (columns, rows, 1))
+        held[kind] = _revision(shape), texture
+        return texture
 
 
 def grey(table: Array) -> Array:
@@ -76,11 +80,15 @@ def even_colour(light: PunctualLight) -> Array | None:
     shape = light.cookie if light.photometry is None else light.photometry
     if shape is None:
         return np.ones(3)
-    if shape not in _evens:  # once for each: pictures are large, and frames many
+    if _evens.get(shape, (None,))[0] != _revision(shape):  # once for each: pictures are large, and frames many
         values = shape.pixels if isinstance(shape, Cookie) else grey(shape.table)
-        _evens[shape] = np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
-    found: Array | None = _evens[shape]
+        _evens[shape] = _revision(shape), np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
+    found: Array | None = _evens[shape][1]
     return found
+
+
+def _revision(shape: Any) -> int:
+    return shape.revision if isinstance(shape, Cookie) else 0
 
 
 _evens: Any = weakref.WeakKeyDictionary()
