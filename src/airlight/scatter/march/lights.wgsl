@@ -80,7 +80,7 @@ fn integrate_punctual(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
 /// Evaluate the integrand over v of a light with a shape.
 fn shaped_integrand(ray: Ray, nearest: vec2f, v: f32) -> vec3f {
     let grown = exp(v);
-    return shape_colour(nearest.x + 0.5 * nearest.y * (grown - 1.0 / grown)) * sinh_integrand(ray, nearest, v);
+    return shape_colour(nearest.x + 0.5 * nearest.y * (grown - 1.0 / grown), 0.0) * sinh_integrand(ray, nearest, v);
 }
 
 /// Integrate in-scattered radiance over a lit segment of the ray of a light with a position and a shape, from texel to texel of that.
@@ -115,8 +115,8 @@ fn integrate_patterned(ray: Ray, segment: vec2f) -> vec3f {
         if (t >= segment.y) { break; }
         let end = min(max(min(next_texel(t), t + longest), t + 1e-6 * max(t, 1e-3)), segment.y);
         let middle = 0.5 * (t + end);
-        sum += shape_colour(0.5 * (t + middle)) * integrate_evenly(ray, vec2f(t, middle));
-        sum += shape_colour(0.5 * (middle + end)) * integrate_evenly(ray, vec2f(middle, end));
+        sum += shape_colour(0.5 * (t + middle), 0.0) * integrate_evenly(ray, vec2f(t, middle));
+        sum += shape_colour(0.5 * (middle + end), 0.0) * integrate_evenly(ray, vec2f(middle, end));
         t = end;
     }
     return sum;

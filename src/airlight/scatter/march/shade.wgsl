@@ -133,7 +133,7 @@ fn in_scatter_in_field(ray: Ray, t: f32, along: vec2f) -> vec3f {
     let from_light = place - light.position;
     let d = max(length(from_light), 1e-9);
     let strength = scattered_share(d, -dot(from_light, ray.direction) / d, dot(from_light, light.axis) / d);
-    let power = frame.sigma_s * light.intensity * shape_colour(t);
+    let power = frame.sigma_s * light.intensity * shape_colour(t, 0.0);
     return power * (strength * along.x / (d * d)) * exp(-frame.sigma_t * (along.y + light_length(ray, t)));
 }
 
@@ -171,7 +171,7 @@ fn integrate_in_field(ray: Ray, nearest: vec2f, full: vec2f, segment: vec2f) -> 
         let panel = next_lit_panel(ray, nearest, full, max(select(segment.x, segment.y, start.x >= segment.x), start.x));
         let along = panel_length(ray, panel);
         if (DIRECTIONAL) {
-            sum += is_lit * shape_colour(0.5 * (start.x + panel.end)) * lit_part(ray, panel.end, start.y, along.x);
+            sum += is_lit * shape_colour(0.5 * (start.x + panel.end), 0.0) * lit_part(ray, panel.end, start.y, along.x);
         } else {
             let long = panel.end - start.x;
             sum += is_lit * 0.5 * long * (at_node(ray, start, along, long, -1.0) + at_node(ray, start, along, long, 1.0));

@@ -64,19 +64,20 @@ fn pixel_width() -> vec2f {
     return abs(frame.rays.x) / f32(frame.size.x) * vec2f(frame.flat, 1.0 - frame.flat);
 }
 
-/// Evaluate a light's shape at t of the ray: what its intensity is multiplied by, averaged over a pixel.
-fn shape_colour(t: f32) -> vec3f {
+/// Evaluate a light's shape at t of the ray: what its intensity is multiplied by, averaged over `spread` metres, or a pixel.
+fn shape_colour(t: f32, spread: f32) -> vec3f {
     if (SHAPE == 0u) { return vec3f(1.0); }
     let q = shape_line * vec2f(1.0, t);
     if (SHAPE == SPHERE) { return sphere_colour(q); }
     let at = cookie_place(q);
-    let texels = (shape_pixel.x + t * shape_pixel.y) * at.z;
+    let texels = max(spread, shape_pixel.x + t * shape_pixel.y) * at.z;
     let less = level_of(texels, light.shape_last);
     let more = level_of(2.0 * texels, light.shape_last);
-    return mix(cookie_level(at.xy, less), cookie_level(at.xy, more), clamp(texels * less.x - 1.0, 0.0, 1.0));
+    let share = 2.0 - 2.0 / clamp(texels * less.x, 1.0, 2.0); // how often shape_sample chooses the larger texels
+    return mix(cookie_level(at.xy, less), cookie_level(at.xy, more), share);
 }
 
-/// Evaluate that, averaged over `spread` metres if that is more, by one look-up: o, 0..1, chooses between two levels.
+/// Evaluate that by one look-up, on the mean over o, 0..1, which chooses between two levels.
 fn shape_sample(t: f32, spread: f32, o: f32) -> vec3f {
     if (SHAPE == 0u) { return vec3f(1.0); }
     let q = shape_line * vec2f(1.0, t);

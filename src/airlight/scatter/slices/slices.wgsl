@@ -167,7 +167,7 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
             let axis_cosine = dot(ray.origin + t * ray.direction - light.position, light.axis) / d;
             found = weight * in_scatter_punctual(ray, t, d, -along / d, axis_cosine);
         }
-        if (SHAPE != 0u) { found *= shape_sample(t, SPREAD * (part.y - part.x) / f32(slicing.cell), fract(37.618034 * o + 0.618034 * k)); }
+        if (SHAPE != 0u) { found *= shape_colour(t, SPREAD * (part.y - part.x) / f32(slicing.cell)); }
         // Look up its visibility
         if (SHADOW && slicing.views > 0u) {
             var share = visibility_at(i, line, min(t, last), o);
