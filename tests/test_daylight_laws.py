@@ -101,7 +101,7 @@ def test_twilight_fades_to_the_earths_shadow() -> None:
 
 
 def test_orders_do_not_grow_in_fog() -> None:
-    """Fog so dense that light is turned hundreds of times, and nothing absorbs it: the sum of orders is finite, of the sun's own magnitude."""
+    """In fog that turns light hundreds of times, and absorbs none, the sum of orders is finite, of the sun's own magnitude."""
     air = Atmosphere(0.2, ozone=0, ground_albedo=1, aerosol_albedo=1, wavelengths="rgb")
     table = air.orders_table(44.0)
     assert table.shape == (20, 48, 17, 2, 3) and np.isfinite(table).all()
