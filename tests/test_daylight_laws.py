@@ -64,6 +64,15 @@ def test_all_orders_are_those_of_chance(case: tuple) -> None:
 
 
 @pytest.mark.slow
+def test_the_ground_gets_what_comes_down() -> None:
+    """Of a sun at 30 degrees and black ground: sun and sky together are the flux into the ground; at 0 degrees the sky lights it alone."""
+    air = Atmosphere(20, ground_albedo=0, wavelengths="rgb")
+    direct, sky = air.irradiance([30, 0], 0)
+    assert np.allclose(direct[0] + sky[0], flux(air, 0.0, 30), rtol=0.01)
+    assert (direct[1] == 0).all() and (sky[1] > 0).all() and (sky[0] > 10 * sky[1]).all()
+
+
+@pytest.mark.slow
 def test_nothing_jumps() -> None:
     """Across the horizon, at sunset, with height, and between suns that are solved: steps become half as large when they are halved."""
     air = Atmosphere()
@@ -100,6 +109,7 @@ def test_twilight_fades_to_the_earths_shadow() -> None:
             assert all(np.isfinite(part).all() for part in parts)
 
 
+@pytest.mark.slow
 def test_orders_do_not_grow_in_fog() -> None:
     """In fog that turns light hundreds of times, and absorbs none, the sum of orders is finite, of the sun's own magnitude."""
     air = Atmosphere(0.2, ozone=0, ground_albedo=1, aerosol_albedo=1, wavelengths="rgb")

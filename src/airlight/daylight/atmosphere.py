@@ -10,6 +10,8 @@ from airlight.daylight.coefficients import coefficients
 from airlight.daylight.columns import SHADER_SIZE, columns_table, columns_to_top
 from airlight.daylight.march import Gathered, Rays, gather
 from airlight.daylight.multiple import KINDS, Orders, Psi, kept
+from airlight.daylight.orders import azimuth_weights, table_azimuths
+from airlight.daylight.rays import gauss
 from airlight.errors import AirlightError
 from airlight.reference.daylight import (
     TOP_HEIGHT,
@@ -22,6 +24,7 @@ from airlight.reference.daylight import (
 )
 
 LOWEST_SUN = -18.0  # degrees: the end of the astronomical twilight
+SKY_ELEVATIONS = 16  # by which the sky's irradiance is summed
 ALTITUDE = (-500.0, TOP_HEIGHT)  # m; what lies below the sea counts as its surface
 
 
@@ -121,6 +124,18 @@ class Atmosphere:
         rays = Rays(height, mu, mu_sun, cosine, azimuth, length)
         found: Gathered = gather(self.coefficients, rays, further, list(zip(ends[::2], ends[1::2])))
         return Parts(*(self.coefficients.channels(one).reshape(*shape, 3) for one in found))
+
+    def irradiance(self, sun_elevation: Any, altitude: Any = 2.0) -> tuple[Array, Array]:
+        """Evaluate (..., 3) irradiance of a level plane that faces up, by the sun and by the sky, of 1 above the air.
+
+        Of ground that has an albedo, albedo / pi times their sum is the radiance. Error: 1 %, beside that of the sky.
+        """
+        sun, height = broadcast(sun_elevation=numbers("sun_elevation", sun_elevation, LOWEST_SUN, 90), altitude=_altitude(altitude))
+        x, weight, _ = gauss(SKY_ELEVATIONS)
+        belt = 2 * np.pi * weight * x  # over sines of elevation, in which a level plane's cosine is linear
+        radiance = self.sky(np.degrees(np.arcsin(x))[:, None], np.degrees(table_azimuths()), sun[..., None, None], height[..., None, None])
+        direct = np.maximum(np.sin(np.radians(sun)), 0)[..., None] * self.sun(sun, height)
+        return direct, np.einsum("...eac,e,a->...c", radiance, belt, azimuth_weights())
 
     def psi(self, altitude: Any, sun_elevation: Any) -> Array:
         """Evaluate (..., 3) psi, 1/sr: mean radiance of light scattered more than once, as if evenly at each time (Hillaire 2020).
