@@ -82,6 +82,8 @@ COMMANDS = {
               "method=march,steps=exact"],
     "article": ["compare", "foliage-view", "-o", "article.html", "--width", "96", "--variant", "method=article", "--variant",
                 "method=article-prose"],
+    "varying": ["render", "slats", "-o", "varying.png", *SMALL, "--method", "march", "--steps", "16", "--noise-amount", "1", "--noise-size",
+                "1", "--shadow-filter", "variance", "--soften", "2"],
     "projector": ["render", "slats", "-o", "projector.png", *SMALL, "--method", "march", "--steps", "32", "--projector",
                   "-1.2,2.4,1.4;target=0.6,0.6,-1;fov=50,40;cookie=photo.png;clip=0,1,0,-0.3"],
     "photometry": ["render", "cage", "-o", "photometry.png", *SMALL, "--method", "march", "--steps", "exact", "--ies", f"light 1={IES}"],
@@ -105,6 +107,7 @@ ELSEWHERE = {
     "gpu/copy_raster.wgsl": "of the benchmark",
     "scatter/epipolar/gather_compute.wgsl": "on GPUs",
     "scatter/epipolar/gather_raster.wgsl": "on processors",
+    "composite/behind_panes.wgsl": "one of two entry points, by what the device blends",
 }
 """Shaders that may stay unused, and where they are used."""
 
