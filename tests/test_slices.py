@@ -90,6 +90,7 @@ def test_ranges_of_rays(kind: str) -> None:
     np.testing.assert_allclose(lit, expected, rtol=2e-3, atol=2e-2)
     np.testing.assert_allclose(out[expected > 0.1], want[expected > 0.1], rtol=2e-3, atol=2e-2)
     assert (expected > 0).mean() > 0.02
+    assert (out[..., 0] == 0).any() and (out[..., 0][want[..., 0] == 0] == 0).all()  # they begin at the eye
     whole = np.tile(np.array([0.5, 40.0]), (2000, 1))
     held = {"slicing": bound["slicing"]}
     found, want = call(PRINTED, "clip_to_box", [ray, whole], bindings=held), twin.clip_to_box(ray, whole, bound["slicing"])
@@ -333,7 +334,7 @@ def test_planes_lie_where_a_light_is_seen_alone() -> None:
     encoder = device.encoder()
     made.record(encoder, depth_texture(device, np.ones(size[::-1])))
     device.submit(encoder)
-    extent = np.frombuffer(device.queue.read_buffer(made._buffers[0][3]), np.float32)[:2]
+    extent = np.frombuffer(device.queue.read_buffer(made.extents[0]), np.float32)[:2]
     origins, directions = rays(projection(), size)
     t = np.arange(0, 60, 0.01)[:, None, None, None]
     places = origins + t * directions

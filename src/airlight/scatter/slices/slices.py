@@ -52,6 +52,11 @@ class Slices:
         self._drawn: list[Any] = []
         self._cell, self._cells = 1, device.buffer(size=16)
 
+    @property
+    def extents(self) -> list[Any]:
+        """List the buffers of where each light was seen last: the least and the most ahead of the eye, m, two float32."""
+        return [extent for *_, extent in self._buffers[: len(self._passes)]]
+
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
         """Takes the density to be that of the air and its fog by height alone."""
