@@ -11,6 +11,7 @@ from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.messages import nearest
 from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
+from airlight.options.daylight import OF_PICTURE
 from airlight.options.declare import as_text
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 
@@ -92,7 +93,7 @@ def _option(p: Option) -> Callable[[F], F]:
         p.name,
         cls=rich_click.RichOption,
         type=kind,
-        metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words else None,
+        metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words and not p.form else p.form or None,
         default=as_text(p.default) if p.is_triple and p.default is not None else p.default,
         show_default=p.default is not None,
         panel="Exposure" if p.name in _EXPOSURE else p.group.capitalize(),
@@ -110,7 +111,8 @@ def gather(ctx: click.Context, preset: str | None, medium: str | None = None) ->
 
     A medium, or an option of one, is lit by march if no method is said. Raises AirlightError.
     """
-    options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
+    others = frozenset() if ctx.command.name == "image" else OF_PICTURE  # scenes have a --sun and a --fov of their own
+    options = [p.name for p in declared(scenes=True) if p.name in ctx.params and p.name not in others]
     recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = recalled | (presets.load(preset) if preset is not None else {})
     written = {name: ctx.params[name] for name in options if given(ctx, name)}

@@ -28,7 +28,7 @@ class Option:
 
     kind: int, float, bool or str. is_triple: three numbers, of red, green and blue, where one stands for three that are equal; or of
     `axes` x, y, z. choices: of
-    a text. words: that may stand for a number, or of a text those that are
+    a text; form: how a text is written, as AZ,EL. words: that may stand for a number, or of a text those that are
     always known. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
     usually moved by hand, its bounds if nothing else is said; or its only values, three or more. is_log: moved in ratios.
     """
@@ -40,6 +40,7 @@ class Option:
     kind: type = float
     is_triple: bool = False
     axes: str = "r,g,b"
+    form: str = ""
     choices_of: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     words: tuple[str, ...] = ()
     low: float | None = None
@@ -73,7 +74,7 @@ class Option:
             return ", ".join(self.choices or ("true", "false"))
         low = "" if self.low is None else f"{'>' if self.low_open else '≥'} {self.low:g}"
         high = "" if self.high is None else f"{'<' if self.high_open else '≤'} {self.high:g}"
-        form = self.axes if self.is_triple else ""
+        form = self.axes if self.is_triple else self.form
         return ", ".join(part for part in (form, low, high, *self.words) if part)
 
     @property
@@ -131,7 +132,7 @@ def choice(default: Any, of: tuple[str, ...] | Callable[[], tuple[str, ...]], de
 
 
 def text(default: Any, pattern: str, description: str, source: str, **more: Any) -> Any:
-    """Declare a text of a pattern; more: group, and words that are always known."""
+    """Declare a text of a pattern; more: group, form, and words that are always known."""
     return _option(default, description, source, "", str, pattern=pattern, **more)
 
 
