@@ -47,7 +47,7 @@ MOST_FRAMES = 1_000_000
 # Options beside the declared parameters that shape the result.
 SHAPING: tuple[str, ...] = ("scene", "camera", "eye", "target", "fov", "environment", "up", "width", "height", "no_antialias")
 LISTS = ("light", "sun", "projector", "ies", "cookie", "volume", "particles", "exclude")  # and those that may be repeated
-SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf")
+SHAPING += ("animation", "scene_of_file", "time", "seed", "draw_path", "turn", "turntable", "frames", "fps", "crf", "day_from", "day_to")
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,8 @@ class FramesRequest:
     turntable: int | None = None
     time: float = 0.0
     frames: str | None = None
+    day_from: str | None = None
+    day_to: str | None = None
     seed: int | None = None
     draw_path: bool = False
     fps: Fraction = Fraction(24)
@@ -178,7 +180,8 @@ class FramesRequest:
         from airlight.scenes.offline import Shot
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
-        lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
+        suns = () if stage.daylight is not None else self.sun
+        lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in suns]
         lights = shaped(stage, self.shapes, lights, float(self.fps))
         return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(lights))
 
@@ -257,6 +260,9 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.scenes import offline
+    from airlight.jobs.sun_of_scene import SunRequest, put_daylight, with_daylight
+
+    values = with_daylight(values, bool(r.volume or r.particles))
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
@@ -283,6 +289,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         if r.volume or r.particles:
             suit(stage, values, cells)
     built = build(stage.settings | values)
+    put_daylight(stage, built, SunRequest(r.sun, r.day_from, r.day_to, (frames[0].time, frames[-1].time)))
     parameters, method = built[Parameters], METHODS[built[Parameters].method]
     refuse_meaningless(r.explicit, parameters.method, _chooser(r, values, stage))
     if r.exclude and built[SceneOptions].occluders != "prepass" and not method.lights_medium:

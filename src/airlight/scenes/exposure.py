@@ -85,7 +85,8 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
         return Exposure()
     is_sure = stage.measured or is_physical(stage.scene)
     sun, lamp = strengths(stage.scene)
-    times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
+    duration = stage.daylight.duration if stage.daylight is not None and stage.daylight.duration else stage.duration
+    times = [duration * k / METERED_TIMES for k in range(METERED_TIMES if duration else 1)]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
     ev = float(stops)
     for _ in range(PASSES):
@@ -147,11 +148,12 @@ def expose(stage: Stage, pre: float) -> None:
             materials[id(material)] = material
     for material in materials.values():
         if isinstance(material, gfx.MeshStandardMaterial):
-            material.env_map_intensity = sky
+            if stage.daylight is None:
+                material.env_map_intensity = sky
             intensity = _EMISSION.setdefault(material, float(material.emissive_intensity))
             physical = max(material.emissive.to_physical()[:3]) * intensity >= PHYSICAL_RADIANCE
             material.emissive_intensity = intensity * pre if physical else intensity
-        elif isinstance(material, gfx.BackgroundSkyboxMaterial):
+        elif isinstance(material, gfx.BackgroundSkyboxMaterial) and stage.daylight is None:
             _scale_sky(material, sky)
 
 

@@ -101,14 +101,16 @@ def _lap(path: Path, run: Run) -> float:
     return (k - (done - length) / (done - before)) / run.rate - SETTLED
 
 
-def _surroundings(scene: gfx.Scene) -> None:
-    """Build sky, sea, mountains and islands with what stands on them."""
+def _surroundings(scene: gfx.Scene) -> list[gfx.Mesh]:
+    """Build sky, sea, mountains and islands with what stands on them; give the mountains."""
+    ranges = []
     picture = ground.sky(SUN, 768, 5)
     scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=Environment(picture).cube(512))))
     Environment(FILL * picture).surround(scene, background=False)
     scene.add(sea(FILL))
     for far, height, seed, haze in ((3000.0, 330.0, 31, 0.74), (1900.0, 150.0, 32, 0.55), (1000.0, 46.0, 37, 0.33)):
-        scene.add(mountains(SUN, far, height, seed, haze))
+        ranges.append(mountains(SUN, far, height, seed, haze))
+    scene.add(*ranges)
     isle, near = _island(116, 5.0, 21, 30), _island(44, 2.2, 25, 8)
     isle.local.position, near.local.position = (-13, 0, -2), (47, 0, 56)
     isle.receive_shadow = near.receive_shadow = True
@@ -119,6 +121,7 @@ def _surroundings(scene: gfx.Scene) -> None:
             if part.material.alpha_test > 0:
                 part.material.alpha_test = 0.65  # finer leaves, more sky between them
         scene.add(tree)
+    return ranges
 
 
 def _meshes(root: gfx.WorldObject) -> list[gfx.Mesh]:
@@ -128,7 +131,7 @@ def _meshes(root: gfx.WorldObject) -> list[gfx.Mesh]:
 def flying(seed: int = 4) -> Stage:
     """Build the stage; its duration is one lap, after which everything is where it was. seed: the loop's shape."""
     scene = gfx.Scene()
-    _surroundings(scene)
+    ranges = _surroundings(scene)
     centre = np.array([0.0, 10.0, 10.0])
     disc, sun = sunrise(centre, SUN, 95)
     (airship, _), (ornithopter, flap) = model("airship"), model("ornithopter")
@@ -168,4 +171,4 @@ def flying(seed: int = 4) -> Stage:
     for camera in cameras.values():
         pose(0.0, camera)
     light = SceneLight(target=disc, screen_tint=(0.7, 0.7, 0.7))
-    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST)
+    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST, hazy=tuple(ranges))

@@ -91,7 +91,8 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Project
     """
     projectors = [one for one in requested if isinstance(one, Projector)]
     others = [one for one in requested if not isinstance(one, Projector)]
-    made = Lighting([] if others else list(stage.lights))
+    suns = [] if stage.daylight is None else [stage.daylight.light]
+    made = Lighting([*suns] if others else list(stage.lights))
     for projector in projectors:
         cast_shadow(projector, stage.center, stage.radius)
         made.added.append((projector, stage.scene))
@@ -99,7 +100,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Project
     if not others:
         return made
     stage.measured = stage.measured or any(one.intensity is not None for one in others)
-    free = [light for light in stage.lights if light.target is not None]
+    free = [light for light in stage.lights if light.target is not None and all(light is not sun for sun in suns)]
     for one in others:
         if isinstance(one, NamedLight):
             _named(stage, one, made)

@@ -92,7 +92,14 @@ def mountains(sun: Array, distance: float, height: float, seed: int, haze: float
     i = np.arange(n - 1)
     faces = [np.stack([i + k * n, i + 1 + k * n, i + n + k * n], 1) for k in (0, 1)]
     faces += [np.stack([i + 1 + k * n, i + 1 + n + k * n, i + n + k * n], 1) for k in (0, 1)]
-    geometry = gfx.Geometry(positions=positions, indices=np.concatenate(faces).astype(np.int32), colors=colour.astype(np.float32))
+    # By the slopes of the crest, seen from the middle; used where light falls on them.
+    rise = np.gradient(top, distance * (azimuth[1] - azimuth[0]))
+    normal = np.stack([-np.sin(azimuth) - rise * np.cos(azimuth), np.full(n, 0.9), np.cos(azimuth) - rise * np.sin(azimuth)], 1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normals = np.concatenate([normal] * len(rows)).astype(np.float32)
+    geometry = gfx.Geometry(
+        positions=positions, normals=normals, indices=np.concatenate(faces).astype(np.int32), colors=colour.astype(np.float32)
+    )
     return gfx.Mesh(geometry, gfx.MeshBasicMaterial(color_mode="vertex", side="both"))
 
 

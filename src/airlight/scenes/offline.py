@@ -256,6 +256,8 @@ class Studio:
     def _draw(self, renderer: Any, effect: LightShafts, time: float, turn: float) -> None:
         """Poses the stage and its camera, and renders a frame."""
         self.stage.pose(time, self._followed)
+        if self.stage.daylight is not None:
+            self.stage.daylight.move(self.stage, time)
         effect.time = time
         follow((*self.stage.fields, *self.stage.cookies), time, self.stage.fps)
         self._lighting.move()

@@ -98,18 +98,19 @@ def valley() -> Stage:
     picture = ground.sky(SUN, 768, 5)
     scene.add(gfx.Background(None, gfx.BackgroundSkyboxMaterial(map=Environment(picture).cube(512))))
     Environment(FILL * picture).surround(scene, background=False)
+    ranges = []
     for far, height, seed, haze in ((3000.0, 420.0, 31, 0.74), (1700.0, 190.0, 32, 0.5), (800.0, 70.0, 37, 0.3)):
-        scene.add(mountains(SUN, far, height, seed, haze))
+        ranges.append(mountains(SUN, far, height, seed, haze))
     centre = np.array([0.0, 15.0, 0.0])
     disc, sun = sunrise(centre, SUN, 0.75 * SIZE)
     solid = [_ground(h), *_woods(h)]
     for thing in solid:
         thing.cast_shadow = thing.receive_shadow = True
-    scene.add(sea(FILL), disc, sun.target, *solid)
+    scene.add(sea(FILL), disc, sun.target, *ranges, *solid)
     cameras = {}
     for name, eye, target in (("hill", (-14.0, 22.0, 150.0), (16.0, 12.0, 0.0)), ("river", (38.0, 6.0, 110.0), (20.0, 9.0, 0.0))):
         cameras[name] = camera = gfx.PerspectiveCamera(45, 16 / 9, depth_range=(0.5, 2 * FAR))
         camera.local.position = eye
         camera.look_at(target)
     light = SceneLight(target=disc, screen_tint=(0.7, 0.7, 0.7))
-    return Stage("valley", scene, cameras, [light], 0.0, lambda *_: None, centre, 150.0, settings=FOG)
+    return Stage("valley", scene, cameras, [light], 0.0, lambda *_: None, centre, 150.0, settings=FOG, hazy=tuple(ranges))
