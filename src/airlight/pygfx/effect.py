@@ -58,7 +58,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `fields`: densities on grids that join the medium's, each a
     medium.field.Field, a Volume, or what gives one by `field()`; `time`: seconds, of what the wind moves; `radius`: metres of a sphere
-    around the scene, from which unset parts of the medium follow; None: around what casts shadows; `enabled`: False costs nothing; `dt`:
+    around the scene, from which unset parts of the medium follow; None: around what casts shadows; `daylight`: a scenes.daylight.Daylight
+    whose air lies before the picture, or None; `enabled`: False costs nothing; `dt`:
     seconds since the last frame, which light adaptation follows (0: it settles at once); `still`: anything that can be compared. While it
     stays the same a shadow map is kept as long as the same meshes cast, and their bounds and the map lie where they did: it has to change
     where bones, morph targets, instances, vertices or holes change within bounds. None: maps are drawn in each frame. `pre_exposure`:
@@ -100,6 +101,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.fields: list[Any] = list(fields)
         self.time = 0.0
         self.radius: float | None = None
+        self.daylight: Any = None
         self.debug: str | None = None
         self.still: Any = None
         self.dt, self.timing, self.doubts = 0.0, False, True

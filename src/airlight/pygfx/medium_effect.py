@@ -1,6 +1,7 @@
 """Keeps the state of a pass whose method lights a medium: what casts shadows, and the march."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from airlight.gpu.timing import Timer
 from airlight.medium.field import as_field
 from airlight.medium.resolve import ResolvedMedium, doubt, left_out, resolve
 from airlight.options import March, Medium
+from airlight.pygfx.air import AirOfScene
 from airlight.pygfx.basin import Basin
 from airlight.pygfx.casters import Casters, Gathered, height
 from airlight.pygfx.dimmed_suns import doubt_of_suns
@@ -43,10 +45,11 @@ class MediumState:
         self.lacks: str | None = None
         self._over: SceneLayer | None = None  # with what is seen through
         self.glass = GlassMaps(device)
+        self._air = AirOfScene(device, size)
 
     @property
     def layer(self) -> SceneLayer:
-        return self._over or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
+        return self._over or self._air.layer or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
 
     def draw_panes(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
         """Records the drawing of what is seen through onto the picture in its medium, and onto the layer; returns the picture, None where
@@ -66,6 +69,8 @@ class MediumState:
         densities = shafts.fields, shafts.time, gathered, self._basin, shafts.camera
         settled = settle(shafts.medium, shafts.march, p.quality, radius or 1.0, *densities)
         settled = settled.exposed(shafts.pre_exposure)
+        if shafts.daylight is not None:
+            settled = replace(settled, ambient=settled.ambient + shafts.daylight.ambient * shafts.pre_exposure)
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
@@ -90,12 +95,17 @@ class MediumState:
         panes = shafts.panes if shafts.panes.held else None
         if panes:
             share["panes"] = True
-        self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
+        has_fog = panes is not None or shafts.daylight is None or medium.varies or bool(medium.sigma_t.any())
+        if has_fog:
+            self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         if panes:
             panes.draw_spans(shafts, self.march, projection, depth, timer)
         use_camera(camera)  # of whoever draws on this encoder
-        self.march.record(encoder, depth, timer)
+        if has_fog:
+            self.march.record(encoder, depth, timer)
         self._over = None
+        fog = (self.march.layer, self.march.transmittance) if has_fog else None
+        self._air.record(shafts, encoder, depth, list(zip(lights, shadows, strict=True)), medium, fog, timer)
 
     def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float, more: str | None) -> None:
         """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen, or, in a line, of more. center, radius: of

@@ -258,7 +258,7 @@ class Studio:
         self.stage.pose(time, self._followed)
         if self.stage.daylight is not None:
             self.stage.daylight.move(self.stage, time)
-        effect.time = time
+        effect.time, effect.daylight = time, self.stage.daylight
         follow((*self.stage.fields, *self.stage.cookies), time, self.stage.fps)
         self._lighting.move()
         self._carry(turn)
