@@ -95,7 +95,7 @@ class MediumState:
         panes = shafts.panes if shafts.panes.held else None
         if panes:
             share["panes"] = True
-        has_fog = panes is not None or shafts.daylight is None or medium.varies or bool(medium.sigma_t.any())
+        has_fog = panes is not None or shafts.daylight is None or bool(medium.sigma_t.any())
         if has_fog:
             self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         if panes:

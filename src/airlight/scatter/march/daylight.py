@@ -88,7 +88,7 @@ class AirLayer:
         shared = self.table.record(view[:3, :3] @ sun.direction, view[:3, 1], sun.irradiance)
         device.queue.write_buffer(self._daylight, 0, shared.tobytes())
         heaven, radius = np.zeros((), HEAVEN), math.radians(SUN_ANGULAR_RADIUS)
-        heaven["ground"], heaven["disc_radius"], heaven["disc_cosine"] = sun.ground, radius, 1 - math.cos(radius)
+        heaven["ground"], heaven["disc_radius"] = sun.ground, radius
         heaven["disc"] = sun.irradiance / (2 * math.pi * (1 - math.cos(radius)))
         heaven["pixel"] = 2 / (abs(float(projection[1][1])) * height)
         device.queue.write_buffer(self._heaven, 0, heaven.tobytes())

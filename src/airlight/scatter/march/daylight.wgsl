@@ -13,10 +13,9 @@ override KEEPS: bool = false;   // where nothing is drawn the picture shows the 
 
 struct Heaven {
     ground: vec3f,              // radiance of level ground, beyond what is drawn
-    disc_cosine: f32,           // 1 - cosine of the sun's angular radius
+    disc_radius: f32,           // radians
     disc: vec3f,                // radiance of the sun's disc above the air
     pixel: f32,                 // radians that a pixel is wide
-    disc_radius: f32,           // radians
 }
 
 @group(0) @binding(6) var noise: texture_2d<f32>;
@@ -87,10 +86,10 @@ fn look_up(@builtin(global_invocation_id) id: vec3u) {
 
 /// Evaluate what lies behind the air where nothing is drawn: the sun's disc, or the ground. transmittance: of the air.
 fn behind_air(ray: Ray, sky: DaylightRay) -> vec3f {
-    if (sky.ground < NO_END) { return heaven.ground; }
     let off = ray.direction - daylight.to_sun;
-    let away = 2.0 * asin(min(0.5 * sqrt(dot(off, off)), 1.0));
-    return heaven.disc * clamp((heaven.disc_radius - away) / heaven.pixel + 0.5, 0.0, 1.0);
+    let away = sqrt(dot(off, off)); // radians, where it matters
+    let disc = heaven.disc * clamp((heaven.disc_radius - away) / heaven.pixel + 0.5, 0.0, 1.0);
+    return select(disc, heaven.ground, sky.ground < NO_END);
 }
 
 /// Write the layer of a pixel: radiance that is added, and the transmittance; 0 where nothing is drawn, and the sky replaces the picture.
