@@ -136,7 +136,7 @@ class Daylight:
         for thing in hidden:
             thing.visible = False
         for mesh in stage.hazy:
-            mesh.material = gfx.MeshStandardMaterial(color=gfx.Color.from_physical(*stage.clear), roughness=1.0, metalness=0, side="both", color_mode="uniform")
+            mesh.material = stage.clear
         stage.lights, stage.scene.environment, stage.measured, stage.daylight = [self.light, *lamps], self._cubes[0], True, self
         self.sun.target.local.position = stage.center
         stage.scene.add(self._background, self.sun, self.sun.target)

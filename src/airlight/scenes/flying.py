@@ -11,7 +11,7 @@ from airlight.pygfx import SceneLight
 from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
-from airlight.scenes.landscape import FAR, land, mountains, sea, slope, square, sunrise
+from airlight.scenes.landscape import FAR, land, mountains, sea, slope, square, sunrise, woods
 from airlight.scenes.stage import Stage
 from airlight.scenes.steering import Path, Run, Vehicle, follow, limited, loop, shadow
 
@@ -171,4 +171,4 @@ def flying(seed: int = 4) -> Stage:
     for camera in cameras.values():
         pose(0.0, camera)
     light = SceneLight(target=disc, screen_tint=(0.7, 0.7, 0.7))
-    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST, hazy=tuple(ranges))
+    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST, hazy=tuple(ranges), clear=woods())

@@ -4,10 +4,12 @@ import numpy as np
 import pygfx as gfx
 import pylinalg as la
 
+from airlight.planes import smoothstep
 from airlight.scenes import ground
 from airlight.scenes.ground import Array
 
 FAR = 4000.0  # where disc and sky end
+TILE = 300.0  # m, after which what grows on mountains repeats
 SUN_RADIANCE = (24.0, 15.0, 6.7)
 SUN_ANGLE = np.radians(1.1)  # half-angle of the disc
 
@@ -93,14 +95,28 @@ def mountains(sun: Array, distance: float, height: float, seed: int, haze: float
     faces = [np.stack([i + k * n, i + 1 + k * n, i + n + k * n], 1) for k in (0, 1)]
     faces += [np.stack([i + 1 + k * n, i + 1 + n + k * n, i + n + k * n], 1) for k in (0, 1)]
     # By the slopes of the crest, seen from the middle; used where light falls on them.
-    rise = np.gradient(top, distance * (azimuth[1] - azimuth[0]))
+    rise = 0.5 * np.gradient(top, distance * (azimuth[1] - azimuth[0]))
     normal = np.stack([-np.sin(azimuth) - rise * np.cos(azimuth), np.full(n, 0.9), np.cos(azimuth) - rise * np.sin(azimuth)], 1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normals = np.concatenate([normal] * len(rows)).astype(np.float32)
+    across = np.round(2 * np.pi * distance / TILE) * (azimuth / (2 * np.pi))
+    texcoords = np.concatenate([np.stack([across, y / TILE], 1) for y in rows]).astype(np.float32)
+    indices = np.concatenate(faces).astype(np.int32)
     geometry = gfx.Geometry(
-        positions=positions, normals=normals, indices=np.concatenate(faces).astype(np.int32), colors=colour.astype(np.float32)
+        positions=positions, normals=normals, texcoords=texcoords, indices=indices, colors=colour.astype(np.float32)
     )
     return gfx.Mesh(geometry, gfx.MeshBasicMaterial(color_mode="vertex", side="both"))
+
+
+def woods(seed: int = 51) -> gfx.MeshStandardMaterial:
+    """Paint what grows on mountains as light falls on it, without the haze: woods, and stone."""
+    n = 256
+    rough, fine = ground.noise(n, seed, 1.6, 2), ground.noise(n, seed + 1, 1.0, 12)
+    albedo = ground.mix((0.045, 0.06, 0.03), (0.17, 0.16, 0.13), smoothstep(rough + 0.4 * fine, 0.6, 1.6)) * (1 + 0.2 * fine)[..., None]
+    bumps = ground.texture(ground.normals(rough + 0.4 * fine, 0.45), srgb=False)
+    return gfx.MeshStandardMaterial(
+        map=ground.texture(ground.codes(albedo)), normal_map=bumps, roughness=1.0, metalness=0, side="both"
+    )
 
 
 def sunrise(centre: Array, towards: Array, reach: float) -> tuple[gfx.Mesh, gfx.DirectionalLight]:

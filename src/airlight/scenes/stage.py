@@ -29,7 +29,7 @@ class Stage:
     None where it has none.
     measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
     file that gives them in lux and candela.
-    hazy: meshes whose unlit colours hold haze; in daylight, which brings its own, they have the albedo `clear`. daylight: what lights it,
+    hazy: meshes whose unlit colours hold haze; in daylight, which brings its own, they have the material `clear`. daylight: what lights it,
     a `scenes.daylight.Daylight`, or None.
     settings: values of declared parameters that the scene is meant for, where a user gives none; of its medium and march.
     """
@@ -54,5 +54,5 @@ class Stage:
     measured: bool = False
     photometric: bool = False
     hazy: tuple[Any, ...] = ()
-    clear: tuple[float, float, float] = (0.09, 0.1, 0.07)
+    clear: Any = None
     daylight: Any = None

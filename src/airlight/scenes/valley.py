@@ -11,7 +11,7 @@ from airlight.scenes import ground
 from airlight.scenes.environment import Environment
 from airlight.scenes.gltf.load import model
 from airlight.scenes.ground import Array
-from airlight.scenes.landscape import FAR, land, mountains, sea, slope, square, sunrise
+from airlight.scenes.landscape import FAR, land, mountains, sea, slope, square, sunrise, woods
 from airlight.scenes.stage import Stage
 
 SUN = np.array([0.16, 0.17, -1.0]) / np.linalg.norm([0.16, 0.17, -1.0])  # direction to it
@@ -113,4 +113,4 @@ def valley() -> Stage:
         camera.local.position = eye
         camera.look_at(target)
     light = SceneLight(target=disc, screen_tint=(0.7, 0.7, 0.7))
-    return Stage("valley", scene, cameras, [light], 0.0, lambda *_: None, centre, 150.0, settings=FOG, hazy=tuple(ranges))
+    return Stage("valley", scene, cameras, [light], 0.0, lambda *_: None, centre, 150.0, settings=FOG, hazy=tuple(ranges), clear=woods())
