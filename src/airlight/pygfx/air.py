@@ -7,15 +7,19 @@ import numpy as np
 
 from airlight.composite.scene import SceneLayer
 from airlight.gpu.device import Device
-from airlight.gpu.timing import Timer
+from airlight.gpu.timing import Timer, compute
 from airlight.lights.directional import DirectionalLight
-from airlight.medium.resolve import ResolvedMedium
+from airlight.medium.resolve import ResolvedMedium, resolve
+from airlight.options import March, Medium
+from airlight.pygfx.origin import current_origin
 from airlight.scatter.march.daylight import AirLayer, Sun
+from airlight.scatter.march.march import GROUP
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
+BEHIND = "pygfx/air_behind.wgsl"
 SAME = 1e-4  # of a unit vector, within which a light is the sun
 
 
@@ -25,13 +29,27 @@ class AirOfScene:
     def __init__(self, device: Device, size: tuple[int, int]) -> None:
         self.device, self.size = device, size
         self._air: AirLayer | None = None
+        self._seen: Any = None  # the picture behind the air
         self.layer: SceneLayer | None = None
 
+    def behind(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
+        """Record the picture as it is seen through the air, without shadows in that, for methods of the screen; give its texture."""
+        self.record(shafts, encoder, depth, (), None, None, timer)
+        if self.layer is None:
+            return color
+        if self._seen is None:
+            self._seen = self.device.texture(*self.size, "rgba16float")
+        pipeline = self.device.pipeline(BEHIND, "compose")
+        bind = self.device.bind(BEHIND, color, self.layer.radiance, self.layer.transmittance, self._seen)
+        compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in self.size), "daylight picture", timer)
+        return self._seen
+
     def record(
-        self, shafts: "LightShafts", encoder: Any, depth: Any, lights: Sequence[Any], medium: ResolvedMedium,
+        self, shafts: "LightShafts", encoder: Any, depth: Any, lights: Sequence[Any], medium: ResolvedMedium | None,
         fog: Sequence[Any] | None, timer: Timer | None,
     ) -> None:  # fmt: skip
-        """Record the air before the picture's depth. lights: with their shadow maps; fog: radiance and transmittance of a medium."""
+        """Record the air before the picture's depth. lights: with their shadow maps; medium: resolved, and fog: its radiance and
+        transmittance; None where there is none, and the picture shows the sky already."""
         daylight = shafts.daylight
         if daylight is None:
             self.layer = self._air = None
@@ -42,9 +60,10 @@ class AirOfScene:
         found = [one for one in lights if isinstance(one[0], DirectionalLight) and np.allclose(one[0].direction, daylight.direction, atol=SAME)]
         light, shadow = found[0] if found and METHODS[shafts.parameters.method].has_units else (None, None)
         scale = daylight.lux * shafts.pre_exposure
-        altitude = daylight.altitude + float(np.linalg.inv(view)[1, 3]) + medium.origin[1]
+        altitude = daylight.altitude + float(np.linalg.inv(view)[1, 3] + current_origin()[1])
         sun = Sun(daylight.air, daylight.direction, daylight.elevation, scale, daylight.sky.ground * scale, altitude)
         share = shafts.in_scene.share(shafts.parameters)
-        self._air.update(view, projection, sun, medium, light=light, shadow=shadow, share=share, jitter=shafts.parameters.offset)
+        more: Any = {"light": light, "shadow": shadow, "share": share, "jitter": shafts.parameters.offset, "keeps": medium is None}
+        self._air.update(view, projection, sun, medium or resolve(Medium(), March(), "draft", 1.0), **more)
         self._air.record(encoder, depth, fog, timer)
         self.layer = SceneLayer(radiance=self._air.layer, transmittance=self._air.transmittance)

@@ -18,6 +18,7 @@ from airlight.gpu.device import WANTED_FEATURES, Device
 from airlight.gpu.timing import Timer, divide
 from airlight.medium.resolve import ResolvedMedium
 from airlight.options import Composite, March, Medium, Parameters, SceneOptions
+from airlight.pygfx.air import AirOfScene
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.medium_effect import MediumState
 from airlight.pygfx.panes import Panes
@@ -113,6 +114,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._timer: Timer | None = None
         self._encoder: Any = None  # which was recorded on last
         self._surfaces = SurfaceShadows(self)
+        self._air: AirOfScene | None = None  # of methods of the screen
         self.panes = Panes(self)
 
     @property
@@ -217,6 +219,9 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         if medium is not None:
             medium.record(self, command_encoder, depth, timer)
         if screen is not None:
+            if self.daylight is not None:
+                self._air = self._air if self._air is not None and self._air.size == size else AirOfScene(self.device, size)
+                color = self._air.behind(self, command_encoder, color, depth, timer)
             screen.record(self, command_encoder, color, depth, seen, timer)
         divide(command_encoder)
         settings = self._composite_settings(bool(seen))

@@ -26,7 +26,7 @@ CROWDING = 1.7, 1.5  # power by which they crowd at the horizon, and at the sun
 AT_HORIZON = 0.02  # degrees from the horizon, of the nodes next to it
 LOWEST = -18.0  # degrees: suns below it count as there
 NO_SUN = 1e-3  # lux, below which the sun casts nothing
-CODE_MOST = 60_000.0  # of codes in half floats
+DISC_MOST = 24.0  # of the background as it is exposed: methods that sum the picture's light would show nothing but the sun's
 
 Track = Callable[[float], tuple[float, float]]  # from seconds to azimuth and elevation, degrees
 
@@ -178,7 +178,8 @@ class Daylight:
             _fill(self._cubes[0], self.sky.cube(LIGHT_FACE, self.azimuth, disc=False) / mean)
         if background and done[1] != (where, stage.pre_exposure):
             light = self.sky.cube(BACKGROUND_FACE, self.azimuth, disc=True)
-            _fill(self._cubes[1], light * (self.lux * stage.pre_exposure))
+            light = light * (self.lux * stage.pre_exposure)
+            _fill(self._cubes[1], light * np.minimum(1, DISC_MOST / np.maximum(light.max(axis=-1, keepdims=True), 1e-30)))
             done[1] = where, stage.pre_exposure
         done[0] = where
         self._made = done[0], done[1]
@@ -200,7 +201,7 @@ def _cube(size: int) -> gfx.Texture:
 
 def _fill(texture: gfx.Texture, radiance: Array) -> None:
     """Fill a cube texture with radiance (6, size, size, 3), coded as pygfx expects it."""
-    texture.data[..., :3] = np.minimum(srgb_encode(np.maximum(radiance, 0).astype(np.float32)), CODE_MOST)
+    texture.data[..., :3] = srgb_encode(np.maximum(radiance, 0).astype(np.float32))
     texture.update_full()
 
 

@@ -64,6 +64,7 @@ class AirLayer:
         self._hidden: Any = None  # D L1, of the picture's size
         self._marched: Any = None  # of a part of it
         self._spare = device.texture(1, 1, "rgba32float")
+        self._unused = device.texture(1, 1, "rgba32float")  # which is written where nothing is kept
         self._size = pixels
         self._shadow: Shadow | None = None
         self._radius: int | None = None
@@ -116,7 +117,7 @@ class AirLayer:
         if self._shadow is not None:
             self._look_up(encoder, depth, timer)
         hidden = self._spare if self._shadow is None else self._hidden
-        pipeline = device.pipeline(AIR, "add_air", FOGGED=fog is not None, SHADOWED=self._shadow is not None, KEEPS=self._keeps)
+        pipeline = device.pipeline(AIR, "add_air", FOGGED=fog is not None, KEEPS=self._keeps)
         bind = self._bound(depth, hidden, self.layer, self.transmittance, fog or (self._spare, self._spare))
         compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in self.pixels), "daylight", timer)
 
@@ -128,7 +129,7 @@ class AirLayer:
             self._moments.record(encoder, self._radius, [self._shadow.drawn], timer)
         target = self._hidden if whole else self._marched
         pipeline = device.pipeline(AIR, "look_up", **self._flags)
-        bind = self._bound(depth, self._spare, target, device.texture(1, 1, "rgba32float"), (self._spare, self._spare))
+        bind = self._bound(depth, self._spare, target, self._unused, (self._spare, self._spare))
         compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in self._size), "daylight shadows", timer)
         if not whole:
             pipeline = device.pipeline(UPSAMPLE, "upsample")

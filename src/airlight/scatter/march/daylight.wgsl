@@ -8,7 +8,6 @@
 //! include "scatter/daylight/view_table.wgsl"
 //! include "wgsl/jitter.wgsl"
 override FOGGED: bool = false;  // a medium's layer lies before the air's
-override SHADOWED: bool = false; // shadows were looked up
 override KEEPS: bool = false;   // where nothing is drawn the picture shows the sky already
 
 struct Heaven {
@@ -21,7 +20,7 @@ struct Heaven {
 @group(0) @binding(6) var noise: texture_2d<f32>;
 @group(0) @binding(7) var<storage, read> light_storage: Light; // a copy that loops may hang on
 @group(0) @binding(8) var<uniform> heaven: Heaven;
-@group(0) @binding(9) var hidden: texture_2d<f32>;          // D L1
+@group(0) @binding(9) var hidden: texture_2d<f32>; // D L1; a texel of 0 where nothing is hidden: the same code for both, to the bit
 @group(0) @binding(10) var fog_radiance: texture_2d<f32>;
 @group(0) @binding(11) var fog_transmittance: texture_2d<f32>;
 @group(0) @binding(12) var through: texture_storage_2d<rgba32float, write>;
@@ -100,9 +99,8 @@ fn add_air(@builtin(global_invocation_id) id: vec3u) {
     let sky = daylight_ray(ray.direction);
     let is_sky = ray.reach >= NO_END;
     let t = select(ray.reach, sky.ground, is_sky);
-    var single = daylight_single(sky, t);
-    if (SHADOWED) { single = max(single - textureLoad(hidden, id.xy, 0).rgb, vec3f(0.0)); }
-    var radiance = single + daylight_multiple(sky, t);
+    let missing = textureLoad(hidden, min(id.xy, textureDimensions(hidden) - 1u), 0).rgb;
+    var radiance = max(daylight_single(sky, t) - missing, vec3f(0.0)) + daylight_multiple(sky, t);
     var left = daylight_transmittance(sky, t);
     if (is_sky) {
         radiance = select(radiance + left * behind_air(ray, sky), vec3f(0.0), KEEPS);
