@@ -26,7 +26,8 @@ struct Heaven {
 @group(0) @binding(12) var through: texture_storage_2d<rgba32float, write>;
 
 const FARTHEST = 1e6;           // m, to which shadows are looked up
-const LEAST_STEPS = 16.0;       // in a cascade
+const GROUP = 8.0;              // steps
+const LEAST_GROUPS = 2.0;       // in a cascade
 
 /// Make the camera's ray of a pixel of the picture, to what is drawn there, however far; NO_END where nothing is.
 fn air_ray(pixel: vec2u) -> Ray {
@@ -42,25 +43,27 @@ fn missing_in_view(i: u32, ray: Ray, sky: DaylightRay, seen: vec2f, o: f32) -> v
     let line = project_ray(i, ray, seen, 0.0);
     let range = line.range;
     if (range.y <= range.x) { return vec3f(0.0); }
-    let n = max(floor(f32(light_storage.steps) / f32(light_storage.views)), LEAST_STEPS);
-    let each = (range.y - range.x) / n;
+    let groups = max(floor(f32(light_storage.steps) / (GROUP * f32(light_storage.views))), LEAST_GROUPS);
+    let each = (range.y - range.x) / (GROUP * groups);
     let last = last_stretch(i, ray, 1.0);
+    var before = daylight_single(sky, range.x);
     var sum = vec3f(0.0);
-    var dark = 0.0;             // share that is hidden, from `begin` on
-    var begin = range.x;
     var k = 0.0;
     loop {
-        let at = line.b.xyz + min(range.x + (k + o) * each, last) * line.a.xyz;
-        let now = select(1.0 - visibility(i, at.xy, at.z, o), 0.0, k >= n);
-        // Add the stretch that ends here
-        if (now != dark) {
-            let t = range.x + k * each;
-            if (dark > 0.0) { sum += dark * (daylight_single(sky, t) - daylight_single(sky, begin)); }
-            begin = t;
-            dark = now;
+        // Count the steps of a group that are hidden: within it C is as good as straight
+        var dark = 0.0;
+        var step = 0.0;
+        loop {
+            let at = line.b.xyz + min(range.x + (k * GROUP + step + o) * each, last) * line.a.xyz;
+            dark += 1.0 - visibility(i, at.xy, at.z, o);
+            step += 1.0;
+            continuing { break if step >= GROUP; }
         }
         k += 1.0;
-        continuing { break if k > n; }
+        let now = daylight_single(sky, range.x + k * GROUP * each);
+        sum += dark / GROUP * (now - before);
+        before = now;
+        continuing { break if k >= groups; }
     }
     return sum;
 }
