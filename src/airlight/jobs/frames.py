@@ -320,7 +320,8 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     exposure = studio.exposure
     if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
         say(exposure.line())
-        values["ev"] = exposure.ev
+        if not studio.follows:
+            values["ev"] = exposure.ev
     spent.add(SET_UP, opened)
     studio.shafts.timing = r.profile
     settings = r.settings(stage.settings, values)

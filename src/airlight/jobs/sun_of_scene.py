@@ -75,13 +75,13 @@ def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -
     from airlight.scenes.daylight import Daylight as SceneDaylight
 
     where = None if options.where is None else read_where(options.where)
-    track, duration = _track(options, day, request, where)
+    track, middle = _track(options, day, request, where)
     lowest = min(track(request.seconds[0])[1], track(request.seconds[1])[1])
-    if lowest < LOWEST_SUN and duration == 0:
+    if lowest < LOWEST_SUN and middle is None:
         raise AirlightError(f"the sun stands at {lowest:.1f} degrees, and the dusk ends at {LOWEST_SUN:g}: give a time with more light")
     altitude = options.altitude if options.altitude is not None else (where[2] if where and where[2] is not None else ALTITUDE)
     lux = SUN_LUX if options.sun_strength is None else options.sun_strength
-    return SceneDaylight(atmosphere(options), track, max(altitude, 0.0), lux, duration)
+    return SceneDaylight(atmosphere(options), track, max(altitude, 0.0), lux, middle)
 
 
 def with_daylight(values: dict[str, Any], has_densities: bool) -> dict[str, Any]:
@@ -112,8 +112,8 @@ def _refuse_idle(options: Daylight, day: DaylightScene, request: SunRequest) -> 
         raise AirlightError("--from and --to go with --day and --daylight air; give them too")
 
 
-def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: Any) -> tuple[Track, float]:
-    """Find where the sun stands at a time of the scene, s, and how long it moves."""
+def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: Any) -> tuple[Track, float | None]:
+    """Find where the sun stands at a time of the scene, s, and when it is halfway; None of one that stands."""
     given = [name for name, one in (("--sun", request.suns), ("--when", options.when), ("--day", day.day)) if one]
     if not given:
         raise AirlightError("--daylight needs a sun: give --sun AZ,EL, or --when and --where, or --day and --where")
@@ -123,7 +123,7 @@ def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: An
         raise AirlightError("--from and --to go with --day; give a date, as --day 2026-06-21")
     if request.suns:
         azimuth, elevation = _angles(request.suns)
-        return (lambda _: (azimuth + day.north, elevation)), 0.0
+        return (lambda _: (azimuth + day.north, elevation)), None
     if where is None:
         raise AirlightError(f"{given[0]} needs a place: give --where LAT,LON, as 47.42,10.98")
     place = where[0], where[1], where[2] or 0.0
@@ -131,7 +131,7 @@ def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: An
         if options.when == "exif":
             raise AirlightError("--when exif is for photographs: of a scene give a time, as 2026-06-21T19:30+02:00")
         _, azimuth, elevation = (float(one) for one in sun_position(options.when, *place))
-        return (lambda _: (azimuth + day.north, elevation)), 0.0
+        return (lambda _: (azimuth + day.north, elevation)), None
     start, end = _span(str(day.day), request, place)
     first, last = request.seconds
     if last <= first:
@@ -142,7 +142,19 @@ def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: An
         _, azimuth, elevation = (float(one) for one in sun_position(_at(start + pace * (time - first)), *place))
         return azimuth + day.north, elevation
 
-    return track, last - first
+    return track, (first + last) / 2
+
+
+def checked_sun(values: dict[str, Any]) -> tuple[float, float] | None:
+    """Take the sun out of the values of a view, which has one to begin with: None unset. Raises AirlightError for what goes not with others."""
+    sun = values.pop("sun", None)
+    if sun is None:
+        return None
+    if values.get("daylight", "none") == "none":
+        raise AirlightError("--sun goes with --daylight air; give it too")
+    if values.get("when") is not None:
+        raise AirlightError("--sun and --when both say where the sun stands; give one of them")
+    return _angles([sun])
 
 
 def _angles(suns: Sequence[str]) -> tuple[float, float]:

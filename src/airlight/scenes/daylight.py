@@ -26,6 +26,7 @@ CROWDING = 1.7, 1.5  # power by which they crowd at the horizon, and at the sun
 AT_HORIZON = 0.02  # degrees from the horizon, of the nodes next to it
 LOWEST = -18.0  # degrees: suns below it count as there
 NO_SUN = 1e-3  # lux, below which the sun casts nothing
+FOLLOWED = 0.8  # of the stops by which the sky changes, that the exposure does: dusk is darker than noon
 DISC_MOST = 24.0  # of the background as it is exposed: methods that sum the picture's light would show nothing but the sun's
 
 Track = Callable[[float], tuple[float, float]]  # from seconds to azimuth and elevation, degrees
@@ -98,12 +99,13 @@ class Daylight:
     """Lights a stage by the sun and the sky of an atmosphere.
 
     air: its atmosphere; track: where the sun stands at a time, seconds, in the scene: (azimuth, elevation) degrees, azimuth 0 at -Z and 90
-    at +X. altitude: m of y = 0. lux: of the sun outside the air. duration: seconds over which the sun moves, 0: it stands.
+    at +X. altitude: m of y = 0. lux: of the sun outside the air. middle: seconds, halfway of its track; None: it stands.
     light: the sun, as a medium has it. azimuth, elevation, sky: as last moved.
     """
 
-    def __init__(self, air: Atmosphere, track: Track, altitude: float = 2.0, lux: float = SUN_LUX, duration: float = 0.0) -> None:
-        self.air, self.track, self.altitude, self.lux, self.duration = air, track, altitude, lux, duration
+    def __init__(self, air: Atmosphere, track: Track, altitude: float = 2.0, lux: float = SUN_LUX, middle: float | None = None) -> None:
+        self.air, self.track, self.altitude, self.lux, self.middle = air, track, altitude, lux, middle
+        self._metered: float | None = None  # log2 of the sky's luminance then
         self.sun = gfx.DirectionalLight(name="the sun")
         self.light = SceneLight(self.sun, disc_half_angle=SUN_ANGULAR_RADIUS)
         self.azimuth, self.elevation = 0.0, 90.0
@@ -124,6 +126,16 @@ class Daylight:
         """Give the radiance (3,) of all directions on the mean."""
         assert self.sky is not None
         return self.lux * self.sky.mean
+
+    def stops(self) -> float:
+        """Find by how many stops the exposure is more than halfway of the sun's track: it follows the sky's light, for the greater part."""
+        if self.middle is None:
+            return 0.0
+        if self._metered is None:
+            halfway = Sky(self.air, max(self.track(self.middle)[1], LOWEST), self.altitude)
+            self._metered = math.log2(max(float(halfway.mean @ REC709), 1e-30))
+        assert self.sky is not None
+        return FOLLOWED * (self._metered - math.log2(max(float(self.sky.mean @ REC709), 1e-30)))
 
     def put(self, stage: Stage) -> None:
         """Light a stage, in place of its own suns, surroundings and background; its lamps stay."""

@@ -85,8 +85,9 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
         return Exposure()
     is_sure = stage.measured or is_physical(stage.scene)
     sun, lamp = strengths(stage.scene)
-    duration = stage.daylight.duration if stage.daylight is not None and stage.daylight.duration else stage.duration
-    times = [duration * k / METERED_TIMES for k in range(METERED_TIMES if duration else 1)]
+    times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
+    if stage.daylight is not None and stage.daylight.middle is not None:  # from which the exposure follows the sky
+        times = [stage.daylight.middle]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
     ev = float(stops)
     for _ in range(PASSES):

@@ -199,6 +199,7 @@ class Studio:
             self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
             expose(stage, self.exposure.pre)
         self.ev = self.exposure.ev if asked is None else asked
+        self.follows = stage.daylight is not None and stage.daylight.middle is not None and asked is None and not linear
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius, self.shafts.doubts, self.shafts.fields = stage.radius, False, stage.fields
@@ -228,7 +229,7 @@ class Studio:
             reach=reach,
             scale=scale if self.linear else 1.0,
             layer_scale=scale,
-            exposure=float(2.0**self.ev),
+            exposure=float(2.0 ** (shafts.automatic_ev if self.follows else self.ev)),
         )
         if depth or (layer and reach > 0):
             found.depth = self.depth()
@@ -259,6 +260,8 @@ class Studio:
         if self.stage.daylight is not None:
             self.stage.daylight.move(self.stage, time)
         effect.time, effect.daylight = time, self.stage.daylight
+        if self.follows and effect is self.shafts:
+            effect.automatic_ev = self.exposure.ev + self.stage.daylight.stops()
         follow((*self.stage.fields, *self.stage.cookies), time, self.stage.fps)
         self._lighting.move()
         self._carry(turn)
@@ -331,6 +334,7 @@ class Studio:
         camera.world.matrix = around @ self._at if turn else self._at
 
     _at: np.ndarray | None = None
+    follows = False  # whether the exposure follows a sun that moves
 
 
 def make_renderer(shot: Shot) -> DividedRenderer:

@@ -9,6 +9,7 @@ from airlight.files import OUTPUTS
 from airlight.jobs.light_text import OF_LAMP, OF_MEDIUM, LightText
 from airlight.options.declare import as_text as value_as_text
 from airlight.viewer import state as st
+from airlight.viewer.daylight import words as daylight_words
 from airlight.viewer.state import ViewerState
 
 
@@ -83,7 +84,7 @@ def options(state: ViewerState) -> list[str]:
     """Write the options of `command_line`: lights, the view of a scene, parameters."""
     words = light_words(state)
     if not state.is_image:
-        words += [*state.opening, *_view(state)]
+        words += [*state.opening, *daylight_words(state), *_view(state)]
     for name, v in written_values(state).items():
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]

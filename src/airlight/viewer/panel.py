@@ -13,7 +13,8 @@ from airlight.options import presets
 from airlight.scatter.methods import METHODS
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
-from airlight.viewer.rows import Rows
+from airlight.viewer.daylight import is_on
+from airlight.viewer.daylight_rows import DaylightRows
 from airlight.viewer.state import ViewerState
 from airlight.viewer.style import set_style
 
@@ -26,7 +27,7 @@ DIM = (0.55, 0.58, 0.62, 1.0)
 OWN = "own"  # a medium that is none of those that come with Airlight
 
 
-class Panel(Rows):
+class Panel(DaylightRows):
     """Draws the panel of a state onto a canvas, over what is there."""
 
     def __init__(self, device: Any, canvas: Any, state: ViewerState) -> None:
@@ -140,10 +141,14 @@ class Panel(Rows):
     def _all(self) -> None:
         """Draw what a scene needs, or a picture whose shafts are the sum's."""
         groups = dict.fromkeys(d.group for d in st.shown(self.state) if d.group != "look")
+        if is_on(self.state):
+            self._daylight()
         for group in groups:
             if group in FIRST:
                 self._group(group, opened=True)
         self._source(opened=True)
+        if not is_on(self.state):
+            self._daylight()
         self._lights(opened=True)
         for group in groups:
             if group not in FIRST:

@@ -25,6 +25,7 @@ from airlight.scenes.exposure import METERED_WIDTH, Exposure, may_need
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
+from airlight.viewer.daylight import DaylightOfView
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
 
@@ -68,6 +69,7 @@ class SceneView:
         self.moved = False  # whether a light was
         self.posed: Any = None
         self.clip = np.eye(4)  # from world to clip space, of the camera as it was posed last
+        self.daylight = DaylightOfView()
         self._events: list[dict[str, Any]] = []  # that steer, of which nothing was made yet
 
     def open(self, stage: Any, state: ViewerState, lamps: Sequence[str] = ()) -> None:
@@ -93,6 +95,14 @@ class SceneView:
         self.shafts.fields = stage.fields
         self._expose(state)
         self.dt, self.moved = 0.0, False
+
+    def relit(self, state: ViewerState) -> None:
+        """Let the state say what lights the stage has now, and expose it anew."""
+        stage = self.stage
+        state.lights = [self._light_control(light, light is stage.movable) for light in stage.lights]
+        state.lights_before = [replace(control) for control in state.lights]
+        self.shafts.lights = list(stage.lights)
+        self._expose(state)
 
     def _expose(self, state: ViewerState) -> None:
         """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
@@ -198,6 +208,7 @@ class SceneView:
         if moving:
             state.eye.moved = self.was_moved = True
         self._pose(state)
+        self.daylight.follow(self, state)
         self._apply_lights(state)
         if self.stage.path is not None:
             self.stage.path.visible = bool(state.path_drawn)
@@ -227,7 +238,7 @@ class SceneView:
     def _surfaces(self, state: ViewerState) -> tuple[Any, ...]:
         """Collect what says what surfaces look like, before the shafts."""
         lights = tuple((tuple(c.position), c.color, c.strength) for c in state.lights)
-        return self.opened, state.time, state.path_drawn, lights, self.key(state), self.shafts.pre_exposure, self.shafts.panes.way
+        return self.opened, state.time, state.path_drawn, lights, self.key(state), self.daylight.key, self.shafts.pre_exposure, self.shafts.panes.way
 
     def show(self, state: ViewerState, texture: Any, share: float = 1.0, settles: bool = False) -> None:
         """Draw onto a texture of the canvas's size. share: of its width and height, that is drawn, below 1 a draft; settles: light
@@ -236,7 +247,7 @@ class SceneView:
         parameters, shafts.composite, scene, shafts.medium, march = state.structs[:5]
         if share < 1:
             parameters, scene, march = drafts(parameters, scene, march, share)
-        shafts.parameters, shafts.in_scene, shafts.march = parameters, scene, march
+        shafts.parameters, shafts.in_scene, shafts.march, shafts.daylight = parameters, scene, march, stage.daylight
         shafts.enabled, shafts.debug, shafts.timing = state.shafts or bool(state.debug), state.debug, state.timing
         bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
         shafts.still = self.opened, state.time, *bodies
