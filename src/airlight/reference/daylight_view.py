@@ -13,7 +13,7 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 64, 32, 48  # of the table; half of the elevations lie below the horizon
+ELEVATIONS, AZIMUTHS, DISTANCES = 80, 40, 48  # of the table; half of the elevations lie below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
 
 

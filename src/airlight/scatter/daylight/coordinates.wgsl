@@ -1,7 +1,7 @@
 // Where the table of view rays holds them: over the way from the eye, the azimuth from the sun, and the elevation, split at the horizon.
 //! include "scatter/daylight/atmosphere.wgsl"
-const ELEVATIONS = 64u;         // half of them below the horizon
-const AZIMUTHS = 32u;
+const ELEVATIONS = 80u;         // half of them below the horizon
+const AZIMUTHS = 40u;
 const DISTANCES = 48u;
 
 /// Evaluate where along the table's texture, 0 to 1, a way of t m lies. Nodes stand evenly in ln(1 + t / near); between two it goes as t does.
