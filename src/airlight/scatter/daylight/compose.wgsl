@@ -43,10 +43,11 @@ struct Seen {
     through: vec3f,
 }
 
-/// Evaluate the part of a pixel, 0 to 1, that the sun's disc covers. direction, to_sun: unit; edge: radians of half a pixel.
+/// Evaluate the part of a pixel, 0 to 1, that the sun's disc covers. apart: 1 - cosine to its centre; edge: radians of half a pixel.
 /// Twin: reference/daylight_view.py:disc_part.
-fn disc_part(direction: vec3f, to_sun: vec3f, edge: f32) -> f32 {
-    return clamp((0.0046739918 - length(direction - to_sun)) / (2.0 * edge) + 0.5, 0.0, 1.0);
+fn disc_part(apart: f32, edge: f32) -> f32 {
+    let radius = 0.0046739918; // radians
+    return clamp((radius * radius - 2.0 * apart) / (4.0 * radius * edge) + 0.5, 0.0, 1.0);
 }
 
 /// Find the way, m, to what a pixel sees along its ray, NO_END where that is the sky. direction: unit, view space.
@@ -88,7 +89,8 @@ fn seen(p: vec2u, source: vec3f) -> Seen {
     if (SKY == KEEP && is_sky) { return Seen(source, -(dark * air.single / max(air.whole, vec3f(1e-30))) * source, vec3f(1.0)); }
     var behind = source;
     if (SKY == REPLACE) {
-        let space = select(composing.ground, composing.disc * disc_part(direction, daylight.to_sun, composing.edge), air.ground >= NO_END);
+        let off = direction - daylight.to_sun;
+        let space = select(composing.ground, composing.disc * disc_part(0.5 * dot(off, off), composing.edge), air.ground >= NO_END);
         behind = select(source, space, is_sky);
     }
     if (ALL) { return Seen(behind, air.whole - dark * air.whole, air.through - dark * air.through); }

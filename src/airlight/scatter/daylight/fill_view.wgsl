@@ -17,7 +17,7 @@ struct Fill {
     sun: f32,                   // degrees
     reach: f32,                 // degrees by which the sun may stand elsewhere along a ray
     near: f32,                  // m: way_coordinate
-    span: f32,
+    step: f32,
     scale: f32,                 // of what is stored
     columns: u32,               // of the table of optical depth
     rows: u32,
@@ -93,12 +93,12 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         textureStore(by_aerosol, at, vec4f(fill.scale * (fill.to_channels * aerosol), 0.0));
         textureStore(together, at, vec4f(fill.scale * (fill.to_channels * (multiple + phase * rayleigh)), 0.0));
         if (id.x == 0u) { textureStore(through, vec2u(k, id.y), vec4f(fill.to_channels * exp(-depth), 1.0)); }
-        let middle = way_at((f32(k) + 0.5) / f32(DISTANCES - 1u), fill.near, fill.span);
+        let middle = way_at(f32(k) + 0.5, fill.near, fill.step);
         let sun = degrees(asin(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
         let elevation = asin(view_cosine_along(fill.height, ray.mu, middle));
         let turned = scattered_before(max(height_along(fill.height, ray.mu, middle), 0.0), elevation, ray.azimuth, sun);
         for (var i = 1u; i <= STEPS; i++) {
-            let end = way_at((f32(k) + f32(i) / f32(STEPS)) / f32(DISTANCES - 1u), fill.near, fill.span);
+            let end = way_at(f32(k) + f32(i) / f32(STEPS), fill.near, fill.step);
             let height = max(height_along(fill.height, ray.mu, 0.5 * (start + end)), 0.0);
             let density = select(air_density(height), vec3f(0.0), height > TOP_HEIGHT);
             let extinction = density.x * fill.rayleigh + density.y * fill.extinct + density.z * fill.ozone;

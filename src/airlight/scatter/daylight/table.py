@@ -12,8 +12,8 @@ from airlight.daylight.rays import earth_shadow
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, row_elevations
+from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
+from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations
 from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
@@ -70,14 +70,15 @@ class ViewTable:
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
         density = np.exp(-height / AEROSOL_HEIGHT)
         near = min(NEAREST, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
-        span = float(np.log1p((-np.sin(horizon) * 6.46e6 + LEVEL_TO_TOP) / near))
+        farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
+        step = float(np.log1p(farthest / near) / (DISTANCES - 1))
         scale = WIDEST * 10 ** (TWILIGHT * max(0.0, -(sun - np.degrees(horizon))))
         record = np.zeros((), RECORD)
         by_name = {"rayleigh": c.rayleigh, "aerosol": c.aerosol_scattering, "extinct": c.aerosol_extinction, "ozone": c.ozone}
         for name, values in by_name.items():
             record[name][: len(c.nm)] = values
         record["to_channels"][: len(c.nm), :3] = c.to_channels.T
-        self._shared = {"height": height, "near": near, "span": span}
+        self._shared = {"height": height, "near": near, "step": step}
         for name, value in (self._shared | {"mu_sun": mu_sun, "sun": sun, "reach": reach(sun), "scale": scale}).items():
             record[name] = value
         record["rows"], record["columns"] = SIZE
@@ -114,7 +115,7 @@ class ViewTable:
 
 def _rays(height: float, horizon: float, sun: float) -> np.ndarray:
     """Make (ELEVATIONS, AZIMUTHS) records of the table's rays, and where they lie in the earth's shadow; radians."""
-    elevation, azimuth = np.meshgrid(row_elevations(horizon), np.linspace(0, np.pi, AZIMUTHS), indexing="ij")
+    elevation, azimuth = np.meshgrid(row_elevations(horizon), column_azimuths(), indexing="ij")
     mu, mu_sun = np.sin(elevation), np.full(elevation.shape, np.sin(sun))
     cosine = np.clip(mu * mu_sun + np.cos(elevation) * np.cos(sun) * np.cos(azimuth), -1, 1)
     out = np.zeros(elevation.shape, RAY)

@@ -12,7 +12,7 @@ struct Daylight {
     height: f32,                // m, of the eye
     irradiance: vec3f,          // above the air, over what the table was scaled by
     near: f32,                  // m: way_coordinate
-    span: f32,
+    step: f32,
 }
 
 @group(0) @binding(40) var<uniform> daylight: Daylight;
@@ -40,7 +40,7 @@ struct DaylightRay {
 fn daylight_ray(direction: vec3f) -> DaylightRay {
     let mu = dot(direction, daylight.up);
     let row = elevation_row(asin(clamp(mu, -1.0, 1.0)), daylight.horizon);
-    let column = azimuth_from(direction, daylight.up, daylight.ahead) / HALF_TURN * f32(AZIMUTHS - 1u);
+    let column = azimuth_column(mu, dot(direction, daylight.ahead));
     let way = way_to_ground(daylight.height, mu);
     return DaylightRay(
         (vec2f(column, row) + 0.5) / vec2f(f32(AZIMUTHS), f32(ELEVATIONS)),
@@ -51,7 +51,7 @@ fn daylight_ray(direction: vec3f) -> DaylightRay {
 
 /// Place a way of t m along a ray in the table.
 fn daylight_place(ray: DaylightRay, t: f32) -> vec3f {
-    return vec3f(way_coordinate(t, daylight.near, daylight.span), ray.at);
+    return vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
 }
 
 /// Read the sunlight that Rayleigh's air scatters once at a place of the table. Sums of parts give the same to the bit wherever they are made.
