@@ -1,6 +1,6 @@
 """Name the scenes that come with Airlight, and tell scenes from pictures."""
 
-NAMES = ("table", "flying", "valley")
+NAMES = ("table", "flying", "valley", "chapel", "matinee")
 VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
     "slats": ("slats", "room"),
     "foliage-view": ("foliage", "view"),
