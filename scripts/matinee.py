@@ -199,9 +199,9 @@ def attic(s: Scene) -> None:
             s.box((lining, beam, lining)[(k * 7) % 3] if k % 4 == 1 else lining, place, (float(np.hypot(*along)) - 0.01, 0.03, front - back), turn("z", lean))
     for z in np.arange(back + 0.5, front, 1.15):
         for side in (-1, 1):
-            s.bar(beam, (side * half, knee, z), (0, ridge, z), 0.11, 0.17)
+            s.bar(beam, (side * half, knee, z), (side * 0.1, ridge - 0.1 * (ridge - knee) / half, z), 0.11, 0.17)
         s.bar(beam, (-1.5, 3.02, z), (1.5, 3.02, z), 0.09, 0.15)
-    s.bar(beam, (0, ridge - 0.05, back), (0, ridge - 0.05, front), 0.16, 0.24)
+    s.bar(beam, (0, ridge - 0.12, back), (0, ridge - 0.12, front), 0.3, 0.3)
     gable(s, plaster, beam, back, knee, half, ridge)
     s.box(plaster, (0, ridge / 2, front + 0.05), (2 * half, ridge, 0.1))
 
@@ -223,7 +223,7 @@ def gable(s: Scene, plaster: int, wood: int, z: float, knee: float, half: float,
                 t, u = np.linalg.solve(np.column_stack([d, -e]), p - middle)
                 if t > 0 and -1e-6 <= u <= 1 + 1e-6:
                     hits.append(t)
-        outer.append(middle + 1.03 * min(hits) * d)
+        outer.append(middle + 1.12 * min(hits) * d)
     points = [(*p, z) for p in (*rim, *outer)]
     faces = [k for i in range(48) for k in (i, i + 49, i + 1, i + 1, i + 49, i + 50)]
     s.node(mesh=s.writer.mesh(points, faces, plaster, NORMAL=[(0, 0, 1)] * len(points)))
@@ -274,12 +274,11 @@ def furniture(s: Scene) -> None:
     sheet = np.array(AIM) - 0.17 * right  # the nearer side of the picture is the wider one
     wide, high, columns = 3.2, 2.1, 120
     points, normals, faces = [], [], []
-    for i in range(columns + 1):  # with soft folds
+    for i in range(columns + 1):  # with soft folds, of its normals alone: real ones would shade each other in lines
         u = i / columns
-        wave = 0.016 * math.sin(17 * u + 0.6) + 0.004 * math.sin(39 * u)
         slope = (0.016 * 17 * math.cos(17 * u + 0.6) + 0.004 * 39 * math.cos(39 * u)) / wide
         for v in (0.0, 1.0):
-            points.append(sheet + right * wide * (u - 0.5) + face * wave * (1.15 - v) + (0, high * (v - 0.5), 0))
+            points.append(sheet + right * wide * (u - 0.5) + (0, high * (v - 0.5), 0))
             normals.append((face - slope * (1.15 - v) * right) / math.hypot(1, slope))
     for i in range(columns):
         n = 2 * i

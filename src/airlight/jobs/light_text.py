@@ -202,7 +202,7 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     if "intensity" in known and known.get("absolute") == "1":
         raise AirlightError(f"the light {text!r} has two intensities: leave out the strength, or absolute")
     ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP}})  # raises for these
-    if form == PLACE and _is_name(place):
+    if form == PLACE and is_name(place):
         return (), known
     at = numbers(place, form)
     if form == SUN and abs(at[1]) > 90:
@@ -210,7 +210,7 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     return at, known
 
 
-def _is_name(place: str) -> bool:
+def is_name(place: str) -> bool:
     """Tell the name of an object from numbers, badly written ones too."""
     return "," not in place and any(c.isalpha() for c in place.lower().replace("e", "", 1))
 

@@ -9,7 +9,7 @@ from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
 from airlight.jobs.cookies import read_cookie
 from airlight.jobs.density_text import Grammar
-from airlight.jobs.projector_text import make_projector
+from airlight.jobs.projector_text import change_projector, make_projector, name_of
 from airlight.messages import nearest
 
 if TYPE_CHECKING:
@@ -49,10 +49,27 @@ def refuse_without_units(shapes: dict[str, Sequence[str]], method: str) -> None:
 
 def shaped(stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
     """Give lights of a stage, and those of `requested` that go by a name, the shapes of --ies and --cookie; return the requested ones with
-    theirs, and the projectors of --projector. Raises AirlightError."""
+    theirs, and the projectors of --projector; those that go by a name are the stage's, and changed. Raises AirlightError."""
     lights = put_photometry(stage, shapes.get("ies", ()), requested)
     lights = put_cookies(stage, shapes.get("cookie", ()), lights)
-    return [*lights, *(make_projector(text) for text in shapes.get("projector", ()))]
+    texts = shapes.get("projector", ())
+    for text in texts:
+        if name := name_of(text):
+            _change(stage, name, text)
+    return [*lights, *(make_projector(text) for text in texts if not name_of(text))]
+
+
+def _change(stage: "Stage", name: str, text: str) -> None:
+    """Change the projectors of a stage that go by a name."""
+    from airlight.pygfx.projector import Projector
+
+    known = [(light, light.target) for light in stage.lights if isinstance(light.target, Projector)]
+    if not (found := [projector for light, projector in known if name in _names(light)]):
+        there = list(dict.fromkeys(name for light, _ in known for name in _names(light)))
+        has = f"there is {', '.join(there[:NAMES_TOLD])}" if there else "it has none; write x,y,z for the name to add one"
+        raise AirlightError(f"--projector {name}: {stage.name} has no projector of that name; {has}{nearest(name, there)}")
+    for projector in found:
+        change_projector(projector, text)
 
 
 def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:

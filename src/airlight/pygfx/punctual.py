@@ -17,6 +17,8 @@ from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
 from airlight.pygfx.projector import Projector
 
+UP = 0.0, 1.0, 0.0  # of a projector, unset: then it may shine along it
+
 
 def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
     """Makes what shines on the medium: each visible gfx light that is the target of one of `lights`, or below it, once; what is given by a
@@ -116,7 +118,10 @@ def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualL
 
 def _projector(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
     position, direction = triple(np.asarray(gfx_light.world.position, float)), _unit(beam(gfx_light))
-    _, up, _ = axes_along(direction, gfx_light.upwards)
+    upwards = np.asarray(gfx_light.upwards, float)
+    if not np.array_equal(upwards, UP) and np.linalg.norm(np.cross(direction, upwards)) <= 1e-6 * np.linalg.norm(upwards):
+        raise AirlightError(f"a projector's up, {', '.join(f'{v:g}' for v in upwards)}, lies along its light; give another direction")
+    _, up, _ = axes_along(direction, upwards)
     across, along = (math.radians(v) for v in gfx_light.fov)
     known = {"falloff": gfx_light.falloff, "ambient": gfx_light.ambient, "clip": gfx_light.clip, "range": float(gfx_light.distance)}
     own = {**own, "cookie": own.get("cookie") or gfx_light.cookie}
