@@ -62,14 +62,16 @@ def shaped(stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequenc
 def _change(stage: "Stage", name: str, text: str) -> None:
     """Change the projectors of a stage that go by a name."""
     from airlight.pygfx.projector import Projector
+    from airlight.scenes.lamps import cast_shadow
 
     known = [(light, light.target) for light in stage.lights if isinstance(light.target, Projector)]
-    if not (found := [projector for light, projector in known if name in _names(light)]):
-        there = list(dict.fromkeys(name for light, _ in known for name in _names(light)))
+    if not (found := [projector for light, projector in known if name in names(light)]):
+        there = list(dict.fromkeys(name for light, _ in known for name in names(light)))
         has = f"there is {', '.join(there[:NAMES_TOLD])}" if there else "it has none; write x,y,z for the name to add one"
         raise AirlightError(f"--projector {name}: {stage.name} has no projector of that name; {has}{nearest(name, there)}")
     for projector in found:
         change_projector(projector, text)
+        cast_shadow(projector, stage.center, stage.radius)
 
 
 def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
@@ -95,10 +97,10 @@ def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[Scene
 
 def _of_name(stage: "Stage", lights: Sequence[Any], name: str, option: str) -> tuple[list[Any], list[int]]:
     """Find the lights of a stage that go by a name, and the numbers of the requested ones that do. Raises AirlightError where none does."""
-    own = [light for light in stage.lights if name in _names(light)]
+    own = [light for light in stage.lights if name in names(light)]
     asked = [i for i, one in enumerate(lights) if getattr(one, "name", None) == name]
     if not own and not asked:
-        there = [name for light in stage.lights for name in _names(light)] + [getattr(one, "name", "") for one in lights]
+        there = [name for light in stage.lights for name in names(light)] + [getattr(one, "name", "") for one in lights]
         raise _unknown(stage, name, list(dict.fromkeys(filter(None, there))), option)
     return own, asked
 
@@ -136,7 +138,7 @@ def _shape(light: "SceneLight", photometry: Any, absolute: bool, name: str) -> N
         light.intensity = photometry.own_candela(DOWN)
 
 
-def _names(light: "SceneLight") -> list[str]:
+def names(light: "SceneLight") -> list[str]:
     """List the names by which a light goes: of its target, of the lamps in it, else of what these hang on."""
     import pygfx as gfx
 
