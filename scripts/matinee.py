@@ -4,6 +4,7 @@ All is made here, by numbers: no model of anybody else is in it. Lengths in metr
 """
 
 import io
+import itertools
 import math
 from typing import Any
 
@@ -31,7 +32,7 @@ def inside(signed: Picture) -> Picture:
 
 
 def frame() -> Picture:
-    """Draw the frame (HEIGHT, WIDTH, 3) uint8 sRGB: a rocket on its way to the moon, above hills with firs."""
+    """Draw the frame (HEIGHT, WIDTH, 3) uint8 sRGB: a rocket on its way to the moon, above wooded hills."""
     rng = np.random.default_rng(1902)
     y, x = (np.mgrid[: HEIGHT * FINE, : WIDTH * FINE] + 0.5) / (HEIGHT * FINE)
     wide = WIDTH / HEIGHT
@@ -45,7 +46,8 @@ def frame() -> Picture:
         moon = mixed(moon, (0.66, 0.44, 0.2), inside(np.hypot(x - mx - dx, y - my - dy) - size))
     picture = mixed(sky, moon, inside(r - radius))
     # Stars: few and large, so that each has a ray of its own
-    stars = [(0.09, 0.12), (0.24, 0.33), (0.41, 0.1), (0.57, 0.24), (0.16, 0.55), (0.62, 0.56), (1.22, 0.11), (1.25, 0.52), (0.34, 0.62), (0.47, 0.43)]
+    stars = [(0.09, 0.12), (0.24, 0.33), (0.41, 0.1), (0.57, 0.24), (0.16, 0.55)]
+    stars += [(0.62, 0.56), (1.22, 0.11), (1.25, 0.52), (0.34, 0.62), (0.47, 0.43)]
     for k, (sx, sy) in enumerate(stars):
         size, turned = 0.024 + 0.012 * rng.random(), rng.uniform(0, math.pi)
         a, d = np.arctan2(y - sy, x - sx) + turned, np.hypot(x - sx, y - sy)
@@ -65,13 +67,13 @@ def frame() -> Picture:
     picture = mixed(picture, (0.95, 0.95, 0.9), inside(np.maximum(np.abs(v) - hull, np.maximum(-0.11 - u, u - 0.155))))
     picture = mixed(picture, (0.86, 0.1, 0.07), inside(np.maximum(np.abs(v) - hull, np.maximum(0.075 - u, u - 0.155))))
     picture = mixed(picture, (0.1, 0.24, 0.5), inside(np.hypot(u - 0.015, v) - 0.026))
-    # Hills, and firs on them
-    for base, high, colour, firs, seed in ((0.8, 0.05, (0.03, 0.16, 0.2), 0, 1), (0.9, 0.045, (0.006, 0.03, 0.035), 15, 4)):
+    # Hills, and trees on them
+    for base, high, colour, trees, seed in ((0.8, 0.05, (0.03, 0.16, 0.2), 0, 1), (0.9, 0.045, (0.006, 0.03, 0.035), 15, 4)):
         ridge = base + high * np.sin(x * (4.2 + seed) + seed) + 0.4 * high * np.sin(x * 11 + 2 * seed)
         land = ridge - y
         at = np.random.default_rng(seed)
-        for k in range(firs):
-            fx = (k + 0.5 + 0.6 * at.uniform(-0.5, 0.5)) * wide / firs
+        for k in range(trees):
+            fx = (k + 0.5 + 0.6 * at.uniform(-0.5, 0.5)) * wide / trees
             foot = base + high * math.sin(fx * (4.2 + seed) + seed) + 0.4 * high * math.sin(fx * 11 + 2 * seed)
             tall = at.uniform(0.1, 0.2)
             up = (foot + 0.01 - y) / tall
@@ -94,8 +96,8 @@ def ball(s: Scene, paint: int, place: Any, size: Any, rotation: Any = (0, 0, 0, 
     rows, columns = 13, 20
     a, b = np.meshgrid(np.linspace(0, math.pi, rows), np.linspace(0, 2 * math.pi, columns + 1), indexing="ij")
     normals = np.stack([np.sin(a) * np.cos(b), np.cos(a), np.sin(a) * np.sin(b)], axis=-1).reshape(-1, 3)
-    first = [i * (columns + 1) + j for i in range(rows - 1) for j in range(columns)]
-    faces = [k for n in first for k in (n, n + 1, n + columns + 1, n + 1, n + columns + 2, n + columns + 1)]
+    treest = [i * (columns + 1) + j for i in range(rows - 1) for j in range(columns)]
+    faces = [k for n in treest for k in (n, n + 1, n + columns + 1, n + 1, n + columns + 2, n + columns + 1)]
     s.node(parent, mesh=s.writer.mesh(normals / 2, faces, paint, NORMAL=normals), translation=place, scale=size, rotation=rotation)
 
 
@@ -126,7 +128,7 @@ def reel(s: Scene, paint: int, film: int, place: Any, radius: float, wound: floa
     angles = np.linspace(0, 2 * math.pi, 29)
     rim = [math.cos(a) * right + math.sin(a) * np.array([0, 1, 0]) for a in angles]
     for side in (-0.024, 0.024):
-        for p, q in zip(rim[:-1], rim[1:], strict=True):
+        for p, q in itertools.pairwise(rim):
             s.bar(paint, place + side * along + radius * p, place + side * along + radius * q, 0.014)
         for k in range(0, 28, 7):
             s.bar(paint, place + side * along, place + side * along + radius * rim[k], 0.014)
@@ -155,7 +157,7 @@ def cat(s: Scene, fur: int, top: int) -> None:
         tube(s, fur, (x, 0.875, 0.045), (1.35 * x, 0.95, 0.045), 0.03, 0.002, parent=top)
         tube(s, fur, (x, 0.46, 0.09), (x, 0.62, 0.06), 0.025, parent=top)
     bent = [(0.1, 0.5, -0.1), (0.19, 0.48, -0.12), (0.24, 0.42, -0.1), (0.25, 0.32, -0.07), (0.23, 0.24, -0.05)]
-    for a, b in zip(bent[:-1], bent[1:], strict=True):
+    for a, b in itertools.pairwise(bent):
         tube(s, fur, a, b, 0.017, parent=top)
 
 
@@ -172,7 +174,8 @@ def bear(s: Scene, plush: int, top: int) -> None:
 
 def plane(s: Scene, paper: int, place: Any, angle: float, size: float) -> None:
     """A paper plane that hangs on a thread from a rafter."""
-    points = np.array([(0, 0, 0.5), (-0.3, 0.06, -0.4), (-0.04, 0.06, -0.4), (0, -0.12, -0.4), (0.04, 0.06, -0.4), (0.3, 0.06, -0.4)]) * size
+    tail = [(x, y, -0.4) for x, y in ((-0.3, 0.06), (-0.04, 0.06), (0, -0.12), (0.04, 0.06), (0.3, 0.06))]
+    points = np.array([(0, 0, 0.5), *tail]) * size
     mesh = s.writer.mesh(points, [0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5], paper)
     s.node(mesh=mesh, translation=place, rotation=turn("y", angle))
 
@@ -196,7 +199,8 @@ def attic(s: Scene) -> None:
             lean = math.degrees(math.atan2(along[1], along[0]))
             out = 0.04 * np.array([side * (ridge - knee), half]) / math.hypot(half, ridge - knee)
             place = (middle[0] + out[0], middle[1] + out[1], (back + front) / 2)
-            s.box((lining, beam, lining)[(k * 7) % 3] if k % 4 == 1 else lining, place, (float(np.hypot(*along)) - 0.01, 0.03, front - back), turn("z", lean))
+            size = float(np.hypot(*along)) - 0.01, 0.03, front - back
+            s.box((lining, beam, lining)[(k * 7) % 3] if k % 4 == 1 else lining, place, size, turn("z", lean))
     for z in np.arange(back + 0.5, front, 1.15):
         for side in (-1, 1):
             s.bar(beam, (side * half, knee, z), (side * 0.1, ridge - 0.1 * (ridge - knee) / half, z), 0.11, 0.17)
@@ -251,7 +255,8 @@ def machine(s: Scene) -> None:
         s.box(steel, body - 0.24 * level + (0, 0.135 + 0.02 * k, 0), (0.17, 0.008, 0.22), turn("y", angle))
     tube(s, dark, lens - 0.17 * level, lens - 0.005 * level, 0.055)
     tube(s, steel, lens - 0.03 * level, lens - 0.004 * level, 0.068)
-    glow = s.writer.add("materials", pbrMetallicRoughness={"baseColorFactor": [0, 0, 0, 1]}, emissiveFactor=[1, 0.93, 0.78], doubleSided=True)
+    black = {"baseColorFactor": [0, 0, 0, 1]}
+    glow = s.writer.add("materials", pbrMetallicRoughness=black, emissiveFactor=[1, 0.93, 0.78], doubleSided=True)
     tube(s, glow, lens - 0.012 * level, lens - 0.002 * level, 0.046)
     s.bar(dark, body + 0.1 * level + (0, 0.1, 0), body + 0.26 * level + (0, 0.36, 0), 0.03)
     s.bar(dark, body - 0.1 * level + (0, 0.1, 0), body - 0.28 * level + (0, 0.33, 0), 0.03)
@@ -262,7 +267,7 @@ def machine(s: Scene) -> None:
     for a in (-0.37, 0.37):
         for b in (-0.2, 0.2):
             end = foot + a * level + b * across
-            s.bar(wood, end + (0, -0.23, 0), (*(end + 0.06 * (a * level + b * across))[[0]], 0, (end + 0.06 * (a * level + b * across))[2]), 0.05)
+            s.bar(wood, end + (0, -0.23, 0), (end + 0.06 * (a * level + b * across)) * (1, 0, 1), 0.05)
 
 
 def furniture(s: Scene) -> None:
@@ -288,7 +293,8 @@ def furniture(s: Scene) -> None:
     for side in (-1.6, 1.6):
         s.bar(pole, (sheet + right * side) * (1, 0, 1) - 0.04 * face, sheet + right * side + (0, high / 2 + 0.05, 0) - 0.04 * face, 0.05)
     towards = math.degrees(math.atan2(-1.0, -0.18))
-    seats = [chair(s, wood, (x, 0, z), towards + more) for x, z, more in ((0.42, 0.95, 6), (-0.62, 1.15, -8), (1.05, -0.1, 12), (0.0, -0.05, 2))]
+    places = (0.42, 0.95, 6), (-0.62, 1.15, -8), (1.05, -0.1, 12), (0.0, -0.05, 2)
+    seats = [chair(s, wood, (x, 0, z), towards + more) for x, z, more in places]
     cat(s, s.paint(0.035, 0.03, 0.028), seats[0])
     bear(s, s.paint(0.36, 0.2, 0.09), seats[1])
     # A trunk, crates, a ladder, books

@@ -110,7 +110,7 @@ def test_its_frustum_and_cookie_are_of_the_panel(shown: Driver, gobo: str) -> No
     assert film(shown).fov[0] < 45 and film(shown).angle < np.radians(60)
     (option,) = command.shape_words(state)
     assert "falloff=inverse" in option and "intensity=" in option and "fov=" in option
-    values, params = read_by_render(state)
+    _, params = read_by_render(state)
     assert params["projector"] == (option.partition("=")[2],)
     shown.type("cookie path 0", gobo)
     shown.click("load cookie 0")

@@ -213,7 +213,8 @@ def shape_options(command: F) -> F:
         metavar="x,y,z;...",
         multiple=True,
         help="Light in a frustum, beside the scene's lights: \"0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png\". "
-        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. \"NAME;position=x,y,z;...\" changes one that the scene has. May be repeated.",
+        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. "
+        '"NAME;position=x,y,z;..." changes one of the scene. May be repeated. docs/lights.md',
     )
     return projector(cookie(ies(command)))
 

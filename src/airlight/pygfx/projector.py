@@ -61,7 +61,7 @@ class Projector(gfx.SpotLight):  # type: ignore[misc]
     def check(self) -> None:
         """Raise AirlightError for what a projector cannot be, of its fields, which may be set at any time, and its axis."""
         near, far, up = self.near, self.far, self.upwards
-        if not _numbers((near,)) or not 0 < near or (far is not None and not (_numbers((far,)) and near < far)):
+        if not _numbers((near,)) or not near > 0 or (far is not None and not (_numbers((far,)) and near < far)):
             raise AirlightError(f"a projector's near must be above 0 and its far beyond it, m, not {near!r} and {far!r}")
         if not _numbers(up, 3) or not any(up):
             raise AirlightError(f"a projector's up must be three finite numbers, not all 0, not {up!r}")

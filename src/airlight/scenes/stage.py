@@ -42,7 +42,6 @@ class Stage:
     center: np.ndarray
     radius: float
     movable: SceneLight | None = None
-    draggable: list[Any] = field(default_factory=list)
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
     fields: list[Any] = field(default_factory=list)
@@ -52,3 +51,4 @@ class Stage:
     sky_sun: float | None = None
     measured: bool = False
     photometric: bool = False
+    draggable: list[Any] = field(default_factory=list)

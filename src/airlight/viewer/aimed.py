@@ -22,7 +22,8 @@ def describe(control: LightControl, light: SceneLight, radius: float) -> None:
     own, target = names(light), light.target
     control.name = own[0] if own else ""
     if isinstance(target, Projector):
-        control.aim, control.fov, control.falloff, control.written = _place(target.target), target.fov, target.falloff, target.written or None
+        control.aim, control.fov, control.falloff = _place(target.target), target.fov, target.falloff
+        control.written = target.written or None
         power = np.array(target.color.to_physical()[:3], float)
         top = float(power.max()) or 1.0
         control.intensity, control.color = float(f"{target.intensity * top:.6g}"), triple((power / top).round(4))

@@ -50,12 +50,12 @@ class Marks:
         for i, aim in enumerate(self.aims()):
             start = self.lights()[i]
             if aim is not None:
-                size = 8 if viewer.dragging == ("aim", i) else 6
+                arm = 8 if viewer.dragging == ("aim", i) else 6
                 for color, width in ((dark, 3.0), (light, 1.2)):
                     if start is not None:
                         draw.add_line(start, aim, color, width / 2)
                     for slope in (-1, 1):
-                        draw.add_line((aim[0] - size, aim[1] - slope * size), (aim[0] + size, aim[1] + slope * size), color, width + 1)
+                        draw.add_line((aim[0] - arm, aim[1] - slope * arm), (aim[0] + arm, aim[1] + slope * arm), color, width + 1)
         if state.is_image and state.split is not None and state.is_lit and not state.debug:
             x = area[0] + state.split * area[2]
             draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)

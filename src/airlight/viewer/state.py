@@ -128,7 +128,8 @@ class ViewerState:
     can_undo: bool = False
     can_redo: bool = False
     received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with
-    # what the app has to do: ("open", path), ("choose", ""), ("choose cookie", number of a light), ("cookie", its number:path), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
+    # what the app has to do: ("open", path), ("choose", ""), ("choose cookie", number of a light), ("cookie", its number:path),
+    # ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
