@@ -262,7 +262,7 @@ def test_the_sun_is_often_in_view(stages: dict[str, Stage], draw: Callable[..., 
 
 
 def test_light_is_of_high_dynamic_range(stages: dict[str, Stage], draw: Callable[..., Any]) -> None:
-    for name in NAMES:
+    for name in ("table", "flying", "valley"):  # whose lights are not exposed
         stage = stages[name]
         camera = next(iter(stage.cameras.values()))
         stage.pose(0.0, camera)

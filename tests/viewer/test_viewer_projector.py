@@ -48,7 +48,6 @@ def hall(name: str = "hall", **_: Any) -> Stage:
 @pytest.fixture
 def shown(hands: Driver, monkeypatch: pytest.MonkeyPatch) -> Iterator[Driver]:
     monkeypatch.setattr(scenes, "open_scene", hall)
-    hands.viewer._shapes = {}
     hands.canvas.set_logical_size(*SCENE_SIZE)
     hands.viewer.open("table")
     hands.frame(3)
@@ -169,13 +168,10 @@ def test_a_chosen_file_is_the_cookie_of_its_light(shown: Driver, gobo: str, monk
 
 
 @pytest.mark.slow
-def test_one_of_the_command_line_is_written_anew(hands: Driver, gobo: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_of_the_command_line_is_written_anew(folder: Path, gobo: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(scenes, "open_scene", hall)
     text = f"-2,2,1;target=0,0,0;fov=30,20;cookie={gobo}"
-    monkeypatch.setattr(hands.viewer, "_shapes", {"projector": (text, "film;near=0.5")})
-    monkeypatch.setattr(hands.state, "source", "hall.glb")
-    hands.viewer.open("hall.glb")
-    hands.frame(2)
+    hands = Driver("hall.glb", folder, shapes={"projector": (text, "film;near=0.5")})
     state = hands.state
     assert [word for word in command.options(state) if "projector" in word] == ["--projector=film;near=0.5", f"--projector={text}"]
     assert state.lights[3].movable and state.lights[3].aim == (0, 0, 0)

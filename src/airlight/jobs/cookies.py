@@ -19,8 +19,8 @@ def read_cookie(path: str, frame: int = 1, size: float = 1.0) -> Cookie:
     pixels = np.maximum(picture.rec709(picture.linear()), 0)
     side = max(pixels.shape[:2])
     if side > MOST:
-        factor = -(-side // MOST)
-        rows, columns = (max(n // factor, 1) for n in pixels.shape[:2])
-        pixels = pixels[: rows * factor, : columns * factor].reshape(rows, factor, columns, factor, 3).mean(axis=(1, 3))
+        down, along = (-(-n // MOST) for n in pixels.shape[:2])
+        rows, columns = pixels.shape[0] // down, pixels.shape[1] // along
+        pixels = pixels[: rows * down, : columns * along].reshape(rows, down, columns, along, 3).mean(axis=(1, 3))
         warn(f"{found}: has {side:,} pixels along a side; as a cookie it is averaged to {max(rows, columns):,}")
     return Cookie(np.ascontiguousarray(pixels), size=size)
