@@ -114,9 +114,9 @@ def test_its_frustum_and_cookie_are_of_the_panel(shown: Driver, gobo: str) -> No
     shown.type("cookie path 0", gobo)
     shown.click("load cookie 0")
     shown.frame(2)
-    assert state.lights[0].cookie == gobo and command.shape_words(state)[1] == f"--cookie=film={gobo}"
+    assert state.lights[0].gobo == gobo and command.shape_words(state)[1] == f"--cookie=film={gobo}"
     shown.click("own cookie 0")
-    assert state.lights[0].cookie == ""
+    assert state.lights[0].gobo == ""
 
 
 def test_a_cookie_is_that_of_a_file(shown: Driver, gobo: str) -> None:
@@ -124,13 +124,13 @@ def test_a_cookie_is_that_of_a_file(shown: Driver, gobo: str) -> None:
     before = seen(shown)
     state.requests.append(("cookie", f"0:{gobo}"))
     shown.frame(2)
-    assert state.lights[0].cookie == gobo and not state.is_error and "light 1 sends out gobo.png" in state.message
+    assert state.lights[0].gobo == gobo and not state.is_error and "light 1 sends out gobo.png" in state.message
     red = seen(shown)
     assert np.abs(red - before).max() > 20
     assert command.shape_words(state) == [f"--cookie=film={gobo}"]
     state.requests.append(("undo", ""))
     shown.frame(2)
-    assert np.array_equal(seen(shown), before) and state.lights[0].cookie == ""
+    assert np.array_equal(seen(shown), before) and state.lights[0].gobo == ""
     state.requests.append(("redo", ""))
     shown.frame(2)
     Path(gobo).unlink()  # what was read is kept
@@ -144,7 +144,7 @@ def test_what_is_no_cookie_is_a_line(shown: Driver, tmp_path: Path) -> None:
         shown.state.requests.append(("cookie", f"0:{path}"))
         shown.frame(2)
         assert shown.state.is_error and "\n" not in shown.state.message and Path(path).name in shown.state.message
-        assert shown.state.lights[0].cookie == ""
+        assert shown.state.lights[0].gobo == ""
 
 
 @pytest.mark.slow
@@ -157,8 +157,8 @@ def test_a_chosen_file_is_the_cookie_of_its_light(shown: Driver, gobo: str, monk
     assert asked == [2]
     desktop.receive([gobo], 2)
     shown.frame(3)
-    assert state.lights[2].cookie == gobo and state.source == "table"
-    state.lights[2].cookie_size = 0.5
+    assert state.lights[2].gobo == gobo and state.source == "table"
+    state.lights[2].gobo_size = 0.5
     shown.frame(2)
     assert shown.viewer.scene.stage.lights[2].cookie.size == 0.5
     assert command.shape_words(state) == [f"--cookie=sun={gobo};size=0.5"]

@@ -179,8 +179,8 @@ def _check_header(spec: Any, path: str) -> None:
 
 
 def _too_large(path: str, width: int | str, height: int | str, channels: int | str) -> AirlightError:
-    limit = f"{MAX_PIXELS // 10**6} megapixels (4 GiB decoded)"
-    return AirlightError(f"{path}: {width}x{height} pixels with {channels} channels is more than the limit of {limit}; make it smaller first")
+    size, limit = f"{width}x{height} pixels with {channels} channels", f"{MAX_PIXELS // 10**6} megapixels (4 GiB decoded)"
+    return AirlightError(f"{path}: {size} is more than the limit of {limit}; make it smaller first")
 
 
 def _code_type(spec: Any) -> str:

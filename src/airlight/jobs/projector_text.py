@@ -65,29 +65,29 @@ def name_of(text: str) -> str:
     return "" if read_projector(text)[0] else text.partition(";")[0].strip()
 
 
-def make_projector(text: str, frame: int = 1) -> "Projector":
-    """Make the projector of a scene, as it is written. frame: of numbered cookies. Raises AirlightError."""
+def make_projector(text: str) -> "Projector":
+    """Make the projector of a scene, as it is written. Raises AirlightError."""
     import pygfx as gfx
 
-    from airlight.jobs.cookies import read_cookie
+    from airlight.jobs.cookies import open_cookie
     from airlight.pygfx.projector import Projector
 
     at, known = read_projector(text)
     power = known.get("intensity", INTENSITY)
     top = max(power) or 1.0
     kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
-    cookie = read_cookie(known["cookie"], frame) if "cookie" in known else None
+    cookie = open_cookie(known["cookie"]) if "cookie" in known else None
     made = Projector(gfx.Color.from_physical(*(v / top for v in power)), max(power), cookie=cookie, **kept)
     made.local.position, made.written = at, text
     made.target.world.position = known.get("target", [a + b for a, b in zip(at, AHEAD, strict=True)])
     return made
 
 
-def change_projector(projector: "Projector", text: str, frame: int = 1) -> None:
+def change_projector(projector: "Projector", text: str) -> None:
     """Change a projector that a scene has, as it is written; what is not given stays. Raises AirlightError, and changes nothing."""
     import pygfx as gfx
 
-    from airlight.jobs.cookies import read_cookie
+    from airlight.jobs.cookies import open_cookie
 
     _, known = read_projector(text)
     place = known.get("position", tuple(float(v) for v in projector.world.position))
@@ -95,7 +95,7 @@ def change_projector(projector: "Projector", text: str, frame: int = 1) -> None:
     whole = {"target": tuple(float(v) for v in projector.target.world.position), "near": near, "up": projector.upwards}
     _check(text, place, {**whole, **({} if far is None else {"far": far}), **known})
     if "cookie" in known:
-        projector.cookie = read_cookie(known["cookie"], frame)
+        projector.cookie = open_cookie(known["cookie"])
     projector.world.position = place
     if "target" in known:
         projector.target.world.position = known["target"]

@@ -19,11 +19,12 @@ class Cookie:
     """Holds a picture that a light sends out, also called gobo.
 
     pixels: (H, W, 3) linear RGB factors, 0 or more; row 0 is on top, column 0 on the left, as seen from the light. size: m, the width of
-    one of a directional light's, which repeat.
+    one of a directional light's, which repeat. revision: another for other pixels of the same cookie, as of a film's.
     """
 
     pixels: Array
     size: float = field(default=1.0, kw_only=True)
+    revision = 0
 
     def __post_init__(self) -> None:
         shape = np.shape(self.pixels)

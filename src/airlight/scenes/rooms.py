@@ -10,7 +10,7 @@ from airlight.scenes.gltf.load import load
 from airlight.scenes.stage import Stage
 from airlight.scenes.validation import validation
 
-DUST: dict[str, Any] = {"noise_amount": 4.0, "noise_size": 0.5, "noise_octaves": 4, "wind": (0.05, 0.02, 0.03)}
+DUST: dict[str, Any] = {"noise_amount": 4.0, "noise_size": 0.5, "noise_octaves": 4, "steps": 192, "wind": (0.05, 0.02, 0.03)}
 HAZE: dict[str, Any] = {
     "method": "march",
     "ev": 2.2,

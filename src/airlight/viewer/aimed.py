@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pygfx as gfx
 
-from airlight.jobs.cookies import read_cookie
+from airlight.jobs.cookies import open_cookie
 from airlight.jobs.shape_text import names
 from airlight.lights.punctual import triple
 from airlight.lights.shape import Cookie
@@ -29,7 +29,7 @@ def describe(control: LightControl, light: SceneLight, radius: float) -> None:
         control.intensity, control.color = float(f"{target.intensity * top:.6g}"), triple((power / top).round(4))
     control.takes_cookie = isinstance(target, Projector) or (bool(own) and isinstance(target, gfx.SpotLight | gfx.DirectionalLight))
     if isinstance(target, gfx.DirectionalLight):
-        control.cookie_size = float(f"{SIZE * radius:.3g}")
+        control.gobo_size = float(f"{SIZE * radius:.3g}")
 
 
 def _place(thing: Any) -> tuple[float, ...]:
@@ -50,7 +50,7 @@ class Shapes:
 
     def read(self, path: str) -> None:
         """Read a cookie's file, again where it was read before. Raises AirlightError."""
-        self.cookies[path] = read_cookie(path)
+        self.cookies[path] = open_cookie(path)
         self._sized = {key: cookie for key, cookie in self._sized.items() if key[0] != path}
 
     def apply(self, number: int, light: SceneLight, control: LightControl, before: LightControl, stage: Any) -> None:
@@ -63,7 +63,9 @@ class Shapes:
             known = (target.color, float(target.intensity)) if isinstance(target, Projector) else (None, 0.0)
             self._before[number] = light.cookie, *known
         cookie, color, intensity = self._before[number]
-        light.cookie = self._cookie(control, isinstance(target, gfx.DirectionalLight)) if control.cookie else cookie
+        light.cookie = self._cookie(control, isinstance(target, gfx.DirectionalLight)) if control.gobo else cookie
+        if hasattr(light.cookie, "frame") and not any(light.cookie is one for one in stage.cookies):
+            stage.cookies.append(light.cookie)  # a film
         if not isinstance(target, Projector) or control.aim is None or control.fov is None:
             return
         if control.aim != control.position:
@@ -78,16 +80,18 @@ class Shapes:
         cast_shadow(target, stage.center, stage.radius)
 
     def _cookie(self, control: LightControl, sized: bool) -> Cookie:
-        path = control.cookie
+        path = control.gobo
         if not sized:
             return self.cookies[path]
-        key = path, control.cookie_size
+        key = path, control.gobo_size
         if key not in self._sized:
-            self._sized[key] = replace(self.cookies[path], size=control.cookie_size)
+            film = hasattr(self.cookies[path], "frame")
+            sized_one = open_cookie(path, control.gobo_size) if film else replace(self.cookies[path], size=control.gobo_size)
+            self._sized[key] = sized_one
         return self._sized[key]
 
 
 def shape_of(control: LightControl) -> tuple[Any, ...]:
     """Collect what is shown and set here."""
     place = (*control.position, *control.aim, control.color) if control.aim is not None else ()
-    return place, control.fov, control.falloff, control.intensity, control.cookie, control.cookie_size
+    return place, control.fov, control.falloff, control.intensity, control.gobo, control.gobo_size

@@ -40,7 +40,8 @@ def light_words(state: ViewerState) -> list[str]:
             x, y, width, height = state.frame
             numbers = (x + numbers[0] * width, y + numbers[1] * height)
         kind = control.kind if state.is_smart else None
-        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
+        cookie = control.cookie if isinstance(control.cookie, str) else None
+        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind, cookie=cookie).text
         factors = "".join(f";{key}={getattr(control, key)!r}" for key in OF_MEDIUM if getattr(control, key) != 1)
         words.append(f"{name}={text}{factors}{_unseen(control.written or '')}")
     return words
@@ -48,7 +49,7 @@ def light_words(state: ViewerState) -> list[str]:
 
 def unshaped(control: st.LightControl) -> st.LightControl:
     """Leave out what `shape_words` write."""
-    return replace(control, cookie="", cookie_size=1.0)
+    return replace(control, gobo="", gobo_size=1.0)
 
 
 def opening_words(shapes: dict[str, Sequence[str]]) -> tuple[str, ...]:
@@ -60,7 +61,7 @@ def shape_words(state: ViewerState) -> list[str]:
     """Write projectors as options, those of a scene only where they are not as before, and cookies that were chosen."""
     words = []
     for control, before in zip(state.lights, state.lights_before) if not state.is_image else ():
-        path = state.received.get(control.cookie, control.cookie)
+        path = state.received.get(control.gobo, control.gobo)
         if control.aim is not None and control.written:
             words.append(f"--projector={_rewritten(control, before, path)}")
             continue
@@ -68,7 +69,7 @@ def shape_words(state: ViewerState) -> list[str]:
             place = [f"position={','.join(_number(v) for v in control.position)}"] if control.position != before.position else []
             words.append(f"--projector={';'.join([control.name, *place, *changes])}")
         if path:
-            words.append(f"--cookie={control.name}={path}{f';size={control.cookie_size!r}' if control.direction else ''}")
+            words.append(f"--cookie={control.name}={path}{f';size={control.gobo_size!r}' if control.direction else ''}")
     return words
 
 

@@ -109,7 +109,7 @@ class Errands:
         if state.is_image or int(number) >= len(state.lights) or not state.lights[int(number)].takes_cookie:
             return  # another scene is shown by now
         viewer.scene.shapes.read(path)
-        state.lights[int(number)].cookie = path
+        state.lights[int(number)].gobo = path
         viewer.following.drop()
         viewer.following.frames.forget()
         st.tell(state, f"light {int(number) + 1} sends out {os.path.basename(state.received.get(path, path))}")

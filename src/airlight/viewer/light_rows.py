@@ -52,13 +52,13 @@ class LightRows(Rows):
         s = self.state
         self._label("Cookie", "a picture that it sends out, also called gobo; any image will do")
         gap = imgui.get_style().item_spacing.x
-        shown = os.path.basename(s.received.get(control.cookie, control.cookie)) or "Choose ..."
+        shown = os.path.basename(s.received.get(control.gobo, control.gobo)) or "Choose ..."
         if self._button(f"cookie {i}", f"{shown}##cookie", imgui.get_content_region_avail().x - 52 - gap):
             s.requests.append(("choose cookie", str(i)))
         imgui.same_line()
-        imgui.begin_disabled(not control.cookie)
+        imgui.begin_disabled(not control.gobo)
         if self._button(f"own cookie {i}", "Own##cookie", -1):
-            control.cookie = ""
+            control.gobo = ""
         imgui.end_disabled()
         if s.has_paths:
             self._label("")
@@ -67,9 +67,9 @@ class LightRows(Rows):
             imgui.same_line()
             if self._button(f"load cookie {i}", "Load##cookie", -1) and s.cookie_paths[i]:
                 s.requests.append(("cookie", f"{i}:{s.cookie_paths[i]}"))
-        if control.direction and control.cookie:
+        if control.direction and control.gobo:
             self._label("Width", "of its picture, which repeats (m)")
-            changed, v = imgui.slider_float("##size", control.cookie_size, 0.01, 100, "%.3g", imgui.SliderFlags_.logarithmic)
+            changed, v = imgui.slider_float("##size", control.gobo_size, 0.01, 100, "%.3g", imgui.SliderFlags_.logarithmic)
             self._seen(f"cookie size {i}")
             if changed:
-                control.cookie_size = float(f"{min(max(v, 1e-3), MOST_SIZE):.4g}")
+                control.gobo_size = float(f"{min(max(v, 1e-3), MOST_SIZE):.4g}")

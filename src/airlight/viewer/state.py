@@ -10,6 +10,7 @@ from airlight import scenes
 from airlight.composite.view import check as check_view
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
+from airlight.jobs.cookies import kept_cookie
 from airlight.lights import ImageLight
 from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
@@ -47,13 +48,14 @@ class LightControl:
     movable: bool = True
     direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.ImageLight`
+    cookie: Any = None  # of a picture's: a Cookie, or its file
     written: str | None = None  # the option of a scene's light, where a user added it
     density: float = 1.0  # factors of a scene's medium for this light alone
     extinction: float = 1.0
     name: str = ""  # by which an option finds a scene's light
     takes_cookie: bool = False
-    cookie: str = ""  # the path of a picture that it sends out; "": the scene's own, if it has one
-    cookie_size: float = 1.0  # m, of a sun's
+    gobo: str = ""  # the path of a picture that it sends out; "": the scene's own, if it has one
+    gobo_size: float = 1.0  # m, of a sun's
     aim: tuple[float, ...] | None = None  # of a projector: where in the world it shines to
     fov: tuple[float, float] | None = None  # degrees, across and up
     falloff: str = ""
@@ -61,7 +63,8 @@ class LightControl:
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
-        return ImageLight((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind)
+        cookie = kept_cookie(self.cookie) if isinstance(self.cookie, str) else self.cookie
+        return ImageLight((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind, cookie=cookie)
 
 
 @dataclass
