@@ -1,12 +1,12 @@
-"""Draws the cookie that comes as an example, a tall window of coloured glass and lead: python scripts/cookie.py [OUT.png]"""
+"""Draws the cookies that come as examples, a tall window of coloured glass and lead, and leaves: python scripts/cookie.py"""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 WIDTH, HEIGHT = 192, 320
+SIDE = 384  # of the leaves
 LEAD = 0.012  # half the width of a bar, of the window's width
 COLOURS = np.array([[196, 44, 38], [28, 74, 168], [232, 176, 52], [38, 122, 72], [128, 44, 132], [222, 226, 214], [214, 110, 36]])  # sRGB
 
@@ -33,6 +33,18 @@ def window() -> np.ndarray:
     return np.where((inside & ~lead)[..., None], COLOURS[number] * grain[..., None], 0).round().astype(np.uint8)
 
 
+def leaves() -> np.ndarray:
+    """Make the picture (SIDE, SIDE) uint8: pointed leaves of all directions, black, before white."""
+    y, x = np.mgrid[:SIDE, :SIDE] + 0.5
+    light, random = np.ones((SIDE, SIDE), bool), np.random.default_rng(3)
+    for _ in range(260):
+        (a, b), half, turn = random.uniform(0, SIDE, 2), random.uniform(0.03, 0.065) * SIDE, random.uniform(0, np.pi)
+        along, across = (x - a) * np.cos(turn) + (y - b) * np.sin(turn), (y - b) * np.cos(turn) - (x - a) * np.sin(turn)
+        light &= np.abs(across) > 0.38 * half * (1 - (along / half) ** 2)
+    return np.where(light, 255, 0).astype(np.uint8)
+
+
 if __name__ == "__main__":
-    out = sys.argv[1] if len(sys.argv) > 1 else str(Path(__file__).parent.parent / "examples" / "cookies" / "window.png")
-    Image.fromarray(window()).save(out, optimize=True)
+    to = Path(__file__).parent.parent / "examples" / "cookies"
+    Image.fromarray(window()).save(to / "window.png", optimize=True)
+    Image.fromarray(leaves()).convert("1").save(to / "leaves.png", optimize=True)

@@ -66,6 +66,11 @@ lights() { # docs/lights.md
     render slats --method march --quality final --eye=1.9,1.3,4.1 --target=-0.4,1.5,-1 --fov 46 --width 800 -o "$work/projector.png" \
         --projector "2.75,2.6,3.6;target=-0.9,1.3,-2.5;fov=24,40;intensity=800,800,800;cookie=examples/cookies/window.png"
     put jpeg $to/projector.jpg 1 "$work/projector.png"
+    for more in "" "--cookie examples/cookies/leaves.png"; do
+        # shellcheck disable=SC2086
+        $airlight image examples/photos/dark-room-opening.jpg --look classic $more -o "$work/leaves${#more}.png" -y
+    done
+    put jpeg $to/leaves.jpg 2 "$work/leaves0.png" "$work"/leaves[1-9]*.png
 }
 
 scenes() { # README.md

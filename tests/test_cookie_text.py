@@ -65,3 +65,36 @@ def test_what_shapes_a_light_is_read_without_its_file() -> None:
         read_shape_text("gobo.png", COOKIE)
     with pytest.raises(AirlightError, match="size is 0"):
         read_shape_text("sun=gobo.png;size=0", COOKIE)
+
+
+def test_lights_and_suns_of_texts_take_cookies(slide: str) -> None:
+    from airlight.jobs.light_text import PLACE, SUN, read_scene_light
+    from airlight.scenes.lamps import lighting
+
+    sun = read_scene_light(f"60,30;cookie={slide};size=2.5;strength=3", SUN)
+    assert sun.cookie is not None and (sun.cookie.size, sun.cookie.pixels.shape, sun.strength) == (2.5, (4, 5, 3), 3)
+    stage = open_scene("slats")  # its light is a spot
+    spot = named(stage, gfx.SpotLight(), "lamp")
+    by_place, by_name = (read_scene_light(f"{place};cookie={slide}", PLACE) for place in ("0,2,0", "lamp"))
+    made = lighting(stage, [by_place, by_name, sun]).lights
+    assert [light.cookie for light in made] == [by_place.cookie, by_name.cookie, sun.cookie] and made[1].target is spot.target
+    stage.lights = []
+    with pytest.raises(AirlightError, match="a light that shines all around; give --light the name of a spot"):
+        lighting(stage, [by_place])
+
+
+@pytest.mark.parametrize(
+    ("text", "form", "told"),
+    [
+        ("60,30;size=2", "azimuth,elevation", "goes with cookie.*write cookie=FILE;size=2"),
+        ("60,30;cookie=a.png;size=0", "azimuth,elevation", "size is 0.001 to 1e.06 m"),
+        ("60,30;ies=a.ies", "azimuth,elevation", "cannot read 'ies=a.ies'"),
+        ("lamp;size=2;cookie=a.png", "x,y,z", "cannot read 'size=2'"),
+        ("lamp;cookie=a.png;ies=a.ies", "x,y,z", "has two shapes"),
+    ],
+)
+def test_what_shapes_of_lights_texts_cannot_be_is_told(text: str, form: str, told: str) -> None:
+    from airlight.jobs.light_text import light_numbers
+
+    with pytest.raises(AirlightError, match=told):
+        light_numbers(text, form)

@@ -163,7 +163,8 @@ def test_share_that_is_scattered() -> None:
     light = np.zeros((), LIGHT)
     light["lobes"], light["cone_scale"], light["cone_offset"], light["range"] = (0.5, -0.3, 0.25), 1.4, -0.2, 5.0
     d, cosine, axis = np.abs(single()), single(low=-1, high=1), single(low=-1, high=1)
-    found = call("scatter/march/ray.wgsl", "scattered_share", [d, cosine, axis], bindings={"light": light}, constants={"PHASE": 1})
+    own: Any = {"bindings": {"light": light}, "constants": {"PHASE": 1, "CONE": True}}
+    found = call("scatter/march/ray.wgsl", "scattered_share", [d, cosine, axis], **own)
     close(found, march.scattered_share(d, cosine, axis, light, 1), 1e-4, 1e-6)
 
 

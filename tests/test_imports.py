@@ -20,7 +20,7 @@ LAYERS = (
     "pygfx",
     "api baked debug layers pictures",
     "scatter reference",
-    "shadows medium lights occlusion composite look detect reference.look reference.colour",
+    "shadows medium lights occlusion composite look detect reference.look reference.colour reference.around",
     "options gpu files notebook_image",
     "errors alpha arrays colour luminance planes noise progress projection messages process scatter.methods",
 )

@@ -108,7 +108,7 @@ def test_sampled_pixel(frame: Any) -> None:
 
 @pytest.mark.parametrize("kind", PHASES)
 def test_in_scattering(kind: int, frame: Any, light: Any) -> None:
-    own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"PHASE": kind}}
+    own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"PHASE": kind, "CONE": True}}
     sun = light.copy()
     sun["position"] = unit(())
     ray = rays()
@@ -130,7 +130,7 @@ def test_nearest_approach_and_parameters(light: Any) -> None:
 @pytest.mark.parametrize("kind", PHASES)
 def test_substituted_integrands(kind: int, frame: Any, light: Any) -> None:
     ray, v, angle = rays(), between(-2, 2), between(-1.4, 1.4)
-    own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"PHASE": kind}}
+    own: Any = {"bindings": {"frame": frame, "light": light}, "constants": {"PHASE": kind, "CONE": True}}
     nearest = march.nearest_approach(ray, light).astype(np.float32)
     found = call("scatter/march/steps.wgsl", "sinh_integrand", [ray, nearest, v], **own)
     close(found, march.sinh_integrand(ray, nearest, v, frame, light, kind), rtol=5e-3, atol=1e-5)

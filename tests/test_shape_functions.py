@@ -14,7 +14,7 @@ from airlight.lights.projector import FALLOFFS, ProjectorLight
 from airlight.lights.shape import Cookie, axes_along
 from airlight.lights.spot import SpotLight
 from airlight.reference import shape, shaped
-from airlight.scatter.march.cookies import SHAPES, even_colour, halved, shape_of
+from airlight.scatter.march.cookies import SHAPES, even_colour, halved, laid_out, level_corner, shape_of
 from airlight.scatter.march.records import FRAME, LIGHT
 
 RAY = struct_dtype("scatter/march/ray.wgsl", "Ray")
@@ -30,15 +30,53 @@ def single(*size: int, low: float = -4.0, high: float = 4.0) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", SHAPES[1:])
 def test_places_in_a_shape(kind: str) -> None:
-    q, scale, size = single(3), single(2, low=0.2, high=3), single(2, low=4, high=64).round()
+    q, light = single(3), np.zeros((), LIGHT)
     constants = {"SHAPE": SHAPES.index(kind)}
-    some = (np.abs(q[:, 2]) > 0.05) & (np.hypot(q[:, 0], q[:, 1]) > 0.05)
-    found, truth = call(PATH, "shape_place", [q, scale, size], constants=constants), shape.shape_place(q, scale, size, kind)
-    apart = np.abs(found - truth)[some]
-    apart = np.minimum(apart, np.abs(1 - apart)) if kind == "sphere" else apart / np.maximum(np.abs(truth[some]), 1)
-    assert apart.max() < 1e-5
-    found, truth = call(PATH, "texels_a_metre", [q, scale, size], constants=constants), shape.texels_a_metre(q, scale, size, kind)
-    np.testing.assert_allclose(found[some], truth[some], rtol=1e-5)
+    if kind == "sphere":
+        q = q[np.hypot(q[:, 0], q[:, 1]) > 0.05]
+        size = single(2, low=4, high=64).round()[: len(q)]
+        apart = np.abs(call(PATH, "sphere_place", [q, size]) - shape.sphere_place(q, size))
+        assert np.minimum(apart, np.abs(1 - apart)).max() < 1e-5
+        return
+    q = q[np.abs(q[:, 2]) > 0.05]
+    light["shape_size"], light["shape_most"] = (3, 2), 7.5
+    found = call(PATH, "cookie_place", [q], constants=constants, bindings={"light": light})
+    truth = shape.cookie_place(q, light, kind == "parallel")
+    apart = np.abs(found - truth) / np.maximum(np.abs(truth), 1)
+    if kind == "parallel":
+        apart[:, :2] = np.minimum(apart[:, :2], np.abs(light["shape_size"] - apart[:, :2]))
+    assert apart.max() < 1e-5 and np.ptp(truth[:, 0]) > 2.5
+
+
+def test_levels_of_a_cookie() -> None:
+    texels = (2 ** RNG.uniform(-4, 12, COUNT)).astype(np.float32)
+    texels[:13] = 2.0 ** np.arange(-4, 9)  # a level begins at a power of two
+    last = RNG.integers(0, 10, COUNT).astype(np.uint32)
+    found, truth = call(PATH, "level_of", [texels, last]), shape.level_of(texels, last)
+    np.testing.assert_array_equal(found, truth)
+    assert len(np.unique(truth[:, 1])) == 10
+    size = single(2, low=1, high=4096).round()
+    found, truth = call(PATH, "level_corner", [truth.astype(np.float32), size]), shape.level_corner(truth, size)
+    np.testing.assert_array_equal(found, truth)
+    levels = shape.level_of(texels, last)[:, 1].astype(int)
+    same = [level_corner(level, int(rows), int(columns)) for level, (columns, rows) in zip(levels.tolist(), size, strict=True)]
+    np.testing.assert_array_equal(truth, same)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 9), (16, 16), (37, 21), (3, 500), (256, 100)])
+def test_levels_of_a_cookie_lie_apart_in_its_texture(size: tuple[int, int]) -> None:
+    pixels = RNG.uniform(1, 2, (*size, 3)).astype(np.float32)
+    for repeats in (False, True):
+        out = laid_out(pixels, repeats)
+        used = np.zeros(out.shape[:2], int)
+        for level, one in enumerate(halved(pixels)):
+            x, y = level_corner(level, *size)
+            around = out[y - 1 : y + len(one) + 1, x - 1 : x + one.shape[1] + 1]
+            used[y - 1 : y + len(one) + 1, x - 1 : x + one.shape[1] + 1] += 1
+            np.testing.assert_array_equal(around[1:-1, 1:-1], one)
+            np.testing.assert_array_equal(around[1:-1, 0], one[:, -1 if repeats else 0])
+            np.testing.assert_array_equal(around[-1, 1:-1], one[0 if repeats else -1])
+        assert used.max() == 1 and (out[used == 0] == 0).all()
 
 
 def test_next_whole_number_along_a_line() -> None:
@@ -61,17 +99,17 @@ def test_rays_in_what_bounds_a_light() -> None:
     ray["origin"], ray["direction"] = single(3), direction / np.linalg.norm(direction, axis=1, keepdims=True)
     range = np.sort(single(2, low=0, high=20), axis=1)
     own: Any = {"bindings": {"light": light}}
-    found, truth = call(PATH, "clip_to_planes", [ray, range], **own), shape.clip_to_planes(ray, range, light)
+    found, truth = call(PATH, "clip_to_planes", [ray, range], constants={"PLANES": 5}, **own), shape.clip_to_planes(ray, range, light)
     empty = truth[:, 1] <= truth[:, 0]
     assert 0.1 < empty.mean() < 0.95 and ((found[:, 1] <= found[:, 0]) == empty).mean() > 0.998
     some = ~empty & (found[:, 1] > found[:, 0])
     assert (np.abs(found - truth)[some] < 1e-3 * np.maximum(np.abs(truth[some]), 1)).mean() > 0.99
     v, w = single(3), RNG.integers(0, 2, COUNT).astype(np.float32)
     np.testing.assert_allclose(call(PATH, "shape_index", [v, w], **own), shape.shape_index(v, w, light), rtol=1e-4, atol=1e-4)
-    t = single(low=0, high=30)
     for flat in (0.0, 1.0):
         frame["rays"], frame["size"], frame["flat"] = (1.2, -0.7, 0, 0), (64, 36), flat
-        np.testing.assert_allclose(call(PATH, "pixel_width", [t], bindings={"frame": frame}), shape.pixel_width(t, frame), rtol=1e-5)
+        width = call(PATH, "pixel_width", [], bindings={"frame": frame})
+        np.testing.assert_allclose(width, shape.pixel_width(frame), rtol=1e-6)
 
 
 def test_a_cookie_interpolates_between_centres_of_pixels() -> None:
@@ -90,7 +128,7 @@ def test_smaller_copies_keep_the_mean_where_sides_are_powers_of_two() -> None:
     levels = halved(pixels)
     assert [one.shape[:2] for one in levels] == [(16, 64), (8, 32), (4, 16), (2, 8), (1, 4), (1, 2), (1, 1)]
     np.testing.assert_allclose([one.mean((0, 1)) for one in levels], np.tile(pixels.mean((0, 1)), (7, 1)), rtol=1e-5)
-    assert [one.shape[:2] for one in halved(pixels[:5, :7])] == [(5, 7), (2, 3), (1, 1)]
+    assert [one.shape[:2] for one in halved(pixels[:5, :7])] == [(5, 7), (3, 4), (2, 2), (1, 1)]
     np.testing.assert_allclose(halved(np.ones((5, 7, 3)))[-1], 1)
 
 

@@ -74,7 +74,15 @@ def _auto_threshold(p: Parameters, image: Any, lights: list[ImageLight], adapts:
 
 
 def light_shafts(
-    image: Any, light: Any, *, alpha: Any = None, depth: Any = None, mask: Any = None, device: Where = None, **parameters: Any
+    image: Any,
+    light: Any,
+    *,
+    alpha: Any = None,
+    depth: Any = None,
+    mask: Any = None,
+    cookie: Any = None,
+    device: Where = None,
+    **parameters: Any,
 ) -> FloatArray:
     """Compute the light shafts alone: (H, W, 3) float32, linear, to be added to the image.
 
@@ -82,20 +90,28 @@ def light_shafts(
     premultiplied.
     light: (x, y) normalised, (0, 0) the top-left corner; or an airlight.Light; or a list of them. It may lie outside.
     alpha, mask, depth: (H, W) in 0..1; the mask's white emits, the depth's larger is farther.
+    cookie: what read_cookie gives, or an array as the image, of lights that have none of their own: held with its middle upon the light, it
+    multiplies the shafts by what lies in their direction.
     parameters: the fields of Parameters (method, samples, density, decay, weight, exposure, ...); occlusion may be an
     (H, W) array, used as the mask. Raises AirlightError for bad input.
     Source: Mitchell, GPU Gems 3, chapter 13, Eq. 4 (method radial) and its limit for n to infinity (epipolar).
     """
-    return shown(_shafts(image, light, alpha, depth, mask, parameters, open_renderer(device)))
+    return shown(_shafts(image, as_lights(light, cookie), alpha, depth, mask, parameters, open_renderer(device)))
 
 
 def _shafts(
-    image: Any, light: Any, alpha: Any, depth: Any, mask: Any, named: dict[str, Any], device: PictureRenderer | None, adapts: bool = False
+    image: Any,
+    lights: list[ImageLight],
+    alpha: Any,
+    depth: Any,
+    mask: Any,
+    named: dict[str, Any],
+    device: PictureRenderer | None,
+    adapts: bool = False,
 ) -> FloatArray:
     p, given = _parameters(image, dict(named))
     rgb, own = to_linear(image)
     shape = rgb.shape[:2]
-    lights = as_lights(light)
     return compute_layer(
         rgb,
         checked_plane("alpha", own if alpha is None else alpha, shape),
@@ -115,6 +131,7 @@ def add_light_shafts(
     depth: Any = None,
     mask: Any = None,
     subject: Any = None,
+    cookie: Any = None,
     near_range: Any = NEAR_RANGE,
     preset: str | os.PathLike[str] | None = None,
     device: Where = None,
@@ -122,8 +139,8 @@ def add_light_shafts(
 ) -> Any:
     """Add light shafts to the image, in the image's shape and dtype.
 
-    image, light, alpha, mask: as light_shafts; light may also be what find_light or find_lights gives, or "auto": the likeliest place;
-    where none is likely enough the image comes back as it was, with a warning that says what to do.
+    image, light, alpha, mask, cookie: as light_shafts; light may also be what find_light or find_lights gives, or "auto": the likeliest
+    place; where none is likely enough the image comes back as it was, with a warning that says what to do.
     parameters: the fields of Look (strength, warmth, length, ...) and quality; or those of Parameters and Composite, which ask for
     look="classic", the sum that light_shafts gives, put on the picture. preset: the name of one, or a .toml file, whose values hold where
     no parameter is given.
@@ -139,7 +156,7 @@ def add_light_shafts(
     searched = isinstance(light, str) and light == "auto"
     if isinstance(light, str) and not searched:
         raise AirlightError(f"light must be 'auto', (x, y), an airlight.Light, or a list of them, not {light!r}{nearest(light, ('auto',))}")
-    lights = [] if searched else as_lights(light)
+    lights = [] if searched else as_lights(light, cookie)
     parallel = any(one.angle is not None for one in lights)
     of_sum = "occlusion" if given is not None else "a parallel light" if parallel else ""
     chosen = chosen_look(named, Look(look=named.get("look")).look, of_sum)
@@ -157,7 +174,7 @@ def add_light_shafts(
             if isinstance(place, str):
                 warn(place)
                 return shown(_encoded(array, linear, np.zeros(array.shape[:2], bool)))
-            lights = as_lights(place)
+            lights = as_lights(place, cookie)
         return _add_sum(array, lights, composite, alpha, depth, emits, device, named)
     quality = Parameters(**{name: named.pop(name) for name in ("quality",) if name in named}).quality
     look = Look(**named)
@@ -177,7 +194,7 @@ def add_light_shafts(
         if isinstance(place, str):
             warn(place)
             return shown(_encoded(array, to_linear(array)[0] if rgb is None else rgb, np.zeros(shape, bool)))
-        lights = as_lights(place)
+        lights = as_lights(place, cookie)
     done = apply_look(open_renderer(device), pixels, coarse, lights, look, **options)
     if done.resolved.message:
         warn(in_python(done.resolved.message))
@@ -221,7 +238,7 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...], of: Callabl
 
 
 def _add_sum(
-    array: Any, light: Any, composite: Composite, alpha: Any, depth: Any, mask: Any, device: Where, named: dict[str, Any]
+    array: Any, lights: list[ImageLight], composite: Composite, alpha: Any, depth: Any, mask: Any, device: Where, named: dict[str, Any]
 ) -> Any:
     """Put the sum's layer on the image."""
     is_float = array.dtype.kind == "f"
@@ -232,10 +249,9 @@ def _add_sum(
         shape = array.shape[:2]
         emits = checked_plane("mask", mask, shape)
         opaque, far = checked_plane("alpha", alpha, shape), checked_plane("depth", depth, shape)
-        lights = as_lights(light)
         codes, _ = compute_codes(array, opaque, lights, _auto_threshold(p, array, lights), settings, emits, far, chosen)
         return shown(_with_own_alpha(codes, array))
-    layer = _shafts(array, light, alpha, depth, mask, named, chosen, settings.adapt > 0)
+    layer = _shafts(array, lights, alpha, depth, mask, named, chosen, settings.adapt > 0)
     linear, _ = to_linear(array)
     out, added = blend_layer(linear, layer, settings)
     return shown(_encoded(array, out, where_lit(added) | (settings.adapt > 0)))
@@ -289,7 +305,7 @@ def occlusion_fraction(
     lit = compute_layer(
         rgb,
         checked_plane("alpha", own if alpha is None else alpha, shape),
-        [dataclasses.replace(lights[0], color=(1.0, 1.0, 1.0), strength=1.0)],
+        [dataclasses.replace(lights[0], color=(1.0, 1.0, 1.0), strength=1.0, cookie=None)],
         plain,
         checked_plane("mask", given if given is not None else mask, shape),
         checked_plane("depth", depth, shape),

@@ -1,5 +1,6 @@
 """Draw what lies behind a picture's shafts: `airlight image --debug`. Made by the passes and grids of the product itself."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -52,7 +53,8 @@ def view(
         seen = source_pixels(gpu, *emitted(gpu, pixels, parameters, fraction=name == "mask", **planes), picture.width)
         return seen if name == "source" else seen[..., 0]
     source, _ = emitted(gpu, pixels, parameters, **planes)
-    plans, _ = plan(gpu.device, (picture.width, picture.height), lights, parameters, source)
+    plain = [dataclasses.replace(light, cookie=None) for light in lights]
+    plans, _ = plan(gpu.device, (picture.width, picture.height), plain, parameters, source)
     canvas = picture.linear() * np.float32(DIM)
     for i, one in enumerate(plans):
         if not isinstance(one, EpipolarPlan):

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from viewer_driver import Driver
 
+from airlight.jobs.cookies import FilmCookie
 from airlight.viewer import command
 from airlight.viewer import state as st
 from airlight.viewer.desktop import kinds
@@ -58,3 +60,18 @@ def test_wind_moves_a_still_scene(scene: Driver, monkeypatch: pytest.MonkeyPatch
     st.set_values(state, {key: value for key, value in st.values(state).items() if key != "wind"})
     scene.frame(2)
     assert state.duration == 0
+
+
+def test_a_film_of_a_cookie_runs_in_a_still_scene(scene: Driver, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in (1, 2, 30):
+        Image.new("L", (2, 2), number).save(tmp_path / f"film.{number:04d}.png")
+    state, stage, cookie = scene.state, scene.viewer.scene.stage, FilmCookie(str(tmp_path / "film.####.png"))
+    monkeypatch.setattr(stage, "duration", 0.0)
+    monkeypatch.setattr(stage, "cookies", [cookie])
+    scene.frame()
+    assert state.duration > 0 and state.playing
+    state.playing, seen = False, []
+    for state.time in (0.0, 1 / 24, 29 / 24):
+        scene.frame(2)
+        seen.append((cookie.frame, cookie.pixels.max() > 0.002))
+    assert seen == [(1, False), (2, False), (30, True)]

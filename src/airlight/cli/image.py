@@ -43,6 +43,13 @@ if TYPE_CHECKING:
     help="Where the light is: 0.4,0.3 or 960px,540px or 50%,20%, also outside the picture; auto finds it, auto:2 the next likely place, "
     'auto:3+ the best three together. May be repeated, with colour and strength: "0.4,0.2;color=1,0.8,0.6;strength=2".',
 )
+@file_option(
+    "--cookie",
+    None,
+    LIGHT,
+    "A picture held upon the lights of --light, its middle on each: shafts have the mean colour of what lies in their direction, white "
+    'changes nothing; of gobo.####.png each frame its own. Of one light: "0.4,0.2;cookie=gobo.png". docs/lights.md',
+)
 @file_option("--candidates", None, LIGHT, "Show the places where the light may be, numbered on the picture; or write them to a .json file.")
 @option(
     "--angle",
@@ -132,6 +139,7 @@ def image_request(ctx: click.Context) -> "ImageRequest":
     written, angles = o["written"], o["angles"]
     alone = angles and ctx.get_parameter_source("written") is default.DEFAULT  # an angle stands alone
     names = {one.name for one in dataclasses.fields(ImageRequest)} & o.keys()
+    names -= set() if isinstance(o.get("cookie"), str) else {"cookie"}  # comparisons' are of scenes
     return ImageRequest(
         **{name: o[name] for name in names - {"origin", "sources"}},
         sources=o.get("sources", ()),

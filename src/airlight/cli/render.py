@@ -109,7 +109,8 @@ class _Fps(click.ParamType):
     multiple=True,
     help='Where the light is instead, metres: "0,2,-3;color=1,0.8,0.6;strength=2"; or a lamp or a mesh by name. Strength may have '
     "a unit: 800cd, 800lm, 60W. It moves a lamp of the scene where one casts shafts, else it is added. May be repeated. "
-    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic); ies=FILE shapes a lamp as --ies does.",
+    "density=2 and extinction=0.5 are factors of a medium's, for this light alone (artistic); ies=FILE shapes a lamp as --ies does, and "
+    "cookie=FILE a spot of the scene as --cookie does.",
 )
 @option(
     "--sun",
@@ -118,7 +119,7 @@ class _Fps(click.ParamType):
     metavar="AZ,EL",
     multiple=True,
     help="A sun instead: degrees, azimuth 0 at -Z and 90 at +X, elevation above the horizon; colour and strength as --light, "
-    "in units 68300lx or 100W/m2.",
+    "in units 68300lx or 100W/m2; cookie=leaves.png;size=2 as --cookie.",
 )
 @option(
     "--environment",

@@ -100,7 +100,8 @@ def view(
     if not of_scene and (volume or particles):
         raise AirlightError("--volume and --particles are for the air of a 3-D scene: leave them out for a picture")
     if not of_scene and (found := [name for name, texts in shapes.items() if texts]):
-        raise AirlightError(f"--{found[0]} is for the lights of a 3-D scene: leave it out for a picture")
+        instead = "write --light 'X,Y;cookie=FILE'" if found[0] == "cookie" else "leave it out"
+        raise AirlightError(f"--{found[0]} is for the lights of a 3-D scene: {instead} for a picture")
     if not of_scene:
         refuse_medium(name for name in ctx.params if given(ctx, name))
     more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
@@ -135,5 +136,6 @@ def _light_controls(written: Sequence[LightText], source: str) -> list[Any]:
 
     picture = read_image(source)
     coarse = picture.rec709(picture.linear(coarse=True)) if any(light.searched for light in given) else None
-    placed = [place(light, picture) for light in resolve_lights(given, picture, "top", coarse)]
-    return [LightControl(one.position, one.color, one.strength, kind=one.kind) for one in placed]
+    found = resolve_lights(given, picture, "top", coarse)
+    placed = [(place(light, picture), light.cookie) for light in found]  # which reads the cookies, and may refuse them
+    return [LightControl(one.position, one.color, one.strength, kind=one.kind, cookie=cookie) for one, cookie in placed]

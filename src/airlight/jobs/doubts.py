@@ -98,6 +98,8 @@ def _cure(done: Any, look: Any, p: Any, lights: Sequence[LightText | ImageLight]
         return "the strength is 0"
     if all(max(light.color) == 0 for light in lights if light.strength):
         return "the light's colour is black, 0,0,0"
+    if any(light.cookie for light in lights):
+        return "it may be the cookie, which lets no light through there; try it without"
     if look is not None:
         if done.held is not None and done.held.contrast < 0.5 * done.held.wanted:  # no strength gives it
             return "nothing in it can show shafts: all is too dark, too bright, or near"

@@ -179,7 +179,8 @@ class FramesRequest:
 
         eye, target = (None if text is None else triple(text) for text in (self.eye, self.target))
         lights = [read_scene_light(text, PLACE) for text in self.light] + [read_scene_light(text, SUN) for text in self.sun]
-        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(shaped(stage, self.shapes, lights)))
+        lights = shaped(stage, self.shapes, lights, float(self.fps))
+        return Shot(*self.size, samples, smooth, self.camera, eye, target, self.fov, tuple(lights))
 
 
 @contextlib.contextmanager
@@ -274,7 +275,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
     from airlight.jobs.densities import put_densities, refuse_without_medium, suit, tell_idle
-    from airlight.jobs.shape_text import refuse_without_units
+    from airlight.jobs.shape_text import refuse_idle
 
     cells = build(stage.settings | values)[Medium].particle_cells
     if METHODS[(stage.settings | values).get("method", Parameters().method)].follows_fields:
@@ -290,9 +291,8 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
     if not method.follows_fields:
         refuse_without_medium(r.volume, r.particles, parameters.method)
-    if not method.has_units:
-        refuse_without_units(r.shapes, parameters.method)
-    else:
+    refuse_idle(r.shapes, parameters.method)
+    if method.has_units:
         tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)
     say_offer(stage, (*r.light, *r.sun))
     opened = spent.add(OPEN, spent.begun)

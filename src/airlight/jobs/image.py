@@ -30,6 +30,7 @@ AUTO = (LightText("auto"),)
 # Options beside the declared parameters that shape the result; files by their names as written.
 SHAPING: tuple[str, ...] = ("view", "mask", "mask_layer", "mask_invert")
 SHAPING += ("depth", "depth_near", "depth_layer", "near_range", "depth_hides", "subject", "subject_layer", "input_layer", "colorspace")
+SHAPING += ("cookie",)
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class ImageRequest:
     depth_hides: bool = True
     subject: str | None = None
     subject_layer: str | None = None
+    cookie: str | None = None
     input_layer: str | None = None
     colorspace: str | None = None
     layer: str | None = None
@@ -152,6 +154,8 @@ class ImageRequest:
             if self.candidates is None:
                 raise AirlightError("no output is named: add -o FILE, or --candidates FILE to see where the light may be")
             return
+        if self.cookie is not None and any(light.angle is not None for light in self.lights):
+            raise AirlightError("--cookie lies around a light, and a parallel one of --angle has no place; give --light X,Y instead")
         if self.occlusion_fraction is not None and len(self.lights) > 1:
             raise AirlightError("--occlusion-fraction belongs to one light; give one --light or --angle")
         if self.debug is not None and (self.layer is not None or self.occlusion_fraction is not None):
@@ -199,7 +203,7 @@ def _tasks(request: ImageRequest, folders: contextlib.ExitStack) -> tuple[list[P
     """List what is to be done, and the frames of each clip; tell whether pictures are many; show candidates if they are asked for."""
     r, output = request, str(request.output)
     named = r.layer, r.occlusion_fraction
-    todo, clips = tasks.picture_tasks(r.sources, output, *named, r.mask, r.depth, r.subject, r.frames, r.format)
+    todo, clips = tasks.picture_tasks(r.sources, output, *named, r.mask, r.depth, r.subject, r.frames, r.format, r.cookie)
     of_folder = any(standard.is_folder(source) for source in r.sources)
     many = len(todo) > 1 or bool(clips) or of_folder
     todo, _ = tasks.left_to_do(todo, r.skip_existing, r.resume)

@@ -75,7 +75,7 @@ class ImageWork:
             self._where = _renderer(self.request.device)
         picture = loaded.picture
         settled = self.clips.settled(task, loaded, self.read, self._settled)
-        lights = [place(light, picture) for light in settled.lights]
+        lights = [place(light, picture, cookie=task.cookie) for light in settled.lights]
         if self.request.debug is not None:
             from airlight.debug import view
 
@@ -105,11 +105,12 @@ class ImageWork:
         begun = self.spent.add("find the light", begun)
         if r.debug is not None:
             return Settled(written, parameters, None, None, bool(written))
-        done = self._shone(task, loaded, [place(light, picture) for light in written], parameters, None)
+        done = self._shone(task, loaded, [place(light, picture, cookie=task.cookie) for light in written], parameters, None)
         self.spent.add("render", begun)
         real = outputs.is_float(task.output, picture)
         if written:
-            doubts.tell_unchanged(picture, done, self.look, parameters, r.lights, real, tell, self.composite.mix)
+            shaped = [dataclasses.replace(light, cookie=light.cookie or task.cookie) for light in r.lights]
+            doubts.tell_unchanged(picture, done, self.look, parameters, shaped, real, tell, self.composite.mix)
         doubts.tell_white(picture, task.output, real, tell)
         shines = bool(written) and (doubts.is_off(self.look, r.lights) or doubts.shines(picture, done))
         return Settled(written, parameters, done.held, done, shines)

@@ -1,10 +1,11 @@
 """Reads lights as a user writes them.
 
-Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the second of the
-places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or `azimuth,elevation`, with
-colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it too; and with density and
-extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and absolute=1 for the candela
-of that.
+Of a picture: `X,Y[;color=R,G,B][;strength=S][;kind=K][;cookie=FILE]`, `auto` for X,Y, or the angle of a parallel one; `auto:2` is the
+second of the places where its light may be, `auto:3+` the first three together. Of a scene: `x,y,z`, an object's name, or
+`azimuth,elevation`, with colour and strength; with a unit, as in `strength=800cd`, that is the light's own intensity, and surfaces have it
+too; and with density and extinction, factors of the medium's as this light alone has them; of a lamp, with ies, a photometric file, and
+absolute=1 for the candela of that; of a spot of the scene and of a sun, with cookie, a picture that it sends out, and size, how wide that
+of a sun is in metres.
 """
 
 import math
@@ -35,6 +36,7 @@ class LightText:
     strength: float = 1.0
     angle: float | None = None
     kind: str | None = None  # see ImageLight
+    cookie: str | None = None  # a file
 
     def light(self, x: float, y: float) -> ImageLight:
         return ImageLight((x, y), self.color, self.strength, kind=self.kind)
@@ -51,7 +53,8 @@ class LightText:
         color = "" if self.color == (1.0, 1.0, 1.0) else ";color=" + ",".join(repr(float(c)) for c in self.color)
         place = self.position if self.angle is None else repr(self.angle)
         kind = "" if self.kind is None else f";kind={self.kind}"
-        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind
+        cookie = "" if self.cookie is None else f";cookie={self.cookie}"
+        return place + color + ("" if self.strength == 1.0 else f";strength={float(self.strength)!r}") + kind + cookie
 
 
 def read_light(text: str, parallel: bool = False) -> LightText:
@@ -97,15 +100,17 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
                 known[name] = tuple(float(v) for v in value.split(","))
             elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
                 known["intensity"] = float(found[1]) * _unit(found[2], text, form)
-            elif name in OF_LAMP and form == PLACE.upper():
+            elif name in _shaping(form) and name != "size":
                 known[name] = value
-            elif name == "strength" or (name in OF_MEDIUM and form in SCENE_FORMS):
+            elif name in ("strength", *_shaping(form)) or (name in OF_MEDIUM and form in SCENE_FORMS):
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
+            elif name == "cookie" and form == "X,Y":
+                known[name] = value
             else:
-                keys = ("color", "strength", *(("kind",) if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
-                keys += OF_LAMP if form == PLACE.upper() else ()
+                keys = ("color", "strength", *(("kind", "cookie") if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
+                keys += _shaping(form)
                 wrong = f"cannot read {part!r} in the light {text!r}: write {form};color=R,G,B;strength=S"
                 raise AirlightError(wrong + nearest(name, keys))
         except ValueError:
@@ -123,6 +128,11 @@ def _unit(unit: str, text: str, form: str) -> float:
     known = "lx or W/m2, as in strength=68300lx" if what == "a sun" else "cd, lm or W, as in strength=800cd"
     wrong = f"{what} has no {unit}" if unit.lower() in others else f"cannot read the unit {unit}"
     raise AirlightError(f"{wrong} in the light {text!r}: write {known}")
+
+
+def _shaping(form: str) -> tuple[str, ...]:
+    """List the keys that shape a light of a form."""
+    return OF_LAMP if form == PLACE.upper() else OF_SUN if form == SUN.upper() else ()
 
 
 def _kind(value: str, text: str) -> str:
@@ -156,19 +166,27 @@ def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, 
     return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
 
 
-def place(written: LightText, picture: "Picture", origin: str = "top") -> ImageLight:
-    """Place the light in the picture's own pixels."""
+def place(written: LightText, picture: "Picture", origin: str = "top", cookie: str | None = None) -> ImageLight:
+    """Place the light in the picture's own pixels. cookie: a file, of a light that has none of its own."""
     if written.angle is not None:
         return ImageLight.parallel(written.angle, written.color, written.strength)
     shown, data = _windows(picture)
     x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
-    return written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
+    made = written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
+    path = written.cookie or cookie
+    if path is None:
+        return made
+    from airlight.jobs.cookies import kept_cookie
+
+    return replace(made, cookie=kept_cookie(path))
 
 
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
 SCENE_FORMS = (PLACE.upper(), SUN.upper())
 OF_MEDIUM = ("density", "extinction")  # factors, of a scene's light
-OF_LAMP = ("ies", "absolute")
+OF_LAMP = ("ies", "absolute", "cookie")
+OF_SUN = ("cookie", "size")
+SIZES = (1e-3, 1e6)  # m, of a sun's cookie
 SUN_SIZE = 1.0  # degrees: half angle of the disc of a light that no lamp of the scene stands for
 
 
@@ -201,7 +219,12 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
         raise AirlightError(f"absolute is 0 or 1, and goes with ies, in the light {text!r}: write ies=lamp.ies;absolute=1")
     if "intensity" in known and known.get("absolute") == "1":
         raise AirlightError(f"the light {text!r} has two intensities: leave out the strength, or absolute")
-    ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP}})  # raises for these
+    if {"ies", "cookie"} <= known.keys():
+        raise AirlightError(f"the light {text!r} has two shapes: leave out ies, or cookie")
+    if "size" in known and not ("cookie" in known and SIZES[0] <= known["size"] <= SIZES[1]):
+        bounds = f"size is {SIZES[0]:g} to {SIZES[1]:g} m, and goes with cookie"
+        raise AirlightError(f"{bounds}, in the light {text!r}: write cookie=FILE;size=2")
+    ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP, *OF_SUN}})  # raises for these
     if form == PLACE and _is_name(place):
         return (), known
     at = numbers(place, form)
@@ -217,8 +240,10 @@ def _is_name(place: str) -> bool:
 
 def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     """Read `x,y,z`, the name of an object, or `azimuth,elevation` (0 is -Z, clockwise from above: 90 is +X), with
-    `;color=R,G,B;strength=S;density=D;extinction=E`, of a lamp `;ies=FILE;absolute=1` too. Raises AirlightError."""
+    `;color=R,G,B;strength=S;density=D;extinction=E`, `;cookie=FILE` of a spot or a sun, of a sun with `;size=M`, and of a lamp
+    `;ies=FILE;absolute=1` too. Raises AirlightError."""
     from airlight.files.photometry import read_photometry
+    from airlight.jobs.cookies import open_cookie
     from airlight.pygfx import SceneLight
     from airlight.scenes.lamps import NamedLight
 
@@ -227,6 +252,8 @@ def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     if "ies" in known:
         known["photometry"] = photometry = read_photometry(known.pop("ies"))
         known |= {"intensity": photometry.own_candela((0.0, -1.0, 0.0))} if absolute else {}
+    if "cookie" in known:
+        known["cookie"] = open_cookie(known["cookie"], known.pop("size", 1.0))
     if not at:
         return NamedLight(split_light(text, form.upper())[0], **known)
     if form == PLACE:

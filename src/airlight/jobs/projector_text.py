@@ -50,18 +50,18 @@ def read_projector(text: str) -> tuple[tuple[float, ...], dict[str, Any]]:
     return at, known
 
 
-def make_projector(text: str, frame: int = 1) -> "Projector":
-    """Make the projector of a scene, as it is written. frame: of numbered cookies. Raises AirlightError."""
+def make_projector(text: str) -> "Projector":
+    """Make the projector of a scene, as it is written. Raises AirlightError."""
     import pygfx as gfx
 
-    from airlight.jobs.cookies import read_cookie
+    from airlight.jobs.cookies import open_cookie
     from airlight.pygfx.projector import Projector
 
     at, known = read_projector(text)
     power = known.get("intensity", INTENSITY)
     top = max(power) or 1.0
     kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
-    cookie = read_cookie(known["cookie"], frame) if "cookie" in known else None
+    cookie = open_cookie(known["cookie"]) if "cookie" in known else None
     made = Projector(gfx.Color.from_physical(*(v / top for v in power)), max(power), cookie=cookie, **kept)
     made.local.position = at
     made.target.world.position = known.get("target", [a + b for a, b in zip(at, AHEAD, strict=True)])

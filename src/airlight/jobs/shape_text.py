@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
-from airlight.jobs.cookies import read_cookie
+from airlight.jobs.cookies import open_cookie
 from airlight.jobs.density_text import Grammar
 from airlight.jobs.projector_text import make_projector
 from airlight.messages import nearest
+from airlight.scatter.methods import METHODS, ONE_SUN
 
 if TYPE_CHECKING:
     from airlight.pygfx import SceneLight
@@ -41,32 +42,42 @@ def read_shape_text(text: str, grammar: Grammar = IES) -> ShapeText:
     return ShapeText(name, path, known)
 
 
-def refuse_without_units(shapes: dict[str, Sequence[str]], method: str) -> None:
-    """Raise AirlightError for shapes of lights, by their options, with a method that takes its light from the picture."""
-    for name in (name for name, texts in shapes.items() if texts):
+def refuse_idle(shapes: dict[str, Sequence[str]], method: str) -> None:
+    """Raise AirlightError for shapes of lights, by their options, that a method does not follow: methods of the screen follow cookies, by
+    the angle around a light, those of one sun follow nothing."""
+    known = METHODS[method]
+    follows = {"cookie"} if not known.lights_medium else () if known.lights == ONE_SUN else shapes.keys()
+    for name in (name for name, texts in shapes.items() if texts and name not in follows):
         raise AirlightError(f"--{name} means nothing with method {method}: leave it out, or use --method march")
 
 
-def shaped(stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
+def shaped(
+    stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequence[SceneLight | NamedLight]" = (), fps: float = 24.0
+) -> list[Any]:
     """Give lights of a stage, and those of `requested` that go by a name, the shapes of --ies and --cookie; return the requested ones with
-    theirs, and the projectors of --projector. Raises AirlightError."""
+    theirs, and the projectors of --projector. fps: of the numbers of numbered cookies. Raises AirlightError."""
+    stage.fps = fps
     lights = put_photometry(stage, shapes.get("ies", ()), requested)
     lights = put_cookies(stage, shapes.get("cookie", ()), lights)
-    return [*lights, *(make_projector(text) for text in shapes.get("projector", ()))]
+    lights += [make_projector(text) for text in shapes.get("projector", ())]
+    stage.cookies = [one.cookie for one in (*stage.lights, *lights) if hasattr(one.cookie, "frame")]
+    return lights
 
 
 def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
     """Give lights of a stage, and those of `requested` that go by a name, cookies of files, as `put_photometry` does."""
     import pygfx as gfx
 
+    from airlight.scenes.lamps import shines_around
+
     lights: list[Any] = list(requested)
     for text in texts:
         written = read_shape_text(text, COOKIE)
-        cookie = read_cookie(written.path, size=written.known.get("size", 1.0))
+        cookie = open_cookie(written.path, written.known.get("size", 1.0))
         own, asked = _of_name(stage, lights, written.name, "--cookie")
         for light in own:
             lamps = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, gfx.Light)]
-            if any(isinstance(lamp, gfx.PointLight) for lamp in lamps) or light.position is not None:
+            if shines_around(light):
                 raise AirlightError(f"--cookie {written.name}: shines all around; name a spot, a projector or a sun")
             if "size" in written.known and not any(isinstance(lamp, gfx.DirectionalLight) for lamp in lamps):
                 raise AirlightError(f"--cookie {written.name}: is no sun, whose cookies alone have a size; leave it out")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, warn
 from airlight.jobs import outputs
 from airlight.messages import say
 from airlight.process import standard
@@ -44,6 +44,7 @@ class PictureTask(Task):
     mask: str | None = None
     depth: str | None = None
     subject: str | None = None
+    cookie: str | None = None
     clip: int | None = None
 
     @property
@@ -53,7 +54,7 @@ class PictureTask(Task):
     @property
     def inputs(self) -> list[str]:
         """List the files that are read."""
-        return [path for path in (self.source, self.mask, self.depth, self.subject) if path is not None]
+        return [path for path in (self.source, self.mask, self.depth, self.subject, self.cookie) if path is not None]
 
 
 @dataclass(frozen=True)
@@ -92,11 +93,13 @@ def picture_tasks(
     subject: str | None,
     frames: str | None,
     format: str | None = None,
+    cookie: str | None = None,
 ) -> tuple[list[PictureTask], dict[int, list[PictureTask]]]:
     """List what is to be done, and by clip all its frames that there are, in order; none where no sequence is named. Patterns stand for
     the files that there are, or for `frames`; folders for the pictures in them. format: the ending of outputs in a folder."""
     from airlight.files.sequence import frames as read_frames
     from airlight.files.sequence import is_explicit_pattern, numbered
+    from airlight.files.volumes import file_of_frame
 
     given: list[tuple[int | None, str, int | None]] = []
     clips: dict[int, list[tuple[int, str]]] = {}
@@ -141,12 +144,21 @@ def picture_tasks(
         pattern = None if path is None or number is None else numbered(path)
         return path if pattern is None or number is None else pattern.frame(number)
 
+    film = None if cookie is None else numbered(cookie)
+    drawn = [] if film is None else film.on_disk()
+
     def task(at: int, number: int | None, source: str, clip: int | None) -> PictureTask:
         places = [place(target, number, source) for target in (output, layer, fraction)]
         planes = beside(mask, number, source), beside(depth, number, source), beside(subject, number, source)
-        return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, clip=clip)
+        shown = beside(cookie, None, source)
+        if shown is not None and film is not None and number is not None:
+            shown = file_of_frame(shown, number, drawn)
+        return PictureTask(at, places[0] or output, places[1], source, places[2], *planes, cookie=shown, clip=clip)
 
     found = [task(at, *one) for at, one in enumerate(given)]
+    missing = next((number for number, _, _ in given if film is not None and number is not None and number not in drawn), None)
+    if missing is not None:
+        warn(f"{cookie}: has no frame {missing}; frames that are missing look as those before them")
     refuse_collisions(found, [task.source for task in found])
     return found, {clip: [task(at, *frame, clip) for at, frame in enumerate(there)] for clip, there in clips.items()}
 

@@ -2,10 +2,14 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from airlight.errors import AirlightError
 from airlight.messages import nearest
+
+if TYPE_CHECKING:
+    from airlight.lights.shape import Cookie
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(px|%)?\s*")
 IMAGE_LIGHT_KINDS = ("disc", "opening", "glow", "lamps", "beyond")  # a sun's disc, a window, a bright part, lamps; beyond the border
@@ -22,6 +26,7 @@ class ImageLight:
     color: linear RGB factors, each >= 0.  strength: factor >= 0.
     angle: of a parallel light, see `parallel`; its position then only says the direction, and `placed` where it is.
     kind: what it is, as in `detect.Candidate`; None: to be told by the picture.
+    cookie: a picture that is held upon it, whose colours its shafts take, see lights/around.py; None or a white one: none.
     """
 
     position: tuple[float, float]
@@ -29,6 +34,7 @@ class ImageLight:
     strength: float = 1.0
     angle: float | None = None
     kind: str | None = None
+    cookie: "Cookie | None" = None
 
     @classmethod
     def parallel(cls, angle: float, color: tuple[float, float, float] = (1.0, 1.0, 1.0), strength: float = 1.0) -> "ImageLight":
@@ -64,6 +70,10 @@ class ImageLight:
         if self.kind is not None and not (isinstance(self.kind, str) and self.kind in IMAGE_LIGHT_KINDS):
             hint = nearest(str(self.kind), IMAGE_LIGHT_KINDS, f": there is {', '.join(IMAGE_LIGHT_KINDS)}")
             raise AirlightError(f"light kind {self.kind!r}{hint}")
+        if self.cookie is not None and not hasattr(self.cookie, "revision"):
+            raise AirlightError(f"a light's cookie is what airlight.read_cookie gives, not {type(self.cookie).__name__}")
+        if self.cookie is not None and self.angle is not None:
+            raise AirlightError("a parallel light has no angles around it for a cookie: give the light's place, or leave the cookie out")
         if max(abs(v) for v in self.position) > FAR_LIMIT:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         try:
@@ -96,8 +106,14 @@ def parse_position(text: str, width: int, height: int) -> tuple[float, float]:
     return x, y
 
 
-def as_lights(light: object) -> list[ImageLight]:
-    """Make a list of lights of a light, an (x, y) pair, what find_light gives, or a sequence of them."""
+def as_lights(light: object, cookie: object = None) -> list[ImageLight]:
+    """Make a list of lights of a light, an (x, y) pair, what find_light gives, or a sequence of them. cookie: as `as_cookie`, of those that
+    have none."""
+    if cookie is not None:
+        from airlight.lights.around import as_cookie  # which needs NumPy, as help does not
+
+        shared = as_cookie(cookie)
+        return [one if one.cookie is not None else replace(one, cookie=shared) for one in as_lights(light)]
     if isinstance(light, ImageLight):
         return [light]
     if hasattr(light, "position") and hasattr(light, "kind"):  # what was found in a picture

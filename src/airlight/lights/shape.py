@@ -17,11 +17,12 @@ class Cookie:
     """Holds a picture that a light sends out, also called gobo.
 
     pixels: (H, W, 3) linear RGB factors, 0 or more; row 0 is on top, column 0 on the left, as seen from the light. size: m, the width of
-    one of a directional light's, which repeat.
+    one of a directional light's, which repeat. revision: another for other pixels of the same cookie, as of a film's.
     """
 
     pixels: Array
     size: float = field(default=1.0, kw_only=True)
+    revision = 0
 
     def at(self, uv: Any, repeats: bool = False) -> Array:
         """Interpolates (..., 3) between the centres of pixels at places uv (..., 2), 0..1 from the left and from the top; beyond the

@@ -1,5 +1,6 @@
 """The look on a picture in memory: on the GPU, or by the NumPy reference where there is none."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ from airlight.luminance import luminance
 from airlight.options import Look
 from airlight.planes import by_rows, shrink, shrink_to, shrunk_size
 from airlight.reference import look as twin
+from airlight.reference.around import around_light
 from airlight.reference.look import Tones
 
 HALF_MAX = 65504.0  # what the passes' textures hold at most
@@ -134,8 +136,13 @@ class _Reference:
         for (rays, emits), one in zip(self.found.values(), resolved.lights, strict=True):
             s = one.settings
             amount = twin.amounts_at(rays, s, *points(width, height)) * (1 - twin.EMITTER * emits)
-            added_light += np.maximum(amount, 0)[..., None] * np.array(s.color)
-            missing += np.maximum(-amount, 0)
+            color, share = np.array(s.color), np.ones(())
+            if s.around is not None:
+                diagonal = math.hypot(width, height)
+                color = color * around_light(s.around, (width, height), (diagonal * s.grid.light[0], diagonal * s.grid.light[1]))
+                share = color @ twin.REC709
+            added_light += np.maximum(amount, 0)[..., None] * color
+            missing += np.maximum(-amount, 0) * share
         guide = twin.resized(small.guide, width, height)
         base = guide[..., 0] * twin.lightness(self.y) + guide[..., 1]
         add, take = twin.change(base, added_light, missing, resolved.strength, resolved.shade, resolved.dark)

@@ -3,8 +3,10 @@
 //! include "wgsl/half.wgsl"
 //! include "wgsl/luminance.wgsl"
 //! include "look/rays.wgsl"
+//! include "wgsl/around.wgsl"
 override ADD: bool = false;   // to what earlier lights gave
 override LAST: bool = true;
+override COOKIE: bool = false; // the light has one
 const EMITTER = 0.97;
 const MOST = 0.35;
 const EXTINCTION = 0.20;
@@ -27,6 +29,7 @@ struct Look {
 @group(0) @binding(5) var bilinear: sampler;
 @group(0) @binding(6) var before: texture_2d<f32>;
 @group(0) @binding(7) var field: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(8) var<storage, read> around: array<vec4f>;
 
 /// Finds the light that comes in, and the share that is taken, below 0 given, of the sums of added and missing light.
 /// base: smoothed lightness. Twin: reference/look.py:change.
@@ -55,7 +58,9 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let at = band_uv(polar(uv * rays.box, rays), rays);
     let own = textureLoad(matte, id.xy, 0);
     let amount = textureSampleLevel(amounts, bilinear, at, 0.0).r * (1.0 - EMITTER * own.g);
-    var sums = vec4f(max(amount, 0.0) * rays.color, max(-amount, 0.0) * luminance(rays.color));
+    var color = rays.color;
+    if (COOKIE) { color *= around_factor(around_span((uv * rays.box - rays.light) * length(vec2f(size)))); }
+    var sums = vec4f(max(amount, 0.0) * color, max(-amount, 0.0) * luminance(color));
     if (ADD) { sums += textureLoad(before, id.xy, 0); }
     if (LAST) {
         let smoothing = textureSampleLevel(guide, bilinear, uv, 0.0);

@@ -9,6 +9,7 @@ import numpy as np
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
+from airlight.lights.around import ENTRIES
 from airlight.look.grid import LINES, RADII, Array, RayGrid
 from airlight.look.measure import COPY_SIDE_PX, GLANCED
 from airlight.noise import dither
@@ -30,6 +31,7 @@ class _LightRays:
     def __init__(self, plan: "LookPlan", number: int) -> None:
         device, sampler = plan.device, plan.device.sampler()
         self.plan, self.number = plan, number
+        self.table: Array | None = None  # of its cookie
         self.values = np.zeros((), RAYS)
         self.uniform = device.buffer(size=RAYS.itemsize, uniform=True)
         self.may_emit = device.texture(*plan.small_size, "rgba16float", target=False)
@@ -40,12 +42,13 @@ class _LightRays:
         self.field = device.texture(*plan.field_size, "rgba16float")
         self.update(True)
         path, *picture = (MATTE_CODES, plan.picture) if plan.is_codes else (MATTE_LINEAR, plan.picture, plan.scale)
+        self.around = device.buffer(size=16 * ENTRIES)
         before = plan.lights[number - 1].field if number else self.bands
         self.matte_bind = device.bind(path, self.uniform, self.may_emit, sampler, self.matte, *picture)
         self.bands_bind = device.bind(BANDS, self.uniform, self.matte, sampler, self.pattern, *plan.lines, self.bands)
         self.glance_bind = device.bind(GLANCE, self.uniform, self.bands, sampler, plan.seen)
         self.amounts_bind = device.bind(AMOUNTS, self.uniform, self.bands, self.amounts)
-        rest = plan.guide, sampler, before, self.field
+        rest = plan.guide, sampler, before, self.field, self.around
         self.field_bind = device.bind(SUMS, self.uniform, plan.uniform, self.amounts, self.matte, *rest)
 
     def update(self, inside: bool) -> None:
@@ -62,7 +65,19 @@ class _LightRays:
         self.steps = [(device.pipeline(BANDS, entry, INSIDE=inside), counts) for entry, counts in entries.items()]
         self.glance = device.pipeline(GLANCE, "glance", COLUMNS=plan.small_size[0], ROWS=plan.small_size[1], INSIDE=inside)
         self.amount = device.pipeline(AMOUNTS, "ray_amount", INSIDE=inside)
-        self.gathers = [device.pipeline(SUMS, "gather", ADD=self.number > 0, LAST=last, INSIDE=inside) for last in (False, True)]
+        self.inside = inside
+        self.gather(last=True)
+
+    def gather(self, last: bool) -> Any:
+        """Choose the pipeline that adds the light to the field. last: it is the last one."""
+        known = {"ADD": self.number > 0, "LAST": last, "INSIDE": self.inside, "COOKIE": self.table is not None}
+        return self.plan.device.pipeline(SUMS, "gather", **known)
+
+    def shape(self, table: Array | None) -> None:
+        """Let the light have a cookie, by its table, or None."""
+        if table is not None and table is not self.table:
+            self.plan.device.queue.write_buffer(self.around, 0, table.tobytes())
+        self.table = table
 
 
 class LookPlan(TimedSubmits):
@@ -169,6 +184,7 @@ class LookPlan(TimedSubmits):
             v["deviation"], v["rest"], v["length"], v["mist"], v["soft"] = s.deviation, s.rest, s.length, s.mist, s.soft
             v["color"] = np.array(s.color) * s.weight
             self.device.queue.write_buffer(rays.uniform, 0, v.tobytes())
+            rays.shape(s.around)
         values = np.zeros((), LOOK)
         values["strength"], values["shade"], values["dark"] = strength, shade, dark
         self.device.queue.write_buffer(self.uniform, 0, values.tobytes())
@@ -178,7 +194,7 @@ class LookPlan(TimedSubmits):
         """Record the passes from bands to `result`."""
         for number, rays in enumerate(self.lights[: self.count], 1):
             self._run("amounts", encoder, rays.amount, rays.amounts_bind, (LINES + 2, RADII), timer)
-            self._run("field", encoder, rays.gathers[number == self.count], rays.field_bind, self.field_size, timer)
+            self._run("field", encoder, rays.gather(number == self.count), rays.field_bind, self.field_size, timer)
         if self.count not in self.puts:
             common = [self.lights[self.count - 1].field, self.near, self.device.sampler(), self.picture]
             rest = [self.noise] if self.is_codes else [self.scale, self.result]

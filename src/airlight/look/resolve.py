@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from airlight.lights import ImageLight
+from airlight.lights.around import around_table
 from airlight.look import measure
 from airlight.look.grid import Array, RayGrid
 from airlight.look.measure import Contrast, Found, Seen, Small
@@ -100,7 +101,10 @@ def resolve(
         seen.append(one)
         rays.append(count)
     if held is not None:
-        return dataclasses.replace(held, message="")
+        tables = [around_table(light.cookie) for light in lights]  # of this frame
+        shaped = [dataclasses.replace(one.settings, around=table) for one, table in zip(held.lights, tables, strict=True)]
+        own = [dataclasses.replace(one, settings=settings) for one, settings in zip(held.lights, shaped, strict=True)]
+        return dataclasses.replace(held, message="", lights=tuple(own))
     holds = [1.0 if count else found.holds for found, count in zip(founds, rays, strict=True)]
     weights = [strength * held_share for strength, held_share in zip(strengths, holds, strict=True)]
     share = max(h for h, strength in zip(holds, strengths, strict=True) if strength > 0)
@@ -118,6 +122,7 @@ def resolve(
                 soft=twin.BEYOND_SOFT if not one.grid.inside else SMALL_SOFT if one.kind == "lamps" else twin.SOFT,
                 weight=weight / most if most > 0 else 0.0,
                 color=_tint(light) or measure.light_color(small, one.tones, one.grid, one.kind, 0.0 if plain else look.warmth),
+                around=around_table(light.cookie),
             ),
             one.kind,
             found,

@@ -102,7 +102,8 @@ class SceneLight:
     def seen(self, position: tuple[float, float], fade: float = 1.0) -> ImageLight:
         """Makes the light that methods of the screen have, at a position in the picture. fade: a further factor."""
         r, g, b = (own * tint for own, tint in zip(self.color, self.screen_tint, strict=True))
-        return ImageLight(position, (r, g, b), self.strength * fade)
+        cookie = self.cookie if self.cookie is not None else getattr(self.target, "cookie", None)
+        return ImageLight(position, (r, g, b), self.strength * fade, cookie=cookie)
 
     def homogeneous(self) -> npt.NDArray[np.float64]:
         """Computes (4,) homogeneous world coordinates; w = 0: the direction towards it."""

@@ -196,8 +196,8 @@ def _alike(one: Any, other: Any) -> bool:
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
-def follow(fields: Iterable[Any], time: float, fps: float) -> None:
-    """Bring densities that follow a frame's number, `frame`, to a time, s: frame 1 is at 0."""
-    for field in fields:
-        if hasattr(field, "frame"):
-            field.frame = 1 + round(time * fps)
+def follow(things: Iterable[Any], time: float, fps: float) -> None:
+    """Bring densities and cookies that follow a frame's number, `frame`, to a time, s: frame 1 is at 0."""
+    for thing in things:
+        if hasattr(thing, "frame"):
+            thing.frame = 1 + round(time * fps)

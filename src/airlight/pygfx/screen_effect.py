@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MASK, LOOK = "pygfx/mask.wgsl", "pygfx/look.wgsl"
 
 
-class _Sums:
+class PictureSums:
     """Keeps the source and the layer of one size, rgba16float, and the lights' plans over them."""
 
     def __init__(self, device: Device, source: Any, p: Parameters, apron: int) -> None:
@@ -28,14 +28,15 @@ class _Sums:
         self.shafts = device.texture(width, height, "rgba16float")
         self.plans = LightPasses(device, (width, height), p, source, self.shafts)
         self.lights: list[ImageLight] = []
-        self._aimed: Any = None  # (lights, parameters)
+        self._aimed: Any = None  # (lights, parameters, revisions of cookies)
 
     def record(self, encoder: Any, lights: list[ImageLight], p: Parameters, timer: Timer | None) -> None:
         """Records the sum of these lights, after which `shafts` holds it."""
         self.lights = lights
-        if self._aimed != (lights, p):
+        aim = lights, p, [0 if light.cookie is None else light.cookie.revision for light in lights]
+        if self._aimed != aim:
             self.plans.update(lights, p)
-            self._aimed = lights, p
+            self._aimed = aim
         self.plans.record(encoder, timer)
 
 
@@ -48,7 +49,7 @@ class ScreenSpaceState:
     def __init__(self, device: Device, uniforms: Uniforms, looked: Any) -> None:
         self.device, self.uniforms, self.looked = device, uniforms, looked
         self.region: Region = WHOLE
-        self._sums: _Sums | None = None
+        self._sums: PictureSums | None = None
         self._prepass: Prepass | None = None
         self._laid_out: Any = None  # (texels, apron) of a source that is our own
         self._binds: dict[Any, Any] = {}
@@ -91,7 +92,7 @@ class ScreenSpaceState:
             if source is None:
                 source = self.device.texture(texels[0] + 2 * apron, texels[1] + 2 * apron, "rgba16float")
             self._binds.clear()
-            self._sums = _Sums(self.device, source, p, apron)
+            self._sums = PictureSums(self.device, source, p, apron)
             self._laid_out = None if scene.occluders == "prepass" else (texels, apron)  # whose texture is another's
         self.uniforms.lay_out(size, texels, apron)
 

@@ -11,7 +11,7 @@ from airlight.lights.shape import Cookie
 from airlight.pygfx import private
 from airlight.pygfx.lights import SceneLight
 from airlight.pygfx.punctual import shaped_lights
-from airlight.scatter.march.cookies import SHAPES, even_colour, grey, shape_of, shape_record
+from airlight.scatter.march.cookies import SHAPES, even_colour, grey, shape_of, shape_record, shape_rows
 from airlight.scatter.march.records import LIGHT
 
 SIDE = private.SHAPE_SIDE
@@ -22,7 +22,7 @@ class SurfaceShapes:
     """Finds the shapes of a scene's lights, and resamples each once."""
 
     def __init__(self) -> None:
-        self._texels: list[tuple[Any, Array]] = []
+        self._texels: list[tuple[Any, int, Array]] = []  # shape, its revision
 
     def of(self, lights: Any, described: Sequence[SceneLight]) -> dict[str, list[PunctualLight | None]]:
         """Finds the shapes of pygfx's lights, by kind, in their order; None of one that has none."""
@@ -35,10 +35,9 @@ class SurfaceShapes:
         for light in shapes:
             record, even = np.zeros((), LIGHT), even_colour(light)
             shape_record(record, light, np.eye(4))
-            kind = SHAPES.index(shape_of(light))
-            count = int(record["plane_count"])
-            scale = [*record["shape_scale"], kind, record["shape_size"].max()]
-            records.append((record["shape_rows"], scale, [*record["falloff"], count], record["planes"]))
+            kind, count = SHAPES.index(shape_of(light)), int(record["plane_count"])
+            rows, scale, size = shape_rows(light, np.eye(4)) if kind else (record["shape_rows"], np.zeros(2), np.zeros(2))
+            records.append((rows, [*scale, kind, size.max()], [*record["falloff"], count], record["planes"]))
             layers.append(_even(*even.tolist()) if even is not None else self._sampled(light))
         state.write_shapes(records, layers)
         held = [light.cookie or light.photometry for light in shapes]
@@ -47,8 +46,9 @@ class SurfaceShapes:
     def _sampled(self, light: PunctualLight) -> Array:
         """Resamples a light's shape to SIDE x SIDE texels."""
         shape = light.photometry or light.cookie
-        for had, texels in self._texels:
-            if had is shape:
+        revision = shape.revision if isinstance(shape, Cookie) else 0
+        for had, known, texels in self._texels:
+            if had is shape and known == revision:
                 return texels
         if isinstance(shape, Cookie):
             pixels = shape.pixels
@@ -56,7 +56,7 @@ class SurfaceShapes:
             assert shape is not None
             pixels = grey(shape.table)
         texels = resampled(pixels, SIDE, not isinstance(shape, Cookie)).astype(np.float16)
-        self._texels.append((shape, texels))
+        self._texels = [*(one for one in self._texels if one[0] is not shape), (shape, revision, texels)]
         return texels
 
 

@@ -9,9 +9,11 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.lights import ImageLight
+from airlight.lights.around import around_table
 from airlight.options import Parameters
 from airlight.planes import block_means
 from airlight.reference import radial
+from airlight.reference.around import around_light
 from airlight.scatter.methods import METHODS
 
 PIXELS = 400_000  # of the sum; larger images are summed at a whole fraction of their resolution
@@ -66,5 +68,8 @@ def layer(
         one = radial.bilinear(sums, x, y)
         if listing:
             one = p.exposure * (emitted + one)
+        table = around_table(light.cookie)
+        if table is not None:
+            one = one * around_light(table, (width, height), (at[0] * width, at[1] * height))
         total += one * np.asarray(light.rgb)
     return np.maximum(total, 0).astype(np.float32)

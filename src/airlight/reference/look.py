@@ -4,7 +4,7 @@ Pictures are scene-linear Rec. 709 with white at 1, distances in picture diagona
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -221,7 +221,7 @@ class RaySettings:
     """Turns one light's bands into amounts.
 
     deviation: the rms of what stands out; rest: see REST; length: diagonals; mist: share of the smooth light; soft: see SOFT; weight: of
-    this light among several; color: of the added light, luminance 1; tones: about the light.
+    this light among several; color: of the added light, luminance 1; tones: about the light; around: of its cookie, `around_table`.
     """
 
     grid: RayGrid
@@ -233,6 +233,7 @@ class RaySettings:
     soft: float
     weight: float
     color: tuple[float, float, float]
+    around: Array | None = field(default=None, compare=False)
 
 
 MIST = 0.8  # of a full ray: the smooth light where it is whole, at mist 1

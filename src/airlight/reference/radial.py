@@ -15,8 +15,10 @@ import numpy.typing as npt
 
 from airlight.errors import AirlightError
 from airlight.lights import ImageLight
+from airlight.lights.around import around_table
 from airlight.occlusion.automatic import check
 from airlight.options import Parameters
+from airlight.reference.around import around_factor, around_span
 from airlight.reference.colour import REC709
 from airlight.scatter.methods import METHODS
 
@@ -263,7 +265,11 @@ def layer(
     for light in lights:
         at, density = light.placed(width, height, p.density)
         own = msgspec.structs.replace(p, density=density)
-        total = total + summed(emitted, at, own, offsets=offsets, taps=taps, points=points, dtype=dtype) * np.asarray(light.rgb)
+        one = summed(emitted, at, own, offsets=offsets, taps=taps, points=points, dtype=dtype)
+        if (table := around_table(light.cookie)) is not None:
+            where = pixel_centres(width, height) if points is None else points
+            one = one * around_factor(table, around_span((np.asarray(where, np.float64) - at) * (width, height)))
+        total = total + one * np.asarray(light.rgb)
     return np.asarray(total)
 
 

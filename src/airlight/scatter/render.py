@@ -17,10 +17,12 @@ from airlight.gpu.slices import among
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import TimedSubmits, Timer, compute, timing
 from airlight.lights import ImageLight, as_lights
+from airlight.lights.around import around_table
 from airlight.look.plan import LookPlan
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
 from airlight.planes import by_rows
+from airlight.scatter.around import AroundPlan
 from airlight.scatter.methods import METHODS, check_picture
 from airlight.scatter.screen import Target
 
@@ -110,7 +112,9 @@ def plan(
     targets = [layer, device.texture(*size, "rgba16float") if len(lights) > 1 else None]  # taking turns; the last light writes the layer
     for number, light in enumerate(lights, 1):
         target = targets[(len(lights) - number) % 2]
-        plans.append(METHODS[p.method].plan(device, size, light, p, Target(source, target, apron, before)))
+        onto, table = Target(source, target, apron, before), around_table(light.cookie)
+        planned = METHODS[p.method].plan(device, size, light, p, onto) if table is None else AroundPlan(device, size, light, p, onto, table)
+        plans.append(planned)
         before = target
     return plans, before
 
@@ -220,7 +224,8 @@ class PictureRenderer:
 
     def plan(self, size: tuple[int, int], eight: bool, lights: Sequence[ImageLight], p: Parameters, **kind: bool) -> ImagePlan:
         """Give the kept plan for such pictures, or a new one. size: (width, height)."""
-        key = size, eight, tuple(lights), p, tuple(sorted(kind.items()))
+        shown = tuple(0 if light.cookie is None else light.cookie.revision for light in lights)
+        key = size, eight, tuple(lights), shown, p, tuple(sorted(kind.items()))
         found = self._plans.pop(key, None)
         if found is None:
             check_size(self.device, *size)

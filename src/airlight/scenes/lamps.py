@@ -113,6 +113,8 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Project
         _set(taken.target, one.intensity)
         made.moved.append((taken.target, _turned(taken.target, one.direction) if one.direction is not None else one.position))
         made.lights.append(dataclasses.replace(taken, color=one.color, strength=one.strength, **_own(one)))
+    if any(light.cookie is not None and shines_around(light) for light in made.lights):
+        raise AirlightError("a cookie is of a light that shines all around; give --light the name of a spot, or use --projector or --sun")
     if made.added:
         lost = lost_maps(stage.scene, [lamp for lamp, _ in made.added])
         if lost:
@@ -129,6 +131,12 @@ def relight(stage: Stage, requested: Sequence[SceneLight | NamedLight | Projecto
     if stage.movable not in stage.lights:
         lamps = [lamp for lamp, parent in made.added if parent is stage.scene and not isinstance(lamp, gfx.DirectionalLight)]
         stage.movable = next((light for light in stage.lights if light.target in lamps), None)
+
+
+def shines_around(light: SceneLight) -> bool:
+    """Tell whether a light has no side that a cookie could be on: a point light's, or one that is given by a position."""
+    lamps = () if light.target is None else light.target.iter()
+    return light.position is not None or any(isinstance(lamp, gfx.PointLight) for lamp in lamps)
 
 
 def cast_shadow(light: gfx.Light, center: np.ndarray, radius: float) -> None:

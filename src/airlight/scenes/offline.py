@@ -257,7 +257,7 @@ class Studio:
         """Poses the stage and its camera, and renders a frame."""
         self.stage.pose(time, self._followed)
         effect.time = time
-        follow(self.stage.fields, time, self.stage.fps)
+        follow((*self.stage.fields, *self.stage.cookies), time, self.stage.fps)
         self._lighting.move()
         self._carry(turn)
         with _raised(), self._near(), undrawn(self.stage.fields):

@@ -24,7 +24,7 @@ class Stage:
     path: a line where something flies along, hidden until its `visible` is set, or None.
     glowing: names of the meshes that emit light, of a scene without lights of its own.
     fields: densities that lie in its air, as LightShafts takes them; of those that follow a frame's number, frame 1 is at time 0, and there
-    are fps a second.
+    are fps a second. cookies: those of its lights that follow it too.
     pre_exposure: factor that its radiances are scaled by, see `scenes.exposure`. sky_sun: lux of a sun that its sky is in proportion to, or
     None where it has none.
     measured: whether a user gave some light in units, so that it is exposed however weak that is. photometric: whether its lights are of a
@@ -44,6 +44,7 @@ class Stage:
     path: gfx.WorldObject | None = None
     glowing: tuple[str, ...] = ()
     fields: list[Any] = field(default_factory=list)
+    cookies: list[Any] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     fps: float = 24.0
     pre_exposure: float = 1.0

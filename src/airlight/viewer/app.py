@@ -377,7 +377,8 @@ def view(source: Any, light: Any = None, *, device: str | None = None, size: tup
         raise AirlightError(missing.format(error)) from None
     from airlight.lights import as_lights
 
-    lights = [] if light is None else [LightControl(one.position, one.color, one.strength, kind=one.kind) for one in as_lights(light)]
+    placed = [] if light is None else as_lights(light)
+    lights = [LightControl(one.position, one.color, one.strength, kind=one.kind, cookie=one.cookie) for one in placed]
     shown = os.fspath(source) if isinstance(source, (str, os.PathLike)) else from_array(source)
     try:
         return Viewer(RenderCanvas(size=size), shown, values=parameters, lights=lights, device=device)

@@ -33,7 +33,8 @@ def light_words(state: ViewerState) -> list[str]:
             x, y, width, height = state.frame
             numbers = (x + numbers[0] * width, y + numbers[1] * height)
         kind = control.kind if state.is_smart else None
-        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind).text
+        cookie = control.cookie if isinstance(control.cookie, str) else None
+        text = LightText(",".join(_number(v) for v in numbers), control.color, control.strength, kind=kind, cookie=cookie).text
         factors = "".join(f";{key}={getattr(control, key)!r}" for key in OF_MEDIUM if getattr(control, key) != 1)
         words.append(f"{name}={text}{factors}{_unseen(control.written or '')}")
     return words

@@ -35,7 +35,7 @@ def numbered(density: Any) -> bool:
 
 Area = tuple[float, float, float, float]
 DRAFT_STEPS, DRAFT_MAP = 32, 1024  # of a march: no more steps, and no larger shadow maps; half as large where pixels are few
-AIR_SECONDS = 600.0  # of a still scene in whose air something moves
+AIR_SECONDS = 600.0  # of a still scene in whose air something moves, or the cookie of a light
 FEW = 0.4  # of width and height
 
 
@@ -175,8 +175,9 @@ class SceneView:
 
     def _blow(self, state: ViewerState) -> None:
         """Let time pass in a still scene too, as long as something moves in its air."""
-        moves = (any(state.medium.wind) and state.medium.noise_amount > 0) or any(numbered(one) for one in self.shafts.fields)
-        duration = self.stage.duration or (AIR_SECONDS if moves and METHODS[state.parameters.method].lights_medium else 0.0)
+        air = (any(state.medium.wind) and state.medium.noise_amount > 0) or any(numbered(one) for one in self.shafts.fields)
+        moves = self.stage.cookies or (air and METHODS[state.parameters.method].lights_medium)
+        duration = self.stage.duration or (AIR_SECONDS if moves else 0.0)
         if duration != state.duration:
             state.duration, state.playing = duration, duration > 0
             state.time = min(state.time, duration)
@@ -239,7 +240,7 @@ class SceneView:
         bodies = [tuple(c.position) for c, light in zip(state.lights, stage.lights, strict=True) if light.target is not None]
         shafts.still = self.opened, state.time, *bodies
         shafts.dt, shafts.time, shafts.fields = 0.0 if settles else self.dt, state.time, stage.fields
-        follow(stage.fields, state.time, stage.fps)
+        follow((*stage.fields, *stage.cookies), state.time, stage.fps)
         self.renderer.pixel_scale, self.renderer.texture = share, texture
         self.renderer.pixel_filter = "linear" if share < 1 else "mitchell"  # which takes as long as a draft's all else
         origin_of_view = origin(stage.center, stage.radius, self.camera)

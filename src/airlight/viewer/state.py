@@ -10,6 +10,7 @@ from airlight import scenes
 from airlight.composite.view import check as check_view
 from airlight.detect import ACT, find_lights
 from airlight.errors import AirlightError
+from airlight.jobs.cookies import kept_cookie
 from airlight.lights import ImageLight
 from airlight.medium.resolve import doubt, resolve
 from airlight.options import (
@@ -47,13 +48,15 @@ class LightControl:
     movable: bool = True
     direction: bool = False  # position says towards what, as of a sun
     kind: str | None = None  # of a picture's, as in `lights.ImageLight`
+    cookie: Any = None  # of a picture's: a Cookie, or its file
     written: str | None = None  # the option of a scene's light, where a user added it
     density: float = 1.0  # factors of a scene's medium for this light alone
     extinction: float = 1.0
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
-        return ImageLight((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind)
+        cookie = kept_cookie(self.cookie) if isinstance(self.cookie, str) else self.cookie
+        return ImageLight((self.position[0], self.position[1]), self.color, self.strength, kind=self.kind, cookie=cookie)
 
 
 @dataclass

@@ -1,6 +1,8 @@
 """Keeps on the device the shapes of lights: cookies with smaller copies of themselves, and photometry as tables of directions."""
 
+import math
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,41 +19,45 @@ TEXEL = 8  # bytes
 
 
 class Cookies:
-    """Holds a texture for each cookie and photometry, for as long as they live."""
+    """Holds a texture for each cookie and photometry, for as long as they live: one for all frames of a film that are of one size."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
         self.none = device.texture(1, 1, FORMAT, target=False)
         self._held: Any = weakref.WeakKeyDictionary()
-        self._samplers: dict[str, Any] = {}
+        linear: Any = {"mag_filter": "linear", "min_filter": "linear"}
+        self._sampler = device.device.create_sampler(**linear)
+        self._turning = device.device.create_sampler(address_mode_u="repeat", **linear)
 
     def of(self, light: PunctualLight) -> tuple[Any, Any]:
         """Gives the texture and the sampler of a light's shape."""
-        shape = light.cookie if light.photometry is None else light.photometry
-        shape = None if shape_of(light) == "none" else shape
-        if shape is not None and shape not in self._held:
-            self._held[shape] = self._texture(halved(shape.pixels) if isinstance(shape, Cookie) else [grey(shape.table)])
-        return self.none if shape is None else self._held[shape], self._sampler(shape_of(light))
+        kind = shape_of(light)
+        if kind == "none":
+            return self.none, self._sampler
+        if light.photometry is not None:
+            table = light.photometry.table
+            return self._texture(light.photometry, kind, lambda: grey(table)), self._turning
+        assert light.cookie is not None
+        pixels = light.cookie.pixels
+        return self._texture(light.cookie, kind, lambda: laid_out(pixels, repeats=kind == "parallel")), self._sampler
 
-    def _sampler(self, kind: str) -> Any:
-        if kind not in self._samplers:
-            across, down = {"parallel": ("repeat", "repeat"), "sphere": ("repeat", "clamp-to-edge")}.get(kind, ("clamp-to-edge",) * 2)
-            linear: Any = {"mag_filter": "linear", "min_filter": "linear", "mipmap_filter": "linear"}
-            self._samplers[kind] = self.device.device.create_sampler(address_mode_u=across, address_mode_v=down, **linear)
-        return self._samplers[kind]
-
-    def _texture(self, levels: list[Array]) -> Any:
-        """Uploads a picture (H, W, 3) and its smaller copies."""
+    def _texture(self, shape: Any, kind: str, picture: Callable[[], Array]) -> Any:
+        """Gives the texture of a shape of a kind: made, or filled anew, of a picture (H, W, 3) when the shape has changed."""
+        held = self._held.setdefault(shape, {})
+        revision, texture = held.get(kind, (None, None))
+        if revision == _revision(shape):
+            return texture
+        made = picture()
+        rows, columns = made.shape[:2]
+        texels = np.ones((rows, columns, 4), np.float16)
+        texels[..., :3] = np.clip(made, 0, LARGEST)
         usage = self.device.wgpu.TextureUsage
-        rows, columns = levels[0].shape[:2]
-        known = {"format": FORMAT, "usage": usage.TEXTURE_BINDING | usage.COPY_DST, "mip_level_count": len(levels)}
-        texture = self.device.device.create_texture(size=(columns, rows, 1), **known)
-        for level, one in enumerate(levels):
-            height, width = one.shape[:2]
-            texels = np.ones((height, width, 4), np.float16)
-            texels[..., :3] = np.clip(one, 0, LARGEST)
-            layout = {"bytes_per_row": TEXEL * width, "rows_per_image": height}
-            self.device.queue.write_texture({"texture": texture, "mip_level": level}, texels, layout, (width, height, 1))
+        if texture is None or texture.size[:2] != (columns, rows):
+            known = {"format": FORMAT, "usage": usage.TEXTURE_BINDING | usage.COPY_DST}
+            texture = self.device.device.create_texture(size=(columns, rows, 1), **known)
+        layout = {"bytes_per_row": TEXEL * columns, "rows_per_image": rows}
+        self.device.queue.write_texture({"texture": texture}, texels, layout, (columns, rows, 1))
+        held[kind] = _revision(shape), texture
         return texture
 
 
@@ -74,19 +80,22 @@ def even_colour(light: PunctualLight) -> Array | None:
     shape = light.cookie if light.photometry is None else light.photometry
     if shape is None:
         return np.ones(3)
-    if shape not in _evens:  # once for each: pictures are large, and frames many
+    if _evens.get(shape, (None,))[0] != _revision(shape):  # once for each: pictures are large, and frames many
         values = shape.pixels if isinstance(shape, Cookie) else grey(shape.table)
-        _evens[shape] = np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
-    found: Array | None = _evens[shape]
+        _evens[shape] = _revision(shape), np.asarray(values[0, 0], float) if (values == values[0, 0]).all() else None
+    found: Array | None = _evens[shape][1]
     return found
+
+
+def _revision(shape: Any) -> int:
+    return shape.revision if isinstance(shape, Cookie) else 0
 
 
 _evens: Any = weakref.WeakKeyDictionary()
 
 
 def halved(pixels: Array) -> list[Array]:
-    """Averages a picture (H, W, 3) over 2 x 2 pixels again and again, down to one. As WebGPU counts levels, the last of odd rows
-    or columns with the one before."""
+    """Averages a picture (H, W, 3) over 2 x 2 pixels again and again, down to one; the last of odd rows or columns stands alone."""
     levels = [np.asarray(pixels, np.float32)]
     while max(levels[-1].shape[:2]) > 1:
         levels.append(_halved(_halved(levels[-1]).swapaxes(0, 1)).swapaxes(0, 1))
@@ -94,14 +103,31 @@ def halved(pixels: Array) -> list[Array]:
 
 
 def _halved(a: Array) -> Array:
-    """Averages pairs of rows; the last row of an odd number joins the last pair."""
-    n = len(a) // 2
-    if n == 0:
-        return a
-    starts = 2 * np.arange(n)
-    counts = np.diff([*starts, len(a)])
-    sums: Array = np.add.reduceat(a, starts, axis=0) / counts[:, None, None]
-    return sums
+    """Averages pairs of rows."""
+    starts = np.arange(0, len(a), 2)
+    means: Array = np.add.reduceat(a, starts, axis=0) / np.diff([*starts, len(a)]).astype(np.float32)[:, None, None]
+    return means
+
+
+def laid_out(pixels: Array, repeats: bool) -> Array:
+    """Lays a cookie (H, W, 3) and its smaller copies out in one picture, as shape.wgsl's level_corner has it: a look-up whose level
+    is fixed costs software Vulkan a third of one that chooses levels.
+
+    Around each copy lies a line of what is next to it: its own edge, or where it repeats its other side.
+    """
+    levels = halved(pixels)
+    rows, columns = levels[0].shape[:2]
+    places = [level_corner(level, rows, columns) for level in range(len(levels))]
+    ends = [(x + one.shape[1], y + len(one)) for (x, y), one in zip(places, levels, strict=True)]
+    out = np.zeros((max(y for _, y in ends) + 1, max(x for x, _ in ends) + 1, 3), np.float32)
+    for (x, y), (right, down), one in zip(places, ends, levels, strict=True):
+        out[y - 1 : down + 1, x - 1 : right + 1] = np.pad(one, ((1, 1), (1, 1), (0, 0)), mode="wrap" if repeats else "edge")
+    return out
+
+
+def level_corner(level: int, rows: int, columns: int) -> tuple[int, int]:
+    """Finds (x, y) where a level of a cookie of so many texels begins in its texture."""
+    return (1, 1) if level == 0 else (columns + 3, math.floor(rows - 2 * rows / 2**level) + 4 * level - 3)
 
 
 def shape_record(out: Any, light: PunctualLight, into: Array) -> None:
@@ -112,19 +138,27 @@ def shape_record(out: Any, light: PunctualLight, into: Array) -> None:
     kind = shape_of(light)
     if kind == "none":
         return
+    rows, scale, size = shape_rows(light, into)
+    out["shape_size"] = size
+    if kind != "sphere":
+        texels = size * scale
+        middle = rows[2] if kind == "perspective" else np.array([0.0, 0.0, 0.0, 1.0])
+        rows[0] = texels[0] * rows[0] + size[0] / 2 * middle
+        rows[1] = size[1] / 2 * middle - texels[1] * rows[1]
+        out["shape_most"], out["shape_last"] = texels.max(), (int(size.max()) - 1).bit_length()
+    out["shape_rows"] = rows
+
+
+def shape_rows(light: PunctualLight, into: Array) -> tuple[Array, Array, Array]:
+    """Finds how a light's shape lies: (3, 4) rows to its axes, right, up and ahead, m; (2,) 1 / m of a cookie's width and height, a metre
+    ahead where it has perspective; (2,) its texels. into: (4, 4) from where places are to the world."""
     axes, origin = light.axes(), light.origin()
     rows = np.column_stack([axes, -axes @ origin]) @ into
-    if kind == "sphere":
-        assert light.photometry is not None
-        out["shape_size"] = light.photometry.table.shape[::-1]
-    else:
-        assert light.cookie is not None
-        height, width = light.cookie.pixels.shape[:2]
-        out["shape_size"] = width, height
-        if kind == "parallel":
-            wide = np.array([light.cookie.size, light.cookie.size * height / width])
-            out["shape_scale"] = 1 / wide
-            rows[:2, 3] = np.mod(rows[:2, 3], wide)  # far from the origin digits would be lost
-        else:
-            out["shape_scale"] = 0.5 / np.array(light.tangents())
-    out["shape_rows"] = rows
+    if light.photometry is not None:
+        return rows, np.zeros(2), np.array(light.photometry.table.shape[::-1])
+    assert light.cookie is not None
+    height, width = light.cookie.pixels.shape[:2]
+    wide = 2 * np.array(light.tangents()) if not light.directional else light.cookie.size * np.array([1.0, height / width])
+    if light.directional:
+        rows[:2, 3] = np.mod(rows[:2, 3], wide)  # far from the origin digits would be lost
+    return rows, 1 / wide, np.array([width, height])

@@ -160,6 +160,7 @@ class March:
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
+            chosen["PLANES"] = len(light.planes())
             chosen |= {**self._fog, "FADES": light.directional and medium.fades_suns}
             chosen |= {"PANES": panes, "GLASS": self._glass[i] is not None, "SHAPE": SHAPES.index(shape_of(light))}
             chosen |= {"FALLS": light.falloff_terms() != (1.0, 0.0, 0.0), "COLOURED": shadow is not None and shadow.coloured}

@@ -119,8 +119,11 @@ fn clip_range(range: vec2f, b: f32, a: f32) -> vec2f {
 /// Evaluate the share of a light's intensity that reaches a point d metres from it and is scattered to the eye there, 1/sr, times d^2, without
 /// extinction: `cosine` as of the phase function, `axis_cosine` to a spot's axis. Twin: reference/march.py:scattered_share.
 fn scattered_share(d: f32, cosine: f32, axis_cosine: f32) -> f32 {
-    let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
-    let strength = phase(cosine, light.lobes) * cone * cone * range_window(d, light.range);
+    var strength = phase(cosine, light.lobes) * range_window(d, light.range);
+    if (CONE) {
+        let cone = cone_ramp(axis_cosine, light.cone_scale, light.cone_offset);
+        strength *= cone * cone;
+    }
     if (FALLS) { return strength * (light.falloff.x + d * (light.falloff.y + d * light.falloff.z)); }
     return strength;
 }

@@ -67,10 +67,11 @@ struct Light {
     shade_into: array<vec4f, 3>, // back
     glass_side: f32,            // of the map of what dims it, texels; see glass.wgsl
     plane_count: u32,           // that bound it
-    shape_scale: vec2f,         // of its shape, see shape.wgsl
+    shape_most: f32,            // texels of its cookie on a metre, a metre ahead; see shape.wgsl
+    shape_last: u32,            // level of that
     shape_size: vec2f,          // texels
     falloff: vec3f,             // with the distance d: of 1 / d^2, 1 / d, 1
-    shape_rows: array<vec4f, 3>, // from a place to one along the shape's axes
+    shape_rows: array<vec4f, 3>, // from a place to one in the shape, see shape_index
     planes: array<vec4f, 12>,   // n x + d >= 0 where there is light
     view: array<ShadowView, 6>,
 }

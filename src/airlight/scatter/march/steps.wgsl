@@ -212,7 +212,7 @@ fn march_directional(i: u32, ray: Ray, each: f32, o: f32, n: f32) -> vec3f {
                 share *= select(1.0 - next, cascade_weight(away, last.near, last.far, light.blend), away < view.near);
             }
             // Add the step's integral of transmittance
-            let found = select(vec3f(0.0), weight * share * shape_colour(sample, SPREAD * select(each, samples.y, VARIES)), k < end);
+            let found = select(vec3f(0.0), weight * share * shape_sample(sample, SPREAD * select(each, samples.y, VARIES), fract(37.618034 * o + 0.618034 * k)), k < end);
             if (GLASS) {
                 sum += found;
                 let is_lit = share > 0.0 && k < end;
@@ -310,7 +310,7 @@ fn march_punctual(i: u32, ray: Ray, nearest: vec2f, range: vec2f, start: f32, ea
             if (SHAPE != 0u) {
                 let slope = tangent(angle);
                 let long = each * nearest.y * (1.0 + slope * slope); // m of the step
-                scattered *= shape_colour(nearest.x + nearest.y * slope, SPREAD * long);
+                scattered *= shape_sample(nearest.x + nearest.y * slope, SPREAD * long, fract(37.618034 * o + 0.618034 * k));
             }
             let found = select(vec3f(0.0), scattered * share, k < end);
             if (GLASS) {

@@ -20,8 +20,9 @@ const CHANNELS = 4.0;
 /// Look up the light's cookie, or photometry, towards a place, nothing filtered.
 fn shape_towards(place: vec3f) -> vec3f {
     let q = shape_index(place, 1.0);
-    if (SHAPE == PERSPECTIVE && q.z <= 0.0) { return vec3f(0.0); }
-    return textureSampleLevel(cookie, cookie_sampler, shape_place(q, light.shape_scale, light.shape_size), 0.0).rgb;
+    if (SHAPE == SPHERE) { return sphere_colour(q); }
+    let found = cookie_level(cookie_place(q).xy, vec2f(1.0, 0.0));
+    return select(found, vec3f(0.0), SHAPE == PERSPECTIVE && q.z <= 0.0);
 }
 
 /// Evaluate the falloff at d units from the light. Twin: reference/slices.py:printed_falloff.
@@ -92,6 +93,7 @@ fn slice(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light.begin;
     if (any(pixel >= frame.size)) { return; }
     let ray = camera_ray(pixel);
+    enter_shape(ray);
     // Bound the planes to those that the ray meets in the box, before a surface
     var range = clip_to_box(ray, vec2f(0.0, ray.reach));
     if (CLIP && BOUNDED) { range = clip_to_planes(ray, range); }
