@@ -57,7 +57,7 @@ def _slide(stage: Stage) -> None:
 
 def _gobo(stage: Stage) -> None:
     """Put a gobo into each of two spots, one of them turned; seen from near, so that no texel is narrower than a pixel."""
-    stage.cameras["front"].local.position = 0.0, 1.75, 4.9
+    stage.cameras["front"].local.position = 0.0, 1.75, 4.2
     half = np.sqrt(0.5)
     turned = np.array([[half, half, 0.0], [-half, half, 0.0], [0.0, 0.0, -1.0]])
     for light, colour, axes in zip(stage.lights, ((1.0, 0.85, 0.7), (0.75, 0.85, 1.0)), (None, turned), strict=True):
