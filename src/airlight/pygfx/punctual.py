@@ -85,9 +85,18 @@ def _shape(light: SceneLight, gfx_light: Any = None) -> Any:
         kind = "projector" if isinstance(gfx_light, Projector) else "sun"
         raise AirlightError(f"photometry is for point and spot lights: a {kind} has none; leave it out")
     if turned is not None and gfx_light is not None:
-        axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
-        turned = np.asarray(turned, float) @ (axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)).T
+        turned = np.asarray(turned, float) @ _axes_of(gfx_light).T
     return {"photometry": photometry, "turned": turned}
+
+
+def _axes_of(gfx_light: Any) -> Any:
+    """Finds (3, 3) the axes of a gfx light, columns, right, up and back. One with a target pygfx itself turns to that as it draws, so that
+    before it did they are not in its matrix."""
+    if isinstance(gfx_light, gfx.DirectionalLight | gfx.SpotLight):
+        right, up, ahead = axes_along(_unit(beam(gfx_light)), gfx_light.world.reference_up)
+        return np.column_stack([right, up, -ahead])
+    axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
+    return axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)
 
 
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
