@@ -19,7 +19,7 @@ LAYERS = (
     "scenes",
     "pygfx",
     "api baked debug layers pictures",
-    "scatter reference",
+    "scatter reference daylight",
     "shadows medium lights occlusion composite look detect reference.look reference.colour reference.around",
     "options gpu files notebook_image",
     "errors alpha arrays colour luminance planes noise progress projection messages process scatter.methods",

@@ -1,0 +1,59 @@
+"""Checks arguments of the daylight: each failure is an AirlightError of one line that says what may be given."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import AirlightError
+from airlight.messages import nearest
+from airlight.reference.daylight import Array
+
+
+def one_of(name: str, value: Any, known: Iterable[str]) -> str:
+    """Check that a word is one of those known."""
+    names = list(known)
+    if value not in names:
+        raise AirlightError(f"{name} is {value!r}; give {', '.join(names[:-1])} or {names[-1]}{nearest(str(value), names)}")
+    return str(value)
+
+
+def numbers(name: str, value: Any, least: float, most: float, unit: str = "", more: str = "", finite: bool = True) -> Array:
+    """Check that numbers of any shape are within bounds, and finite unless told: float64. more: ends the message."""
+    unit = f" {unit}" if unit else ""
+    bounds = f"give {least:g}{unit} or more" if np.isfinite(least) else "give finite numbers"
+    if np.isfinite(most):
+        bounds = f"give {least:g} to {most:g}{unit}"
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise AirlightError(f"{name} is no number; {bounds}") from None
+    bad = ~((array >= least) & (array <= most) & (np.isfinite(array) | (not finite)))  # which NaN is
+    if bad.any():
+        raise AirlightError(f"{name} is {array[bad].flat[0]:g}{unit}; {bounds}{more}")
+    return array
+
+
+def number(name: str, value: Any, least: float, most: float, unit: str = "", more: str = "") -> float:
+    """Check that one number is finite and within bounds."""
+    array = numbers(name, value, least, most, unit, more)
+    if array.ndim:
+        raise AirlightError(f"{name} has the shape {array.shape}; give one number")
+    return float(array)
+
+
+def colour(name: str, value: Any, least: float, most: float) -> Array:
+    """Check that a number, or three, lie within bounds: (3,) float64."""
+    array = numbers(name, value, least, most)
+    if array.shape not in ((), (1,), (3,)):
+        raise AirlightError(f"{name} has the shape {array.shape}; give one number, or red, green and blue")
+    return np.array(np.broadcast_to(array, (3,)))
+
+
+def broadcast(**arrays: Array) -> list[Array]:
+    """Broadcast arrays against each other."""
+    try:
+        return [np.array(array) for array in np.broadcast_arrays(*arrays.values())]
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        raise AirlightError(f"shapes do not fit each other: {shapes}") from None
