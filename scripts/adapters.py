@@ -1,9 +1,10 @@
 """Runs what concerns the device on each driver at hand, and compares what they draw: `make adapters`.
 
-    python scripts/adapters.py [NAME ...] [--pictures] [--write]
+    python scripts/adapters.py [NAME ...] [--pictures] [--shaped] [--write]
 
-NAME: of drivers, as scripts/drivers.py lists them; without one all. --pictures: compare, without the tests. --write: put the figures of
-the comparison into docs/drivers.md. Exit code 1 where a test failed on a driver, or there was no driver.
+NAME: of drivers, as scripts/drivers.py lists them; without one all. --pictures: compare, without the tests. --shaped: of that, only light
+with a shape. --write: put the figures of the comparison into docs/drivers.md. Exit code 1 where a test failed on a driver, or there was no
+driver.
 """
 
 import argparse
@@ -44,13 +45,14 @@ def test(environment: dict[str, str]) -> dict[str, str]:
     return ended
 
 
-def draw(environments: dict[str, dict[str, str]]) -> dict[str, dict[str, np.ndarray]]:
-    """Draw the pictures and scenes on each driver; those of a driver that fails are left out."""
+def draw(environments: dict[str, dict[str, str]], shaped: bool) -> dict[str, dict[str, np.ndarray]]:
+    """Draw the pictures and scenes on each driver, or only light with a shape; those of a driver that fails are left out."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, environment in environments.items():
             out = Path(folder, f"{name}.npz")
-            command = [sys.executable, str(ROOT / "scripts" / "driver_pictures.py"), str(out), str(Path(folder, "truths.npz"))]
+            command = [sys.executable, str(ROOT / "scripts" / "driver_pictures.py"), str(out)]
+            command += [] if shaped else [str(Path(folder, "truths.npz"))]
             if subprocess.run(command, env=os.environ | environment, check=False).returncode == 0:
                 found[name] = dict(np.load(out))
     return found
@@ -77,18 +79,37 @@ def table(drawn: dict[str, dict[str, np.ndarray]]) -> str:
     for name in (key.partition(" ")[2] for key in drawn[first] if key.startswith("scene ")):
         cells = [f"{100 * value:.2f} %" for found in drawn.values() for value in found[f"error {name}"]]
         for other in others:
-            here, there = drawn[first][f"scene {name}"], drawn[other][f"scene {name}"]
-            off = np.abs(there - here).mean(axis=2) / here.mean()
-            cells += [f"{100 * np.median(off):.4f} %", f"{100 * np.quantile(off, 0.99):.2f} %", f"{off.max():.1f} times"]
-            cells += [f"{100 * np.mean(off > 0.01):.2f} %"]
+            cells += spread(drawn[first][f"scene {name}"], drawn[other][f"scene {name}"])
         rows.append(f"| [`{name}`](validation/{name}.md) | " + " | ".join(cells) + " |")
     return "\n".join(rows) + "\n"
+
+
+def shaped_table(drawn: dict[str, dict[str, np.ndarray]]) -> str:
+    """Write what light with a shape differs by from the first driver's."""
+    first, *others = drawn
+    rows = ["| | " + " | ".join(f"{o}: mean | half | 99 % | worst | off by more than 1 %" for o in others) + " |"]
+    rows += ["|---" * (1 + 5 * len(others)) + "|"]
+    for name in (key.partition(" ")[2] for key in drawn[first] if key.startswith("shaped ")):
+        cells = []
+        for other in others:
+            here, there = drawn[first][f"shaped {name}"], drawn[other][f"shaped {name}"]
+            cells += [f"{100 * (there.mean() / here.mean() - 1):+.3f} %", *spread(here, there)]
+        rows.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(rows) + "\n"
+
+
+def spread(here: np.ndarray, there: np.ndarray) -> list[str]:
+    """Write by how much of the mean pixels differ: half of them and 99 % by less, the worst by, and the share off by more than 1 %."""
+    off = np.abs(there - here).mean(axis=2) / here.mean()
+    cells = [f"{100 * np.median(off):.4f} %", f"{100 * np.quantile(off, 0.99):.2f} %", f"{off.max():.1f} times"]
+    return [*cells, f"{100 * np.mean(off > 0.01):.2f} %"]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Run what concerns the device on each driver at hand, and compare what they draw.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="drivers; without one: all")
     parser.add_argument("--pictures", action="store_true", help="compare alone, without the tests")
+    parser.add_argument("--shaped", action="store_true", help="compare light with a shape alone")
     parser.add_argument("--write", action="store_true", help="put the comparison into docs/drivers.md")
     asked = parser.parse_args()
     found = drivers()
@@ -100,15 +121,16 @@ def main() -> int:
         print("no driver: install one (Debian: mesa-vulkan-drivers, and chromium for SwiftShader)", file=sys.stderr)
         return 1
     ended: dict[str, dict[str, str]] = {}
-    for name, environment in chosen.items() if not asked.pictures else ():
+    for name, environment in chosen.items() if not (asked.pictures or asked.shaped) else ():
         print(f"\n== {name}", flush=True)
         ended[name] = test(environment)
-    drawn = draw(chosen)
+    drawn = draw(chosen, asked.shaped)
     if len(drawn) > 1:
-        text = table(drawn)
-        print(f"\n{text}")
-        if asked.write:
-            put(ROOT / "docs" / "drivers.md", "drivers", text)
+        for name, write in {"shaped": shaped_table, **({} if asked.shaped else {"drivers": table})}.items():
+            text = write(drawn)
+            print(f"\n{text}")
+            if asked.write:
+                put(ROOT / "docs" / "drivers.md", name, text)
     lines = [f"{name:14}{group:10}{last}" for name, groups in ended.items() for group, last in groups.items()]
     lines += [f"{name:14}pictures  could not be drawn <-- FAILED" for name in chosen if name not in drawn]
     print("\n".join(lines))

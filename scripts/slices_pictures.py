@@ -43,10 +43,12 @@ def glass() -> np.ndarray:
 
 
 def slide() -> np.ndarray:
+    """The middle of a photograph."""
     codes = read(str(PHOTOGRAPH))[:, :, :3].astype(float) / 255
     side = min(codes.shape[:2])
+    top, left = ((size - side) // 2 for size in codes.shape[:2])
     step = max(side // 256, 1)
-    return codes[:side:step, :side:step] ** 2.2
+    return codes[top : top + side : step, left : left + side : step] ** 2.2
 
 
 COOKIES = {"white": None, "bars": bars, "glass": glass, "slide": slide}
@@ -77,6 +79,7 @@ def room(cookie: str = "bars", **more: Any) -> Stage:
     box(scene, (0.5, 0.5, 0.5), (-1.7, 0.25, 0.2), "#503c28")
     made = COOKIES[cookie]
     lamp = Projector("#fff1dc", 260, fov=(26, 34), near=0.6, far=8.0, cookie=None if made is None else Cookie(made()), **more)
+    lamp.cast_shadow = True
     lamp.local.position, lamp.target.local.position = LAMP, AIM
     scene.add(lamp, lamp.target)
     camera = gfx.PerspectiveCamera(48, SIZE[0] / SIZE[1], depth_range=(0.05, 100))

@@ -28,6 +28,7 @@ SYSTEM = ("/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib64
 LIBRARIES = [Path(folder, "libVkLayer_khronos_validation.so") for folder in (*browser_folders(), *SYSTEM)]
 WRONG = {"VUID-VkBufferCreateInfo-size-00912", "SYNC-HAZARD-WRITE-AFTER-WRITE"}  # of scripts/wrong_vulkan.py
 BANNER = "CURRENT-VALIDATION-ENABLED"
+IES = ROOT / "tests" / "data" / "photometry" / "absolute_photometry.ies"
 
 @dataclass(frozen=True)
 class Known:
@@ -81,6 +82,17 @@ COMMANDS = {
               "method=march,steps=exact"],
     "article": ["compare", "foliage-view", "-o", "article.html", "--width", "96", "--variant", "method=article", "--variant",
                 "method=article-prose"],
+    "varying": ["render", "slats", "-o", "varying.png", *SMALL, "--method", "march", "--steps", "16", "--noise-amount", "1", "--noise-size",
+                "1", "--shadow-filter", "variance", "--soften", "2"],
+    "projector": ["render", "slats", "-o", "projector.png", *SMALL, "--method", "march", "--steps", "32", "--projector",
+                  "-1.2,2.4,1.4;target=0.6,0.6,-1;fov=50,40;cookie=photo.png;clip=0,1,0,-0.3"],
+    "photometry": ["render", "cage", "-o", "photometry.png", *SMALL, "--method", "march", "--steps", "exact", "--ies", f"light 1={IES}"],
+    "stained": ["render", "stained", "-o", "stained.exr", *SMALL, "--method", "march", "--steps", "32", "--layer", "stained-layer.exr"],
+    "panes": ["render", "panes", "-o", "panes.png", *SMALL, "--method", "march", "--steps", "exact", "--resolution", "1"],
+    "slices": ["render", "stained", "-o", "slices.png", *SMALL, "--method", "slices", "--plane-cell", "3", "--resolution", "1"],
+    "printed": ["compare", "slats", "-o", "printed.html", "--width", "96", "--variant",
+                "method=slices-printed,plane-noise=true,plane-blur=4", "--variant", "method=slices-extruded",
+                "--variant", "method=slices-diced", "--variant", "method=slices-thickness"],
     "compare": ["compare", "photo.png", "-o", "compare.html", *AT, "--variant", "method=radial", "--variant",
                 "method=epipolar,quality=draft"],
     "view-table": ["view", "table", "--screenshot", "view-table.png", "--method", "march"],
@@ -95,6 +107,7 @@ ELSEWHERE = {
     "gpu/copy_raster.wgsl": "of the benchmark",
     "scatter/epipolar/gather_compute.wgsl": "on GPUs",
     "scatter/epipolar/gather_raster.wgsl": "on processors",
+    "composite/behind_panes.wgsl": "one of two entry points, by what the device blends",
 }
 """Shaders that may stay unused, and where they are used."""
 

@@ -95,6 +95,7 @@ def test_surfaces_have_the_shape_of_the_light_that_falls_on_them() -> None:
     stage = open_scene("slats")
     stage.scene = gfx.Scene()
     lamp.local.position, lamp.target.local.position, wall.local.position = (0, 0, 0), (0, 0, -4), (0, 0, -4)
+    wall.cast_shadow = True  # what is of no lamp here, which has a shape and casts none
     stage.scene.add(wall, lamp, gfx.Background(None, gfx.BackgroundMaterial("#000")))
     camera = gfx.PerspectiveCamera(60, 16 / 9, depth_range=(0.1, 50))
     stage.lights, stage.cameras, stage.pose = [SceneLight(lamp)], {"front": camera}, lambda t, c: None

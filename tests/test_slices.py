@@ -90,6 +90,7 @@ def test_ranges_of_rays(kind: str) -> None:
     np.testing.assert_allclose(lit, expected, rtol=2e-3, atol=2e-2)
     np.testing.assert_allclose(out[expected > 0.1], want[expected > 0.1], rtol=2e-3, atol=2e-2)
     assert (expected > 0).mean() > 0.02
+    assert (out[..., 0] == 0).any() and (out[..., 0][want[..., 0] == 0] == 0).all()  # they begin at the eye
     whole = np.tile(np.array([0.5, 40.0]), (2000, 1))
     held = {"slicing": bound["slicing"]}
     found, want = call(PRINTED, "clip_to_box", [ray, whole], bindings=held), twin.clip_to_box(ray, whole, bound["slicing"])
@@ -323,3 +324,20 @@ def test_a_projector_is_what_small_steps_sum_up_to() -> None:
         want *= medium.sigma_s * light.intensity
         out = pictured(Slices, light, of_planes(500), size)[0][..., :3]
         assert want.max() > 0 and np.sqrt(np.mean((out - want) ** 2)) < 0.015 * want.mean()
+
+
+def test_planes_lie_where_a_light_is_seen_alone() -> None:
+    """Empty space before and behind its range has none: small steps along the rays find the same least and most ahead of the eye."""
+    light, size, device = plain("ranged"), (24, 14), open_device()
+    made = Slices(device, size)
+    made.update(VIEW, projection(), [(light, None)], of_planes(8))
+    encoder = device.encoder()
+    made.record(encoder, depth_texture(device, np.ones(size[::-1])))
+    device.submit(encoder)
+    extent = np.frombuffer(device.queue.read_buffer(made.extents[0]), np.float32)[:2]
+    origins, directions = rays(projection(), size)
+    t = np.arange(0, 60, 0.01)[:, None, None, None]
+    places = origins + t * directions
+    ahead = -places[..., 2][np.linalg.norm(places - light.in_view(VIEW), axis=-1) < 6]
+    np.testing.assert_allclose(extent, [ahead.min(), ahead.max()], atol=0.03)
+    assert ahead.min() > 1 and ahead.max() < 30  # of 60 m

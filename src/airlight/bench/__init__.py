@@ -13,6 +13,7 @@ from airlight.bench import measure, process
 from airlight.bench.look import look
 from airlight.bench.media import EVEN, media
 from airlight.bench.scenes import scenes
+from airlight.bench.shaped import shaped
 from airlight.bench.world import EXACT, SHORT, world
 from airlight.files import replacing
 from airlight.gpu.device import open_device
@@ -66,7 +67,7 @@ def _telling(say: Any, work: Work, lines: int) -> Callable[[str], None]:
 Part = tuple[Callable[..., list[dict[str, Any]]], float, int]
 WHOLE: tuple[Part, ...] = (
     (measure.methods, 160, 60), (measure.rivals, 40, 6), (measure.extras, 60, 12), (look, 30, 12), (scenes, 60, 12), (world, 150, 18),
-    (media, 50, 10),
+    (media, 50, 10), (shaped, 25, 3),
 )  # fmt: skip
 QUICK: tuple[Part, ...] = (
     (partial(measure.methods, runs=3, lights=["inside"], lengths=[(0.926, 3.24)]), 12, 5),
@@ -78,7 +79,7 @@ QUICK: tuple[Part, ...] = (
 PROCESSES = (150.0, 7), (12.0, 3)  # the same, of whole processes
 LEFT_OUT = (
     "--quick: fewer runs, so that times scatter more; left out are lights at the edge and outside, other lengths of shafts, OpenCV, 4K and "
-    "four lights, calls through the API, flying, other media and 2,000 steps in them, and a hundred EXR frames"
+    "four lights, calls through the API, flying, other media and 2,000 steps in them, light with a shape, and a hundred EXR frames"
 )
 
 

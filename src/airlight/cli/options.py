@@ -117,6 +117,6 @@ def gather(ctx: click.Context, preset: str | None, medium: str | None = None) ->
     if medium is None:
         return ({} if of_medium_alone(written) is None else {"method": FOR_MEDIUM}) | values | written
     found = {"method": FOR_MEDIUM} | values | presets.load(medium, presets.MEDIA) | written
-    if "medium" not in METHODS[found["method"]].options:
+    if not METHODS[found["method"]].has_units:
         raise AirlightError(f"--medium means nothing with method {found['method']}: leave it out, or give --method march too")
     return found

@@ -128,9 +128,7 @@ def file_scene_options(command: F) -> F:
     scene = option(
         "--scene", "scene_of_file", panel="Scene", metavar="NAME|N", help="A scene of a .glb or .gltf file, N from 0; unset: its default."
     )
-    up = option(
-        "--up", panel="Scene", type=Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl."
-    )
+    up = option("--up", panel="Scene", type=Choice(["y", "z"]), help="Of an .obj, .ply or .stl file: what points up; unset: z of .stl.")
     return clip(scene(up(command)))
 
 
@@ -163,7 +161,23 @@ class DensityType(click.ParamType):
         return str(value)
 
 
-SHAPES = ("ies", "cookie", "projector")  # options that shape lights of a scene, or bring some that have a shape
+SHAPES = {
+    "ies": (
+        "NAME=FILE",
+        "How strong a point or spot light of the scene, by name, is in which direction: a photometric file, .ies or .ldt, as in "
+        '"lamp=street.ies". Its peak is as strong as the light is; or ";absolute=1", as the file says. May be repeated. docs/lights.md',
+    ),
+    "cookie": (
+        "NAME=FILE",
+        'A picture that a spot, a projector or a sun of the scene, by name, sends out: "spot=leaves.png". A sun repeats it, every '
+        '";size=2" metres. May be repeated. docs/lights.md',
+    ),
+    "projector": (
+        "x,y,z;...",
+        'Light in a frustum, beside the scene\'s lights: "0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png". '
+        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
+    ),
+}  # options that shape lights of a scene, or bring some that have a shape: what they take, and their help
 
 
 class ShapeType(click.ParamType):
@@ -188,34 +202,9 @@ class ShapeType(click.ParamType):
 
 def shape_options(command: F) -> F:
     """Decorator: the options that shape lights of a scene."""
-    ies = option(
-        "--ies",
-        panel=LIGHT,
-        type=ShapeType("ies"),
-        metavar="NAME=FILE",
-        multiple=True,
-        help="How strong a point or spot light of the scene, by name, is in which direction: a photometric file, .ies or .ldt, as in "
-        '"lamp=street.ies". Its peak is as strong as the light is; or ";absolute=1", as the file says. May be repeated. docs/lights.md',
-    )
-    cookie = option(
-        "--cookie",
-        panel=LIGHT,
-        type=ShapeType("cookie"),
-        metavar="NAME=FILE",
-        multiple=True,
-        help='A picture that a spot, a projector or a sun of the scene, by name, sends out: "spot=leaves.png". A sun repeats it, every '
-        '";size=2" metres. May be repeated. docs/lights.md',
-    )
-    projector = option(
-        "--projector",
-        panel=LIGHT,
-        type=ShapeType("projector"),
-        metavar="x,y,z;...",
-        multiple=True,
-        help="Light in a frustum, beside the scene's lights: \"0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png\". "
-        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
-    )
-    return projector(cookie(ies(command)))
+    for name, (metavar, text) in SHAPES.items():
+        command = option(f"--{name}", panel=LIGHT, type=ShapeType(name), metavar=metavar, multiple=True, help=text)(command)
+    return command
 
 
 def density_options(command: F) -> F:

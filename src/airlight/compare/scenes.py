@@ -259,6 +259,8 @@ def compare(
     for v in variants:
         work.part(f"light of {v.name}", 1)
         lights.append(view.light(v))
+        if (line := view.replay(v).shafts.lacks) is not None:
+            warn(f"{v.name}: {line}")
     copy_ms, costs = _costs(view, variants, runs, work)
     rows = []
     for v, (light, picture), parts in zip(variants, lights, costs, strict=True):

@@ -102,19 +102,23 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
         if dense:
             through = np.exp(-length[..., None] * medium.sigma_t).astype(np.float32)
             own = (studio.surfaces()[at] * through * factor).reshape(-1, 3)
-    return doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own) or doubt_of_pass(shafts, medium, depth.shape[0])
+    line = doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own)
+    return line or doubt_of_pass(shafts, medium, depth.shape[0], thin_told=True)
 
 
-def doubt_of_pass(shafts: "LightShafts", medium: "ResolvedMedium", height: int) -> str | None:
+def doubt_of_pass(shafts: "LightShafts", medium: "ResolvedMedium", height: int, thin_told: bool = False) -> str | None:
     """Word one line where fog leaves a pass that was just drawn without the light of its suns, or where a volume is a speck in its picture
-    of so many pixels' height, see `doubt_of_suns` and `too_small`; else None."""
+    of so many pixels' height, see `doubt_of_suns` and `too_small`; else None. thin_told: volumes too thin to be seen were told of when they
+    were opened, `densities.suit`, and it is not said again of them that they are specks, by which they are thin."""
+    from airlight.medium.resolve import hardly_seen
     from airlight.pygfx.dimmed_suns import doubt_of_suns
     from airlight.pygfx.faint_fields import too_small
     from airlight.pygfx.punctual import punctual_lights
 
     medium = medium.seen_from([-v for v in medium.origin])  # in the world's coordinates
     seen = shafts.camera.view_matrix, shafts.camera.projection_matrix
-    return doubt_of_suns(medium, punctual_lights(shafts.lights), *seen) or too_small(medium.fields, *seen, height)
+    thin = thin_told and hardly_seen(float(medium.sigma_t.max()) * max((field.longest for field in medium.fields), default=0.0), "")
+    return doubt_of_suns(medium, punctual_lights(shafts.lights), *seen) or (None if thin else too_small(medium.fields, *seen, height))
 
 
 @dataclass

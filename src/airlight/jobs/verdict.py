@@ -115,6 +115,8 @@ class OfScene:
             self.least = min(self.least, found[1])
         if self.brightest < DIM_LINEAR:
             self.brightest = max(self.brightest, brightest(frame.picture))
+        if self.frames == 1 and studio.shafts.lacks is not None:
+            warn(studio.shafts.lacks)
         self.lamps.look(studio)
         if self.seen:
             return

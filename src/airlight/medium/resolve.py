@@ -193,6 +193,13 @@ def without_air(medium: ResolvedMedium) -> str | None:
     return "fog and noise are of the air, of which there is none beside volumes and particles: give it a density, air = 1, for both"
 
 
+def left_out(method: str, noise: bool, fields: bool, glass: bool = False) -> str | None:
+    """Words what of a scene a method leaves out: noise in the air, densities on grids, what glass takes from light; else None."""
+    named = "noise in the air" * noise, "volumes, particles and lowlands" * fields, "what glass takes from light" * glass
+    lacks = [what for what in named if what]
+    return f"method {method} leaves out {' and '.join(lacks)}, which this scene has: method march follows all of it" if lacks else None
+
+
 def hardly_seen(depth: float, cure: str) -> str | None:
     """Words that volumes and particles, whose densest way has such an optical depth, are hardly seen; else None. cure: of {0}, a factor."""
     if not 0 < depth < LEAST_DEPTH:

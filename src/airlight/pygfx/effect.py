@@ -166,6 +166,11 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         return self._state.resolved if isinstance(self._state, MediumState) else None
 
     @property
+    def lacks(self) -> str | None:
+        """Words what of the scene the method left out of the last frame's medium; None where it has all of it, or lights none."""
+        return self._state.lacks if isinstance(self._state, MediumState) else None
+
+    @property
     def levels(self) -> Any:
         """Returns the buffer of light adaptation: scale and white of its ramp; average, least and greatest luminance in stops."""
         return self._merge.balance

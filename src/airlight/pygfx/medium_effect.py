@@ -10,7 +10,7 @@ from airlight.errors import warn
 from airlight.gpu.device import Device
 from airlight.gpu.timing import Timer
 from airlight.medium.field import as_field
-from airlight.medium.resolve import ResolvedMedium, doubt, resolve
+from airlight.medium.resolve import ResolvedMedium, doubt, left_out, resolve
 from airlight.options import March, Medium
 from airlight.pygfx.basin import Basin
 from airlight.pygfx.casters import Casters, Gathered, height
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 class MediumState:
     """Lights a medium for a method and pictures of one size.
 
-    key: (method, size). resolved: the medium of the last frame, with nothing unset.
+    key: (method, size). resolved: the medium of the last frame, with nothing unset. lacks: a line on what of the scene the method left out
+    of it, or None.
     """
 
     def __init__(self, device: Device, scene: Any, method: str, size: tuple[int, int], casters: Casters | None = None) -> None:
@@ -39,6 +40,7 @@ class MediumState:
         self._basin = Basin(self.casters)
         self.march: Any = METHODS[method].plan(device, size)
         self.resolved: ResolvedMedium | None = None
+        self.lacks: str | None = None
         self._over: SceneLayer | None = None  # with what is seen through
         self.glass = GlassMaps(device)
 
@@ -67,10 +69,18 @@ class MediumState:
         medium = self.resolved = self.march.resolve(settled.seen_from(current_origin()))
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         lights = punctual_lights(shafts.lights, shafts.pre_exposure)
-        if ball is not None and shafts.doubts and METHODS[p.method].has_units:
-            more = doubt_of_suns(medium, lights, view, projection) or doubt_of_fields(medium, view, projection, self.key[1][1])
+        passes = shafts.medium.transparency != "none"
+        glass, hulls = self.glass.gather(shafts.scene, shafts.exclude, shafts.lights) if passes else ([], None)
+        method, varies = METHODS[p.method], settled.varies and not medium.varies
+        noise = varies and settled.settings.noise_amount > 0 and settled.air > 0
+        self.lacks = left_out(p.method, noise, varies and bool(settled.fields), bool(glass) and not method.follows_glass)
+        if ball is not None and shafts.doubts:
+            more = self.lacks
+            if method.has_units:
+                more = doubt_of_suns(medium, lights, view, projection) or doubt_of_fields(medium, view, projection, self.key[1][1]) or more
             self._tell(shafts, medium, *ball, more)
-        glass, hulls = ([], None) if shafts.panes.way == "none" else self.glass.gather(shafts.scene, shafts.exclude, shafts.lights)
+        if not method.follows_glass:
+            glass, hulls = [], None
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
             self.glass.draw(shadows, glass, hulls, medium.exact, timer)
@@ -90,7 +100,8 @@ class MediumState:
     def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float, more: str | None) -> None:
         """Warn, once for a pass, of a medium that hides what casts shadows, or cannot be seen, or, in a line, of more. center, radius: of
         what casts shadows, metres."""
-        line = doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius) if radius > 0 else None
+        has_units = METHODS[shafts.parameters.method].has_units
+        line = doubt(medium, float(np.linalg.norm(shafts.camera.world.position - center)), radius) if radius > 0 and has_units else None
         if (line := line or more) is not None:
             shafts.doubts = False
             warn(line)

@@ -308,7 +308,7 @@ class Panes:
         targets = [{"view": one.create_view(), "load_op": "clear", "store_op": "store"} for one in (picture, blended)]
         extinct = shafts.medium.extinction and layer.transmittance is not None
         formats = "+".join(one.format for one in (picture, *spare[:1]))
-        pipeline = device.raster(BEHIND, "cover", "behind", formats, MEDIUM=True, EXTINCTION=extinct)
+        pipeline = device.raster(BEHIND, "cover", "behind" if spare else "picture_behind", formats, MEDIUM=True, EXTINCTION=extinct)
         run = encoder.begin_render_pass(color_attachments=targets[: 1 + bool(spare)], **timing(timer, "merge", encoder))
         run.set_pipeline(pipeline)
         run.set_bind_group(0, device.bind(BEHIND, *shafts.shared(color, depth, layer)))

@@ -100,7 +100,8 @@ class SurfaceShadows:
                 scales.append([view.texel, 0, view.depth_scale, 0] if sun else [0, view.texel, 0, 1 / view.depth_scale])
         casters.draw_layers(drawn, gathered)
         glass = [] if state.glass is None else self._draw_glass(state.glass, fitted, [layer for _, _, layer in drawn], gathered)
-        state.write(np.array([matrix for matrix, _, _ in drawn]), np.array(scales), (thing for thing, _ in gathered[0]), glass)
+        views = np.array([matrix for matrix, _, _ in drawn]).reshape(-1, 4, 4)  # none, where lights have shapes and cast no shadow
+        state.write(views, np.reshape(scales, (-1, 4)), (thing for thing, _ in gathered[0]), glass)
 
     def _draw_glass(self, binding: Any, fitted: list[tuple[list[ShadowView], str, int]], layers: Any, gathered: Gathered) -> list[Any]:
         """Draws what dims lights, where it has changed, and lists where it lies. fitted: of each light its views, the name of its map, and

@@ -33,7 +33,8 @@ class Method:
     `record(encoder, timer)`, see `scatter.screen.Target`; of a medium, a class as `scatter.march.march.March`.
     reference_by: of the screen, a function in float64 as `reference.radial.direct`; of a medium, one of arrays.
     lights_medium: whether it works on the medium of a scene, else on a picture. follows_fields: whether it knows
-    densities that vary, volumes among them, and what lies before and behind what is seen through. has_units: whether its layer is radiance.
+    densities that vary, volumes among them, and what lies before and behind what is seen through. follows_glass: whether light that passes
+    such things is dimmed and coloured in it. has_units: whether its layer is radiance.
     lights: what lights it takes, in words, where not all. is_converged: whether it gives the limit of infinitely many samples.
     follows_past_light: whether its rays may pass the light. sums_listing: whether it has Listing 13-1's sum beside Eq. 4's.
     per_sample: whether its raw sum is over samples, not an integral. stencilled: whether it draws in a buffer of 8 bits what a stencil
@@ -48,6 +49,7 @@ class Method:
     jitter: str = "fixed"
     lights_medium: bool = False
     follows_fields: bool = False
+    follows_glass: bool = False
     has_units: bool = False
     lights: str = ""
     is_converged: bool = False
@@ -117,6 +119,7 @@ METHODS: dict[str, Method] = {
         jitter="blue",
         lights_medium=True,
         follows_fields=True,
+        follows_glass=True,
         has_units=True,
     ),
     "article": Method(
@@ -142,8 +145,9 @@ METHODS: dict[str, Method] = {
         "scatter.slices.slices:Slices",
         "reference.tracer:layer",
         _SHADOWS | _EVEN_AIR | {"slices", "resolution", "shadow_filter", "variance_radius", "variance_cut", "snap"}
-        | {"depth_sharpness", "depth_threshold"},
+        | {"depth_sharpness", "depth_threshold", "transparency"},
         lights_medium=True,
+        follows_glass=True,
         has_units=True,
     ),
     "slices-printed": Method(

@@ -213,7 +213,8 @@ class SceneView:
             state.doubt = ""  # what lies in the air may well be seen
         if (medium := self.shafts.resolved_medium) is not None:  # by the height of what was drawn
             has_units = METHODS[state.parameters.method].has_units
-            lines = without_air(medium), state.doubt, has_units and doubt_of_pass(self.shafts, medium, self.shafts.layer.size[1])
+            of_pass = has_units and doubt_of_pass(self.shafts, medium, self.shafts.layer.size[1])
+            lines = without_air(medium), state.doubt, of_pass, self.shafts.lacks
             state.doubt = next((line for line in lines if line), "")
             state.automatic |= {"fog_depth": medium.fog_depth, "air": medium.air, "sun_extinction": medium.sun_extinction}
         state.automatic["jitter"], state.automatic["resolution"] = state.parameters.offset, state.in_scene.share(state.parameters)

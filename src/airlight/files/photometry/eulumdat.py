@@ -1,7 +1,5 @@
 """Read photometric files of EULUMDAT (.ldt): a line a value."""
 
-import itertools
-import math
 import re
 from collections.abc import Iterator
 
@@ -9,16 +7,16 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.photometry.distribution import MAX_VALUES, IntensityDistribution, distribution
+from airlight.files.photometry.numbers import NUMBER, as_numbers, next_pieces
 
 _COUNTS = range(2, 6)  # lines, from 1, that are numbers in every file: kind, symmetry, planes and their distance
 MAX_SETS = 20  # of lamps
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def is_eulumdat(text: str) -> bool:
     """Tell whether the lines that say how many planes there are hold numbers."""
     head = text.split("\n", _COUNTS.stop)[_COUNTS.start - 1 : _COUNTS.stop - 1]
-    return len(head) == len(_COUNTS) and all(_NUMBER.fullmatch(_plain(line)) for line in head)
+    return len(head) == len(_COUNTS) and all(NUMBER.fullmatch(_plain(line)) for line in head)
 
 
 def parse(text: str, path: str) -> IntensityDistribution:
@@ -82,25 +80,16 @@ class _Lines:
 
     def skip(self, count: int, word: str) -> None:
         """Leave lines out. word: what they are. Raises AirlightError."""
-        self._next(count, word)
+        next_pieces(self._lines, count, word, self._path)
 
     def take(self, count: int, word: str) -> list[float]:
         """Take so many numbers; word: what they are. Raises AirlightError."""
-        return self._numbers([_plain(line) for line in self._next(count, f"its {word}")], word)
-
-    def _numbers(self, found: list[str], word: str) -> list[float]:
-        wrong = next((line for line in found if not _NUMBER.fullmatch(line)), None)
-        if wrong is not None:
-            raise AirlightError(f"{self._path}: {wrong[:30]!r} stands among its {word}, which are numbers; correct it, or export it again")
-        values = [float(line) for line in found]
-        if not all(map(math.isfinite, values)):
-            raise AirlightError(f"{self._path}: a number of its {word} is too large; correct it, or export it again")
-        return values
+        return as_numbers([_plain(line) for line in next_pieces(self._lines, count, f"its {word}", self._path)], word, self._path)
 
     def amount(self, word: str) -> float:
         """Take a number that may be left out, as an empty line: 0 then. Raises AirlightError."""
-        (line,) = self._next(1, f"its {word}")
-        return self._numbers([_plain(line) or "0"], word)[0]
+        (line,) = next_pieces(self._lines, 1, f"its {word}", self._path)
+        return as_numbers([_plain(line) or "0"], word, self._path)[0]
 
     def counts(self, count: int, word: str) -> list[float]:
         """Take so many whole numbers from 0 on. Raises AirlightError."""
@@ -108,10 +97,4 @@ class _Lines:
         wrong = next((value for value in found if value < 0 or value != int(value)), None)
         if wrong is not None:
             raise AirlightError(f"{self._path}: {wrong:g} stands for its {word}; it must be whole, 0 or more")
-        return found
-
-    def _next(self, count: int, word: str) -> list[str]:
-        found = list(itertools.islice(self._lines, count))
-        if len(found) < count:
-            raise AirlightError(f"{self._path}: is cut off: it ends among {word}; copy or export it again")
         return found

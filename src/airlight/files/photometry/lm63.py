@@ -1,7 +1,5 @@
 """Read photometric files of IES LM-63, 1986 to 2019 (.ies)."""
 
-import itertools
-import math
 import re
 from collections.abc import Iterator
 
@@ -9,12 +7,12 @@ import numpy as np
 
 from airlight.errors import AirlightError
 from airlight.files.photometry.distribution import MAX_VALUES, IntensityDistribution, distribution
+from airlight.files.photometry.numbers import NUMBER, as_numbers, next_pieces
 
 KINDS = {1: "C", 2: "B", 3: "A"}
 MAX_TILTS = 10_000
 _TILT = re.compile(r"^[ \t]*TILT[ \t]*=[ \t]*([^\n]*)$", re.IGNORECASE | re.MULTILINE)
 _TOKEN = re.compile(r"[^\s,]+")
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 _OLD = re.compile(r"(?!IES)|IESNA(86|91)|IESNA:LM-63-(1986|1991)", re.IGNORECASE)  # first lines of versions with a ballast-lamp factor
 
 
@@ -77,21 +75,12 @@ class _Numbers:
     """Takes numbers one after the other, parted by blanks, commas or ends of lines."""
 
     def __init__(self, text: str, start: int, path: str) -> None:
-        self._tokens: Iterator[re.Match[str]] = _TOKEN.finditer(text, start)
+        self._tokens: Iterator[str] = (found[0] for found in _TOKEN.finditer(text, start))
         self._path = path
 
     def take(self, count: int, word: str) -> list[float]:
         """Take so many; word: what they are. Raises AirlightError."""
-        tokens = [found[0] for found in itertools.islice(self._tokens, count)]
-        if len(tokens) < count:
-            raise AirlightError(f"{self._path}: is cut off: it ends among its {word}; copy or export it again")
-        wrong = next((token for token in tokens if not _NUMBER.fullmatch(token)), None)
-        if wrong is not None:
-            raise AirlightError(f"{self._path}: {wrong[:30]!r} stands among its {word}, which are numbers; correct it, or export it again")
-        found = [float(token) for token in tokens]
-        if not all(map(math.isfinite, found)):
-            raise AirlightError(f"{self._path}: a number of its {word} is too large; correct it, or export it again")
-        return found
+        return as_numbers(next_pieces(self._tokens, count, f"its {word}", self._path), word, self._path)
 
     def counts(self, count: int, word: str) -> list[int]:
         """Take so many whole numbers from 1 on, of how many of something there are. Raises AirlightError."""
@@ -104,4 +93,4 @@ class _Numbers:
     def more(self) -> bool:
         """Tell whether a number follows."""
         token = next(self._tokens, None)
-        return token is not None and _NUMBER.fullmatch(token[0]) is not None
+        return token is not None and NUMBER.fullmatch(token) is not None

@@ -83,9 +83,9 @@ class Printed(Slices):
             found |= {**light.flags, "SHAPE": SHAPES.index(shape_of(light)) * march.plane_cookie}
         return found
 
-    def _extra(self, i: int, extent: Any) -> Any:
+    def _extra(self, i: int, extent: Any) -> tuple[Any, ...]:
         assert self._maps is not None
-        return self._maps[1]
+        return (self._maps[1],)
 
     def _measure(self, *_: Any) -> None:
         """Records nothing: boxes hold the whole volume."""

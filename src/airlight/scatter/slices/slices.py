@@ -46,9 +46,16 @@ class Slices:
         self._passes: list[Any] = []
         self._begins: dict[int, tuple[int, int]] = {}  # pixels at which the next pass of a light begins, where not at the first
         self._moments = Moments(device)
+        self._glass: list[Any] = []  # a light
+        self._no_glass = device.buffer(size=16)
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []
         self._cell, self._cells = 1, device.buffer(size=16)
+
+    @property
+    def extents(self) -> list[Any]:
+        """List the buffers of where each light was seen last: the least and the most ahead of the eye, m, two float32."""
+        return [extent for *_, extent in self._buffers[: len(self._passes)]]
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -102,6 +109,7 @@ class Slices:
         maps = [nothing if shadow is None else shadow.texture for _, shadow in passes]
         self._moments.fit(maps if averaged else [nothing] * len(passes))
         self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
+        self._glass = [None if shadow is None else shadow.glass for _, shadow in passes]
 
     def _ordered(self, lights: Sequence[Lit], medium: ResolvedMedium, view: np.ndarray) -> Sequence[Any]:
         return passes_of(lights, medium, np.linalg.inv(view)[:3, 3])
@@ -122,6 +130,8 @@ class Slices:
         found |= {"FADES": light.directional and medium.fades_suns, "FILTER": FILTERS.index(march.shadow_filter), "SNAP": march.snap}
         found |= {"CASCADES": light.directional and shadow is not None and len(shadow.views) > 1, "SHADOW": march.plane_shadow}
         found |= {"SHAPE": SHAPES.index(shape_of(light)) * march.plane_cookie, "FALLS": light.falloff_terms() != (1.0, 0.0, 0.0)}
+        if shadow is not None:
+            found |= {"GLASS": march.plane_shadow and shadow.glass is not None, "COLOURED": shadow.coloured}
         return found
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
@@ -160,13 +170,13 @@ class Slices:
     def _of_light(self, i: int, depth: Any, shadow: Any, picture: Any, before: Any, target: Any) -> Any:
         frame, light, slicing, extent = self._buffers[i]
         self.device.pipeline(self.path, self.entry, **self._passes[i][0])
-        own = self._extra(i, extent), self._moments.views[i], *picture
+        own = *self._extra(i, extent), self._moments.views[i], *picture
         before = self._nothing if i == 0 else before  # the first reads nothing
         return self.device.bind(self.path, frame, light, depth, shadow, before, target, slicing, *own)
 
-    def _extra(self, i: int, extent: Any) -> Any:
-        """Choose what the shader binds after a light's picture."""
-        return extent
+    def _extra(self, i: int, extent: Any) -> tuple[Any, ...]:
+        """List what the shader binds after a light's record: with where the light is seen, what glass leaves of it."""
+        return extent, self._glass[i] or self._no_glass
 
     def _measure(self, encoder: Any, i: int, light: Any, constants: Any, bind: Any, counts: Any, timer: Timer | None) -> None:
         """Records how far ahead a light's volume is seen."""

@@ -6,6 +6,7 @@
 // The box's planes reach from the first to the last place that any ray sees of the light; a ray visits those in its own part of the volume, or
 // none. Pixel by pixel over a cell of m x m planes lie at other places, as of m^2 times as many (Keller and Heidrich 2001).
 //! include "scatter/slices/volume.wgsl"
+//! include "scatter/march/glass.wgsl"
 override CASCADES: bool = false; // of a directional light, several
 override SHADOW: bool = true;
 
@@ -117,6 +118,13 @@ fn visibility_at(i: u32, line: ProjectedRay, t: f32, o: f32) -> f32 {
     return select(visibility(i, at.xy / at.w, at.z / at.w, o), 1.0, at.w <= 0.0);
 }
 
+/// Look up what glass leaves of the light at a sample at t in view i.
+fn left_at(i: u32, line: ProjectedRay, t: f32) -> vec3f {
+    let at = line.b + t * line.a;
+    if (DIRECTIONAL) { return light_left(i, at.xy, at.z); }
+    return select(light_left(i, at.xy / at.w, at.z / at.w), vec3f(1.0), at.w <= 0.0);
+}
+
 /// Add up the planes of a range of t that are lit in view i.
 fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o: f32) -> vec3f {
     let line = project_ray(i, ray, whole, 1.0);
@@ -173,6 +181,7 @@ fn slice_view(i: u32, ray: Ray, whole: vec2f, nearest: vec2f, planes: Planes, o:
             var share = visibility_at(i, line, min(t, last), o);
             if (CASCADES) { share *= share_of_cascade(i, t * -ray.direction.z); }
             found *= share;
+            if (GLASS) { found *= left_at(i, line, min(t, last)); }
         }
         if (CUBE || CASCADES) { found = select(vec3f(0.0), found, t >= range.x && (t < range.y || range.y == whole.y)); }
         total += found;
