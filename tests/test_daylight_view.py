@@ -75,11 +75,12 @@ def test_places_in_the_table() -> None:
     np.testing.assert_allclose(call(path, "way_at", [nodes, near, step]), twins.way_at(nodes, near, step), rtol=3e-5, atol=1e-3)
     at = twins.way_coordinate(twins.way_at(np.arange(twins.DISTANCES), near, step), near, step)
     np.testing.assert_allclose(at * twins.DISTANCES - 0.5, np.arange(twins.DISTANCES), atol=1e-9)
-    elevation, horizon = RNG.uniform(-1.57, 1.57, COUNT).astype("f4"), np.float32(-0.03)
-    np.testing.assert_allclose(call(path, "elevation_row", [elevation, horizon]), twins.elevation_row(elevation, horizon), atol=1e-3)
-    rows = twins.row_elevations(-0.03)
-    rows[twins.ELEVATIONS // 2 - 1] -= 1e-12  # the last below the horizon
-    np.testing.assert_allclose(twins.elevation_row(rows, -0.03), np.arange(twins.ELEVATIONS), atol=1e-3)
+    elevation, horizon, warp = RNG.uniform(-1.57, 1.57, COUNT).astype("f4"), np.float32(-0.03), np.float32(0.02)
+    found = call(path, "elevation_row", [elevation, horizon, warp])
+    np.testing.assert_allclose(found, twins.elevation_row(elevation, horizon, warp), atol=1e-3)
+    rows = twins.row_elevations(-0.03, 0.02)
+    rows[twins.BELOW - 1] -= 1e-12  # the last below the horizon
+    np.testing.assert_allclose(twins.elevation_row(rows, -0.03, 0.02), np.arange(twins.ELEVATIONS), atol=1e-6)
     mu, along = np.sin(elevation), np.cos(elevation) * np.cos(RNG.uniform(0, np.pi, COUNT).astype("f4"))
     np.testing.assert_allclose(call(path, "azimuth_column", [mu, along]), twins.azimuth_column(mu, along), atol=0.02)
     level = np.cos(twins.column_azimuths())

@@ -1,7 +1,8 @@
 // Where the table of view rays holds them: over the way from the eye, the azimuth from the sun, and the elevation, split at the horizon.
 //! include "scatter/daylight/atmosphere.wgsl"
-const ELEVATIONS = 80u;         // half of them below the horizon
-const AZIMUTHS = 40u;
+const ELEVATIONS = 96u;
+const BELOW = 32u;              // of them, below the horizon
+const AZIMUTHS = 32u;
 const DISTANCES = 48u;
 
 /// Evaluate where along the table's texture, 0 to 1, a way of t m lies. Nodes stand evenly in ln(1 + t / near); between two it goes as t does.
@@ -17,13 +18,13 @@ fn way_at(nodes: f32, near: f32, step: f32) -> f32 {
     return near * (exp(nodes * step) - 1.0);
 }
 
-/// Evaluate which row of the table, in nodes from 0, an elevation has, in radians as the horizon. Rows crowd on both sides of the horizon, and
-/// none lies between the last below and the first above it. Twin: reference/daylight_view.py:elevation_row.
-fn elevation_row(elevation: f32, horizon: f32) -> f32 {
-    let half = f32(ELEVATIONS / 2u);
+/// Evaluate which row of the table, in nodes from 0, an elevation has, in radians as the horizon. Rows stand evenly in ln(1 + e / warp), e the
+/// angle from the horizon, and none lies between the last below and the first above it. Twin: reference/daylight_view.py:elevation_row.
+fn elevation_row(elevation: f32, horizon: f32, warp: f32) -> f32 {
     let is_above = elevation >= horizon;
-    let away = (half - 1.0) * sqrt(min(abs(elevation - horizon) / (0.5 * HALF_TURN + select(horizon, -horizon, is_above)), 1.0));
-    return select(half - 1.0 - away, half + away, is_above);
+    let most = 0.5 * HALF_TURN + select(horizon, -horizon, is_above);
+    let away = log(1.0 + min(abs(elevation - horizon), most) / warp) / log(1.0 + most / warp);
+    return select(f32(BELOW - 1u) * (1.0 - away), f32(BELOW) + f32(ELEVATIONS - BELOW - 1u) * away, is_above);
 }
 
 /// Evaluate which column of the table, in nodes from 0, a direction has: even in the sine of half its azimuth from the sun's, of which all is a
