@@ -13,7 +13,8 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 64, 32, 48  # of the table; half of the elevations lie below the horizon
+ELEVATIONS, AZIMUTHS, DISTANCES = 96, 32, 48  # of the table
+BELOW = 32  # of the elevations, below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
 
 
@@ -21,6 +22,11 @@ def way_to_ground(height: Any, mu: Any) -> Array:
     """Evaluates the way, m, from a height to the ground; 0 for rays that miss it."""
     way = distance_to_ground(height, mu)
     return np.where(np.isfinite(way), way, 0.0)
+
+
+def arc_sine(x: Any) -> Array:
+    """Evaluates the angle, radians, whose sine is x; Abramowitz and Stegun 1964, 4.4.46, in the shader."""
+    return np.arcsin(np.clip(np.asarray(x, float), -1, 1))
 
 
 def sun_position(elevation: Any) -> Array:
@@ -38,47 +44,58 @@ def part_left(x: Any) -> Array:
     return np.asarray(np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1), 1.0))
 
 
-def way_coordinate(t: Any, near: Any, span: Any) -> Array:
+def way_coordinate(t: Any, near: Any, step: Any) -> Array:
     """Evaluates where along the table's texture, 0 to 1, a way of t m lies.
 
-    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. span: ln(1 + most / near).
+    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. step: that logarithm from node to node.
     """
-    step = np.asarray(span, float) / (DISTANCES - 1)
+    step = np.asarray(step, float)
     at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
     first = np.floor(at)
     return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
 
 
-def way_at(x: Any, near: Any, span: Any) -> Array:
-    """Evaluates the way, m, that is a part x, 0 to 1, of the table's nodes away from the eye."""
-    return np.asarray(near * np.expm1(np.asarray(x, float) * span))
+def way_at(nodes: Any, near: Any, step: Any) -> Array:
+    """Evaluates the way, m, at a number of nodes, whole or not, from the eye."""
+    return np.asarray(near * np.expm1(np.asarray(nodes, float) * step))
 
 
-def elevation_row(elevation: Any, horizon: Any) -> Array:
+def elevation_row(elevation: Any, horizon: Any, warp: Any) -> Array:
     """Evaluates which row of the table, in nodes from 0, an elevation has, in radians as the horizon.
 
-    Rows crowd on both sides of the horizon, and none lies between the last below and the first above it.
+    Rows stand evenly in ln(1 + e / warp), e the angle from the horizon, and none lies between the last below and the first above it.
     """
-    elevation, half = np.asarray(elevation, float), ELEVATIONS // 2
-    above = np.sqrt(np.clip((elevation - horizon) / (np.pi / 2 - horizon), 0, 1))
-    below = np.sqrt(np.clip((horizon - elevation) / (np.pi / 2 + horizon), 0, 1))
-    return np.where(elevation >= horizon, half + (half - 1) * above, (half - 1) * (1 - below))
+    elevation = np.asarray(elevation, float)
+    is_above = elevation >= horizon
+    most = np.pi / 2 + np.where(is_above, -1, 1) * horizon
+    away = np.log1p(np.minimum(np.abs(elevation - horizon), most) / warp) / np.log1p(most / warp)
+    return np.where(is_above, BELOW + (ELEVATIONS - BELOW - 1) * away, (BELOW - 1) * (1 - away))
 
 
-def row_elevations(horizon: float) -> Array:
+def row_elevations(horizon: float, warp: float) -> Array:
     """Evaluates the elevations (ELEVATIONS,), radians, of the table's rows for a horizon."""
-    part = np.linspace(0, 1, ELEVATIONS // 2) ** 2
-    return np.concatenate([horizon - (np.pi / 2 + horizon) * part[::-1], horizon + (np.pi / 2 - horizon) * part])
+
+    def away(count: int, most: float) -> Array:
+        """Give the angles from the horizon of rows on one side of it."""
+        return np.asarray(warp * np.expm1(np.linspace(0, 1, count) * np.log1p(most / warp)))
+
+    up, down = np.pi / 2 - horizon, np.pi / 2 + horizon
+    return np.concatenate([horizon - away(BELOW, down)[::-1], horizon + away(ELEVATIONS - BELOW, up)])
 
 
-def azimuth_from(direction: Any, up: Any, ahead: Any) -> Array:
-    """Evaluates the azimuth, radians from 0 to half a turn, of directions (..., 3) from the sun's.
+def azimuth_column(mu: Any, along: Any) -> Array:
+    """Evaluates which column of the table, in nodes from 0, a direction has: even in the sine of half its azimuth from the sun's.
 
-    up: the vertical; ahead: level, towards the sun.
+    mu: its cosine to the vertical; along: to the level direction towards the sun.
     """
-    direction, up, ahead = (np.asarray(one, float) for one in (direction, up, ahead))
-    across = np.abs((direction * np.cross(up, ahead)).sum(axis=-1))
-    return np.asarray(np.arctan2(np.maximum(across, 1e-12), (direction * ahead).sum(axis=-1)))
+    mu = np.asarray(mu, float)
+    cosine = np.asarray(along, float) / np.sqrt(np.maximum(1 - mu * mu, 1e-12))
+    return np.asarray((AZIMUTHS - 1) * np.sqrt(np.clip((1 - cosine) / 2, 0, 1)))
+
+
+def column_azimuths() -> Array:
+    """Evaluates the azimuths from the sun's (AZIMUTHS,), radians, of the table's columns."""
+    return np.asarray(2 * np.arcsin(np.linspace(0, 1, AZIMUTHS)))
 
 
 def air_phases(a: Any, b: Any, g: Any) -> Array:
@@ -94,15 +111,15 @@ def air_phases(a: Any, b: Any, g: Any) -> Array:
 
 
 def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
-    """Place view rays (..., 3), unit, in the table that a record describes: (..., 2) coordinates, (..., 2) phases and (...) ways to the ground.
+    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways to the ground (...).
 
-    record: of view_table.wgsl's Daylight; the way is NO_END for rays that miss the ground.
+    record: of view_table.wgsl's Daylight; the way, m, is NO_END for rays that miss the ground.
     """
     direction = np.asarray(direction, float)
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
     mu = (direction * up).sum(axis=-1)
-    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]))
-    column = azimuth_from(direction, up, ahead) / np.pi * (AZIMUTHS - 1)
+    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]))
+    column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
     way = distance_to_ground(float(record["height"]), mu)
     at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
     return at, air_phases(direction, to_sun, float(record["anisotropy"])), np.minimum(way, NO_END)
@@ -128,7 +145,20 @@ def hoffman_preetham_light(cosine: Any, rayleigh: Any, mie: Any, g: Any, way: An
     return np.asarray(scattered * way * part_left((rayleigh + mie) * way))
 
 
-def disc_part(direction: Any, to_sun: Any, edge: Any) -> Array:
-    """Evaluates the part of a pixel, 0..1, that the sun's disc covers. direction, to_sun (..., 3): unit; edge: radians of half a pixel."""
-    apart = np.linalg.norm(np.asarray(direction, float) - np.asarray(to_sun, float), axis=-1)
-    return np.asarray(np.clip((np.radians(SUN_ANGULAR_RADIUS) - apart) / (2 * np.asarray(edge, float)) + 0.5, 0, 1))
+def disc_part(apart: Any, radius: Any, edge: Any) -> Array:
+    """Evaluates the part of a pixel, 0..1, that a disc covers whose edge is as soft as the pixel is wide.
+
+    apart: 1 - cosine to its centre; radius, edge: radians, of the disc and half a pixel.
+    """
+    away = np.sqrt(2 * np.asarray(apart, float))
+    return np.asarray(np.clip((radius - away) / (2 * np.asarray(edge, float)) + 0.5, 0, 1))
+
+
+def drawn_disc(edge: float) -> tuple[float, float]:
+    """Evaluates (radius, share) of the sun's disc as it is drawn: radians, and of its radiance, so that it gives as much light.
+
+    edge: radians of half a pixel, of which the disc has at least the radius.
+    """
+    real = np.radians(SUN_ANGULAR_RADIUS)
+    radius = max(real, edge)
+    return float(radius), float(real**2 / (radius**2 + edge**2 / 3))
