@@ -1,0 +1,134 @@
+"""Evaluates where the table of view rays holds them, and what its shaders compute beside `reference/daylight.py`, in float64."""
+
+from typing import Any
+
+import numpy as np
+
+from airlight.reference.daylight import (
+    GROUND_RADIUS,
+    RAYLEIGH_HEIGHT,
+    SUN_ANGULAR_RADIUS,
+    Array,
+    distance_to_ground,
+    hoffman_preetham_phase,
+)
+
+ELEVATIONS, AZIMUTHS, DISTANCES = 64, 32, 48  # of the table; half of the elevations lie below the horizon
+NO_END = 1e9  # m: the way of a ray that meets nothing
+
+
+def way_to_ground(height: Any, mu: Any) -> Array:
+    """Evaluates the way, m, from a height to the ground; 0 for rays that miss it."""
+    way = distance_to_ground(height, mu)
+    return np.where(np.isfinite(way), way, 0.0)
+
+
+def sun_position(elevation: Any) -> Array:
+    """Evaluates where among the suns that are solved, from 0, a sun at an elevation, degrees, lies.
+
+    They stand 2 degrees apart, and 1 between -10 and 8.
+    """
+    elevation = np.asarray(elevation, float)
+    return np.asarray((np.minimum(elevation, -10) + 30) / 2 + np.clip(elevation + 10, 0, 18) + np.maximum(elevation - 8, 0) / 2)
+
+
+def part_left(x: Any) -> Array:
+    """Evaluates the part (1 - e^-x) / x of what a step sends out that reaches its start, x its optical depth."""
+    x = np.asarray(x, float)
+    return np.asarray(np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1), 1.0))
+
+
+def way_coordinate(t: Any, near: Any, span: Any) -> Array:
+    """Evaluates where along the table's texture, 0 to 1, a way of t m lies.
+
+    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. span: ln(1 + most / near).
+    """
+    step = np.asarray(span, float) / (DISTANCES - 1)
+    at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
+    first = np.floor(at)
+    return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
+
+
+def way_at(x: Any, near: Any, span: Any) -> Array:
+    """Evaluates the way, m, that is a part x, 0 to 1, of the table's nodes away from the eye."""
+    return np.asarray(near * np.expm1(np.asarray(x, float) * span))
+
+
+def elevation_row(elevation: Any, horizon: Any) -> Array:
+    """Evaluates which row of the table, in nodes from 0, an elevation has, in radians as the horizon.
+
+    Rows crowd on both sides of the horizon, and none lies between the last below and the first above it.
+    """
+    elevation, half = np.asarray(elevation, float), ELEVATIONS // 2
+    above = np.sqrt(np.clip((elevation - horizon) / (np.pi / 2 - horizon), 0, 1))
+    below = np.sqrt(np.clip((horizon - elevation) / (np.pi / 2 + horizon), 0, 1))
+    return np.where(elevation >= horizon, half + (half - 1) * above, (half - 1) * (1 - below))
+
+
+def row_elevations(horizon: float) -> Array:
+    """Evaluates the elevations (ELEVATIONS,), radians, of the table's rows for a horizon."""
+    part = np.linspace(0, 1, ELEVATIONS // 2) ** 2
+    return np.concatenate([horizon - (np.pi / 2 + horizon) * part[::-1], horizon + (np.pi / 2 - horizon) * part])
+
+
+def azimuth_from(direction: Any, up: Any, ahead: Any) -> Array:
+    """Evaluates the azimuth, radians from 0 to half a turn, of directions (..., 3) from the sun's.
+
+    up: the vertical; ahead: level, towards the sun.
+    """
+    direction, up, ahead = (np.asarray(one, float) for one in (direction, up, ahead))
+    across = np.abs((direction * np.cross(up, ahead)).sum(axis=-1))
+    return np.asarray(np.arctan2(np.maximum(across, 1e-12), (direction * ahead).sum(axis=-1)))
+
+
+def air_phases(a: Any, b: Any, g: Any) -> Array:
+    """Evaluates (..., 2) the phase functions of Rayleigh's air and of the aerosol, 1/sr, between unit vectors.
+
+    g: the aerosol's anisotropy. Cornette and Shanks 1992.
+    """
+    a, b, g = (np.asarray(one, float) for one in (a, b, g))
+    apart = ((a - b) ** 2).sum(axis=-1) / 2
+    cosine = 1 - apart
+    turned = 3 / (16 * np.pi) * (1 + cosine**2)
+    return np.stack([turned, turned * 2 * (1 - g * g) / ((2 + g * g) * (1 + g * g - 2 * g * cosine) ** 1.5)], axis=-1)
+
+
+def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
+    """Place view rays (..., 3), unit, in the table that a record describes: (..., 2) coordinates, (..., 2) phases and (...) ways to the ground.
+
+    record: of view_table.wgsl's Daylight; the way is NO_END for rays that miss the ground.
+    """
+    direction = np.asarray(direction, float)
+    up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
+    mu = (direction * up).sum(axis=-1)
+    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]))
+    column = azimuth_from(direction, up, ahead) / np.pi * (AZIMUTHS - 1)
+    way = distance_to_ground(float(record["height"]), mu)
+    at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
+    return at, air_phases(direction, to_sun, float(record["anisotropy"])), np.minimum(way, NO_END)
+
+
+def way_in_even_air(mu: Any) -> Array:
+    """Evaluates the way, m, from the ground to the end of air that is as dense as there up to 8 km, and then ends."""
+    along = GROUND_RADIUS * np.asarray(mu, float)
+    above = RAYLEIGH_HEIGHT * (2 * GROUND_RADIUS + RAYLEIGH_HEIGHT)
+    return np.asarray(np.sqrt(along * along + above) - along)
+
+
+def hoffman_preetham_light(cosine: Any, rayleigh: Any, mie: Any, g: Any, way: Any, printed: bool) -> Array:
+    """Evaluates (..., 3) what an irradiance of 1 adds to a view by Eq. 1, after a way, m, in even air.
+
+    cosine: 1 where one looks into the sun; rayleigh, mie (..., 3): scattering, 1/m; g: of the aerosol, whose phase function is as printed,
+    or Henyey and Greenstein's. GPU Gems 3, chapter 13.
+    """
+    cosine, g, way = (np.asarray(one, float)[..., None] for one in (cosine, g, way))
+    rayleigh, mie = np.asarray(rayleigh, float), np.asarray(mie, float)
+    aerosol = hoffman_preetham_phase(cosine, g) * np.where(printed, 1, (1 + g) / (1 - g))
+    scattered = rayleigh * 3 / (16 * np.pi) * (1 + cosine**2) + mie * aerosol
+    return np.asarray(scattered * way * part_left((rayleigh + mie) * way))
+
+
+def disc_part(direction: Any, to_sun: Any, edge: Any) -> Array:
+    """Evaluates the part of a pixel, 0..1, that the sun's disc covers. direction, to_sun (..., 3): unit; edge: radians of half a pixel."""
+    apart = np.linalg.norm(np.asarray(direction, float) - np.asarray(to_sun, float), axis=-1)
+    return np.asarray(np.clip((np.radians(SUN_ANGULAR_RADIUS) - apart) / (2 * np.asarray(edge, float)) + 0.5, 0, 1))
