@@ -79,11 +79,20 @@ class Camera:
         found[:3, :3] = right, up, -forward
         return found
 
-    @property
-    def projection(self) -> Array:
-        """Give the matrix (4, 4) of an endless perspective, near 1 m, depth 1 near and 0 far away."""
-        across, down = 2 * self.focal / self.width, 2 * self.focal / self.height
-        return np.array([[across, 0, 0, 0], [0, down, 0, 0], [0, 0, 0, 1.0], [0, 0, -1, 0]])
+    def projection(self, left: int, top: int, width: int, height: int) -> Array:
+        """Give the matrix (4, 4) of an endless perspective on a part of the picture, pixels; depth is 1 near and 0 far away."""
+        across, down = self.width / width, self.height / height
+        found = np.zeros((4, 4))
+        found[0] = 2 * self.focal / width, 0, 1 + 2 * left / width - across, 0
+        found[1] = 0, 2 * self.focal / height, down - 1 - 2 * top / height, 0
+        found[2, 3], found[3, 2] = 1, -1
+        return found
+
+    def lengths(self, left: int, top: int, width: int, height: int) -> Array:
+        """Give (height, width) float32 the way along each ray of a part of the picture that goes 1 along the camera's axis."""
+        across = (left + np.arange(width) + 0.5 - self.width / 2) / self.focal
+        down = (top + np.arange(height) + 0.5 - self.height / 2) / self.focal
+        return np.sqrt(1 + across**2 + down[:, None] ** 2).astype(np.float32)
 
 
 def solve_pitch(camera: Camera, light: tuple[float, float], elevation: float) -> float:
@@ -107,7 +116,7 @@ def solve_pitch(camera: Camera, light: tuple[float, float], elevation: float) ->
     pitch = math.degrees(min(found, key=abs))
     if abs(pitch) > 90 + 1e-9:
         raise AirlightError(
-            f"the camera would have to look over its head for the sun, {elevation:.1f} degrees high, to be at {light[0]:.3g},{light[1]:.3g}: "
-            "give another --light, --fov or sun"
+            f"the camera would look over its head for the sun, {elevation:.1f} degrees high, to be at {light[0]:.3g},{light[1]:.3g}: give "
+            "another --light, --fov or sun"
         )
     return pitch

@@ -15,13 +15,13 @@ NAMES = ("Z", "DEPTH.Z", "DEPTH")
 def read_depths(path: str | None, layer: str | None, picture: Picture, on_damage: str, view: str | None) -> tuple[np.ndarray, bool]:
     """Read depths (H, W) float32 as large as a picture, and tell whether they are whole numbers, which come as 0..1.
 
-    path: None where they are a layer of the picture. layer: a channel of an EXR; unset: Z, or depth, or the luminance. Raises AirlightError.
+    path: None where they are a layer of the picture. layer: a channel of an EXR; unset: Z, or depth, or the luminance. Raises
+    AirlightError.
     """
     values, whole = _values(path, layer, picture, on_damage, view)
     if values.shape != (picture.height, picture.width):
-        size = f"{values.shape[1]} x {values.shape[0]}"
-        name = path or picture.path
-        raise AirlightError(f"{name}: the depths are {size} pixels, the picture {picture.width} x {picture.height}: they must be of one size")
+        size, own = f"{values.shape[1]} x {values.shape[0]}", f"{picture.width} x {picture.height}"
+        raise AirlightError(f"{path or picture.path}: the depths are {size} pixels, the picture {own}: scale them to its size")
     return values, whole
 
 

@@ -31,7 +31,8 @@ def from_map(values: Plane, whole: bool, place: DaylightPicture, span: tuple[flo
         share = float(np.isnan(values).mean())
         raise AirlightError(f"{path}: {share:.1%} of the depths are no number (NaN): write them as infinite where there is sky")
     if (values < 0).any():
-        raise AirlightError(f"{path}: holds negative depths, down to {values.min():g}: give distances from the eye, or --depth-kind inverse")
+        least = f"{path}: holds negative depths, down to {values.min():g}"
+        raise AirlightError(f"{least}: give distances from the eye, which are more than 0")
     if whole and span is None:
         raise AirlightError(f"{path}: its depths are whole numbers, which say no metres: add --depth-range NEAR,FAR, as in 2,5000")
     inverse = place.depth_kind == "inverse"

@@ -107,8 +107,9 @@ def atmosphere(day: Daylight) -> "Atmosphere":
     from airlight.daylight import Atmosphere
 
     return Atmosphere(
-        day.visibility, day.turbidity, day.ozone, day.ground_albedo, day.aerosol_albedo, day.aerosol_anisotropy, day.wavelengths, day.multiple
-    )
+        day.visibility, day.turbidity, day.ozone, day.ground_albedo, day.aerosol_albedo, day.aerosol_anisotropy, day.wavelengths,
+        day.multiple,
+    )  # fmt: skip
 
 
 def option_named(name: str) -> Option:
