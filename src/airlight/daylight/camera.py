@@ -62,7 +62,7 @@ class Camera:
 
     def seen(self, direction: Any) -> tuple[float, float] | None:
         """Find where in the picture a direction (3,) is seen, parts of its size from its top left; None behind the camera."""
-        right, up, forward = self.axes @ np.asarray(direction, float)
+        right, up, forward = (float(one) for one in self.axes @ np.asarray(direction, float))
         if forward <= 1e-6:
             return None
         return 0.5 + right / forward * self.focal / self.width, 0.5 - up / forward * self.focal / self.height

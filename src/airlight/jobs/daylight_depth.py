@@ -53,7 +53,7 @@ def from_map(values: Plane, whole: bool, place: DaylightPicture, span: tuple[flo
 def _ranged(values: Plane, whole: bool, inverse: bool, span: tuple[float, float]) -> tuple[Plane, Plane]:
     """Stretch a relative map between two distances; its very end is sky."""
     finite = np.isfinite(values)
-    low, high = (0.0, 1.0) if whole else (float(values[finite].min(initial=0)), float(values[finite].max(initial=0)))
+    low, high = (0.0, 1.0) if whole or not finite.any() else (float(values[finite].min()), float(values[finite].max()))
     share = np.clip((np.where(finite, values, high) - low) / ((high - low) or 1.0), 0, 1)
     far = 1 - share if inverse else share
     near, end = span

@@ -97,11 +97,14 @@ class DaylightWork(ImageWork):
     def _settled(self, task: PictureTask, loaded: Loaded, tell: Callable[[str], object]) -> Settled:
         """Find sun and camera of a picture, and render it."""
         begun, picture = time.perf_counter(), loaded.picture
-        view, written = find_view(self.request, self.day, self.where, picture, self.many, tell)
+        lines: list[str] = []  # told when all is well: what is refused is one line
+        view, written = find_view(self.request, self.day, self.where, picture, self.many, lines.append)
         settled = Settled(written, self._knee(picture, written), view, None, True)
         begun = self.spent.add("find the light", begun)
-        settled.done = self._placed(task, loaded, settled, tell)
+        settled.done = self._placed(task, loaded, settled, lines.append)
         self.spent.add("render", begun)
+        for line in lines:
+            tell(line)
         return settled
 
     def _knee(self, picture: "Picture", written: list[Any]) -> Parameters:
@@ -131,21 +134,27 @@ class DaylightWork(ImageWork):
         assert self.where.distance is not None
         return at_one_distance(checked_mask(mask, picture), self.where.distance)
 
-    def _dark(self, picture: "Picture", sky: np.ndarray, view: View, settled: Settled) -> np.ndarray:
-        """Estimate D, (H, W), by how much of the line from each pixel to the sun is not sky."""
+    def _ground(self, view: View) -> np.ndarray:
+        """Compute the radiance of the ground below a sky that is drawn anew, of an irradiance of 1."""
+        return np.asarray(self.day.ground_albedo) / np.pi * sum(self._air.irradiance(view.sun.elevation, view.altitude))
+
+    def _dark(self, picture: "Picture", found: "Distances", view: View, settled: Settled, is_map: bool) -> np.ndarray:
+        """Estimate D, (H, W)."""
         if view.light is None:
-            return np.zeros(sky.shape, np.float32)
+            return np.zeros(found.sky.shape, np.float32)
         from airlight import api
+        from airlight.jobs.daylight_shadows import dark_share
 
         p = settled.parameters
         keys = {name: getattr(p, name) for name in p.__struct_fields__}
-        planes: dict[str, Any] = {}
+        image, sun = picture.rec709(picture.linear()), place(settled.lights[0], picture)
         if "occlusion" in self.request.values and p.occlusion != "depth":
-            planes["alpha"] = picture.alpha
-        else:
-            keys["occlusion"], planes["mask"] = "none", sky
-        image = picture.rec709(picture.linear())
-        return np.asarray(api.occlusion_fraction(image, place(settled.lights[0], picture), device=self._where, **planes, **keys))
+            return np.asarray(api.occlusion_fraction(image, sun, device=self._where, alpha=picture.alpha, **keys))
+
+        def fraction(mask: np.ndarray) -> np.ndarray:
+            return np.asarray(api.occlusion_fraction(image, sun, device=self._where, mask=mask, **(keys | {"occlusion": "none"})))
+
+        return dark_share(found, fraction, is_map)
 
     def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:
         """Render one picture, (pictures.Rendered, D)."""
@@ -156,7 +165,7 @@ class DaylightWork(ImageWork):
 
         picture, day, view = loaded.picture, self.day, settled.held
         found = self._distances(task, loaded, view, settled.parameters, tell)
-        dark = self._dark(picture, found.sky, view, settled)
+        dark = self._dark(picture, found, view, settled, loaded.far is not None)
         is_even, strength = day.daylight == PRINTED, day.sun_strength
         if strength is None:
             strength = np.pi if is_even else irradiance_of_white(self._air, view.sun.elevation, view.altitude)
@@ -165,7 +174,7 @@ class DaylightWork(ImageWork):
             raise MachineError("daylight on a picture is computed by a graphics adapter, and there is none; one in software will do")
         on = OnPicture(
             self._where.device, self._air, view.camera, view.azimuth, view.sun.elevation, view.altitude, strength,
-            day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even,
+            day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even, strength * self._ground(view),
         )  # fmt: skip
         light = picture.rec709(picture.linear())
         through, added = np.empty_like(light), np.empty_like(light)

@@ -10,7 +10,6 @@ from typing import Any
 from airlight.errors import AirlightError
 from airlight.jobs import outputs, tasks
 from airlight.jobs.clips import Clips, looked_at
-from airlight.jobs.daylight_picture import DaylightWork, check_request
 from airlight.jobs.daylight_sun import is_daylight
 from airlight.jobs.finding import show_candidates
 from airlight.jobs.foreseen import PICTURE_S, foreseen
@@ -176,6 +175,8 @@ def run_image(request: ImageRequest) -> bool:
     built = build(request.values)
     is_day = is_daylight(request.values)
     if is_day:
+        from airlight.jobs.daylight_picture import DaylightWork, check_request
+
         check_request(request, built[Daylight], built[DaylightPicture])
     else:
         request = request.with_occlusion()

@@ -18,18 +18,19 @@ class OnPicture:
     """Puts daylight on parts of one picture.
 
     sun_azimuth, sun_elevation: degrees; altitude: of the eye, m; irradiance: of the sun, above the air, in even air at the eye. sky,
-    attenuate: as `DaylightPass`. even_air: beta_rayleigh, beta_mie and g of Eq. 1 instead of the air.
+    attenuate: as `DaylightPass`. even_air: beta_rayleigh, beta_mie and g of Eq. 1 instead of the air. ground: radiance of
+    the ground below a sky that is replaced.
     """
 
     def __init__(
         self, device: Device, air: Atmosphere, camera: Camera, sun_azimuth: float, sun_elevation: float, altitude: float, irradiance: float,
-        sky: str = "keep", attenuate: str = "source", even_air: dict[str, Any] | None = None,
+        sky: str = "keep", attenuate: str = "source", even_air: dict[str, Any] | None = None, ground: Any = 0.0,
     ) -> None:  # fmt: skip
-        self._device, self._camera, self._even = device, camera, even_air
+        self._device, self._camera, self._more = device, camera, (even_air or {}) | {"ground": ground}
         self._table = ViewTable(device)
         self._table.update(air, sun_elevation, altitude)
         self._to_sun, self._irradiance = direction_of(sun_azimuth, sun_elevation) * SOUTH, irradiance
-        self._kinds = cast(Sky, sky), attenuate
+        self._kinds = cast(Sky, sky), even_air is not None, attenuate
         self._passes: dict[tuple[int, int], DaylightPass] = {}
 
     def part(self, left: int, top: int, light: Plane, metres: Plane, sky: Plane, dark: Plane) -> tuple[Plane, Plane]:
@@ -53,12 +54,10 @@ class OnPicture:
         height, width = ways.shape
         one = self._passes.get((width, height))
         if one is None:
-            sky, attenuate = self._kinds
-            one = DaylightPass(self._device, (width, height), "ray", sky, self._even is not None, attenuate)
+            one = DaylightPass(self._device, (width, height), "ray", *self._kinds)
             self._passes = {(width, height): one}
         projection = self._camera.projection(left, top, width, height)
-        even: dict[str, Any] = self._even or {}
-        one.update(self._table, self._camera.view, projection, self._to_sun, irradiance=self._irradiance, **even)
+        one.update(self._table, self._camera.view, projection, self._to_sun, irradiance=self._irradiance, **self._more)
         inputs = []
         for values, format in ((ways, "r32float"), (source, "rgba32float"), (shadow, "rgba16float")):
             texture = self._device.texture(width, height, format, target=False)
