@@ -13,7 +13,7 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 64, 32, 48  # of the table; half of the elevations lie below the horizon
+ELEVATIONS, AZIMUTHS, DISTANCES = 80, 40, 48  # of the table; half of the elevations lie below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
 
 
@@ -38,20 +38,20 @@ def part_left(x: Any) -> Array:
     return np.asarray(np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1), 1.0))
 
 
-def way_coordinate(t: Any, near: Any, span: Any) -> Array:
+def way_coordinate(t: Any, near: Any, step: Any) -> Array:
     """Evaluates where along the table's texture, 0 to 1, a way of t m lies.
 
-    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. span: ln(1 + most / near).
+    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. step: that logarithm from node to node.
     """
-    step = np.asarray(span, float) / (DISTANCES - 1)
+    step = np.asarray(step, float)
     at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
     first = np.floor(at)
     return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
 
 
-def way_at(x: Any, near: Any, span: Any) -> Array:
-    """Evaluates the way, m, that is a part x, 0 to 1, of the table's nodes away from the eye."""
-    return np.asarray(near * np.expm1(np.asarray(x, float) * span))
+def way_at(nodes: Any, near: Any, step: Any) -> Array:
+    """Evaluates the way, m, at a number of nodes, whole or not, from the eye."""
+    return np.asarray(near * np.expm1(np.asarray(nodes, float) * step))
 
 
 def elevation_row(elevation: Any, horizon: Any) -> Array:
@@ -71,14 +71,19 @@ def row_elevations(horizon: float) -> Array:
     return np.concatenate([horizon - (np.pi / 2 + horizon) * part[::-1], horizon + (np.pi / 2 - horizon) * part])
 
 
-def azimuth_from(direction: Any, up: Any, ahead: Any) -> Array:
-    """Evaluates the azimuth, radians from 0 to half a turn, of directions (..., 3) from the sun's.
+def azimuth_column(mu: Any, along: Any) -> Array:
+    """Evaluates which column of the table, in nodes from 0, a direction has: even in the sine of half its azimuth from the sun's.
 
-    up: the vertical; ahead: level, towards the sun.
+    mu: its cosine to the vertical; along: to the level direction towards the sun.
     """
-    direction, up, ahead = (np.asarray(one, float) for one in (direction, up, ahead))
-    across = np.abs((direction * np.cross(up, ahead)).sum(axis=-1))
-    return np.asarray(np.arctan2(np.maximum(across, 1e-12), (direction * ahead).sum(axis=-1)))
+    mu = np.asarray(mu, float)
+    cosine = np.asarray(along, float) / np.sqrt(np.maximum(1 - mu * mu, 1e-12))
+    return np.asarray((AZIMUTHS - 1) * np.sqrt(np.clip((1 - cosine) / 2, 0, 1)))
+
+
+def column_azimuths() -> Array:
+    """Evaluates the azimuths from the sun's (AZIMUTHS,), radians, of the table's columns."""
+    return np.asarray(2 * np.arcsin(np.linspace(0, 1, AZIMUTHS)))
 
 
 def air_phases(a: Any, b: Any, g: Any) -> Array:
@@ -102,7 +107,7 @@ def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
     mu = (direction * up).sum(axis=-1)
     row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]))
-    column = azimuth_from(direction, up, ahead) / np.pi * (AZIMUTHS - 1)
+    column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
     way = distance_to_ground(float(record["height"]), mu)
     at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
     return at, air_phases(direction, to_sun, float(record["anisotropy"])), np.minimum(way, NO_END)
@@ -128,7 +133,7 @@ def hoffman_preetham_light(cosine: Any, rayleigh: Any, mie: Any, g: Any, way: An
     return np.asarray(scattered * way * part_left((rayleigh + mie) * way))
 
 
-def disc_part(direction: Any, to_sun: Any, edge: Any) -> Array:
-    """Evaluates the part of a pixel, 0..1, that the sun's disc covers. direction, to_sun (..., 3): unit; edge: radians of half a pixel."""
-    apart = np.linalg.norm(np.asarray(direction, float) - np.asarray(to_sun, float), axis=-1)
-    return np.asarray(np.clip((np.radians(SUN_ANGULAR_RADIUS) - apart) / (2 * np.asarray(edge, float)) + 0.5, 0, 1))
+def disc_part(apart: Any, edge: Any) -> Array:
+    """Evaluates the part of a pixel, 0..1, that the sun's disc covers. apart: 1 - cosine to its centre; edge: radians of half a pixel."""
+    radius, edge = np.radians(SUN_ANGULAR_RADIUS), np.asarray(edge, float)
+    return np.asarray(np.clip((radius**2 - 2 * np.asarray(apart, float)) / (4 * radius * edge) + 0.5, 0, 1))

@@ -1,6 +1,7 @@
 // Puts daylight on a picture: L = L0 T + (1 - D) L1 + Lms, of the table of view rays, or Eq. 1 of GPU Gems 3 in even air.
 //! include "scatter/daylight/view_table.wgsl"
 //! include "scatter/daylight/hoffman_preetham.wgsl"
+//! include "wgsl/fullscreen.wgsl"
 //! include "wgsl/half.wgsl"
 override EVEN_AIR: bool = false; // by Hoffman and Preetham
 override SHADOWED: bool = false; // shadow holds D
@@ -26,12 +27,15 @@ struct Compose {
     size: vec2u,
 }
 
-@group(0) @binding(0) var<uniform> pass_: Compose;
+@group(0) @binding(0) var<uniform> composing: Compose;
 @group(0) @binding(2) var source: texture_2d<f32>;
 @group(0) @binding(3) var shadow: texture_2d<f32>; // D, the dark part of light scattered once
-@group(0) @binding(4) var picture: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(5) var radiance: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(6) var transmittance: texture_storage_2d<rgba32float, write>;
+struct Air {
+    single: vec3f,              // nothing where no shadow asks for it
+    whole: vec3f,
+    through: vec3f,
+    ground: f32,                // m, to the ground; NO_END above the horizon
+}
 
 struct Seen {
     behind: vec3f,              // L0
@@ -39,10 +43,11 @@ struct Seen {
     through: vec3f,
 }
 
-/// Evaluate the part of a pixel, 0 to 1, that the sun's disc covers. direction, to_sun: unit; edge: radians of half a pixel.
+/// Evaluate the part of a pixel, 0 to 1, that the sun's disc covers. apart: 1 - cosine to its centre; edge: radians of half a pixel.
 /// Twin: reference/daylight_view.py:disc_part.
-fn disc_part(direction: vec3f, to_sun: vec3f, edge: f32) -> f32 {
-    return clamp((0.0046739918 - length(direction - to_sun)) / (2.0 * edge) + 0.5, 0.0, 1.0);
+fn disc_part(apart: f32, edge: f32) -> f32 {
+    let radius = 0.0046739918; // radians
+    return clamp((radius * radius - 2.0 * apart) / (4.0 * radius * edge) + 0.5, 0.0, 1.0);
 }
 
 /// Find the way, m, to what a pixel sees along its ray, NO_END where that is the sky. direction: unit, view space.
@@ -50,61 +55,70 @@ fn way_seen(p: vec2u, direction: vec3f) -> f32 {
     let stored = stored_depth(p);
     if (IN_METRES == ALONG_RAY) { return select(stored, NO_END, !(stored < NO_END)); }
     if (IN_METRES == ALONG_AXIS) { return select(stored / -direction.z, NO_END, !(stored < NO_END)); }
-    let ahead = (pass_.depth.x * stored + pass_.depth.y) / (pass_.depth.z * stored + pass_.depth.w);
+    let ahead = (composing.depth.x * stored + composing.depth.y) / (composing.depth.z * stored + composing.depth.w);
     return select(ahead / -direction.z, NO_END, stored >= 1.0);
 }
 
-/// Evaluate what the air between the eye and a way of t m adds, and lets through.
-fn in_the_air(direction: vec3f, t: f32) -> Gathered {
-    if (!EVEN_AIR) { return daylight_at(direction, t); }
+/// Evaluate what the air between the eye and a way of t m adds, of sunlight scattered once and in all, and lets through.
+fn in_the_air(direction: vec3f, t: f32) -> Air {
+    if (!EVEN_AIR) {
+        let ray = daylight_ray(direction);
+        let end = select(t, ray.ground, t >= NO_END);
+        let through = daylight_transmittance(ray, end);
+        if (!SHADOWED) { return Air(vec3f(0.0), daylight_whole(ray, end), through, ray.ground); }
+        return Air(daylight_single(ray, end), daylight_whole(ray, end), through, ray.ground);
+    }
     let mu = dot(direction, daylight.up);
     let way = way_to_ground(daylight.height, mu);
-    let end = select(t, select(way_in_even_air(mu), way, way > 0.0), t >= NO_END);
+    let ground = select(NO_END, way, way > 0.0);
+    let end = select(t, min(way_in_even_air(mu), ground), t >= NO_END);
     let cosine = clamp(dot(direction, daylight.to_sun), -1.0, 1.0);
-    let single = pass_.irradiance * hoffman_preetham_light(cosine, pass_.rayleigh, pass_.mie, pass_.g, end, pass_.printed == 1u);
-    return Gathered(single, vec3f(0.0), exp(-(pass_.rayleigh + pass_.mie) * end));
+    let single = composing.irradiance * hoffman_preetham_light(cosine, composing.rayleigh, composing.mie, composing.g, end, composing.printed == 1u);
+    return Air(single, single, exp(-(composing.rayleigh + composing.mie) * end), ground);
 }
 
-/// Evaluate what stands behind the air, what it adds and lets through, at a pixel.
-fn seen(p: vec2u) -> Seen {
-    let at = pass_.rays.xy * ((vec2f(p) + 0.5) / vec2f(pass_.size)) + pass_.rays.zw;
-    let direction = normalize(vec3f((1.0 - pass_.flat_rays) * at, -1.0));
+/// Evaluate what stands behind the air, what it adds and lets through, at a pixel. source: the picture there.
+fn seen(p: vec2u, source: vec3f) -> Seen {
+    let at = composing.rays.xy * ((vec2f(p) + 0.5) / vec2f(composing.size)) + composing.rays.zw;
+    let direction = normalize(vec3f((1.0 - composing.flat_rays) * at, -1.0));
     let t = way_seen(p, direction);
     let air = in_the_air(direction, t);
     var dark = vec3f(0.0);
     if (SHADOWED) { dark = clamp(textureLoad(shadow, p, 0).rgb, vec3f(0.0), vec3f(1.0)); }
-    let whole = air.single + air.multiple;
-    var behind = textureLoad(source, p, 0).rgb;
-    if (t >= NO_END) {
-        if (SKY == KEEP) {
-            let missing = dark * air.single / max(whole, vec3f(1e-30));
-            return Seen(behind, -missing * behind, vec3f(1.0));
-        }
-        if (SKY == REPLACE) {
-            let below = way_to_ground(daylight.height, dot(direction, daylight.up)) > 0.0;
-            behind = select(pass_.disc * disc_part(direction, daylight.to_sun, pass_.edge), pass_.ground, below);
-        }
+    let is_sky = t >= NO_END;
+    if (SKY == KEEP && is_sky) { return Seen(source, -(dark * air.single / max(air.whole, vec3f(1e-30))) * source, vec3f(1.0)); }
+    var behind = source;
+    if (SKY == REPLACE) {
+        let off = direction - daylight.to_sun;
+        let space = select(composing.ground, composing.disc * disc_part(0.5 * dot(off, off), composing.edge), air.ground >= NO_END);
+        behind = select(source, space, is_sky);
     }
-    if (ALL) { return Seen(behind, whole - dark * whole, air.transmittance - dark * air.transmittance); }
-    return Seen(behind, whole - dark * air.single, air.transmittance);
+    if (ALL) { return Seen(behind, air.whole - dark * air.whole, air.through - dark * air.through); }
+    return Seen(behind, air.whole - dark * air.single, air.through);
 }
 
-/// Write the picture in its air.
-@compute @workgroup_size(8, 8)
-fn compose(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= pass_.size)) { return; }
-    let found = seen(id.xy);
+/// Draw the picture in its air.
+@fragment
+fn compose(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let p = vec2u(position.xy);
+    let own = textureLoad(source, p, 0);
+    let found = seen(p, own.rgb);
     let color = clamp(found.behind * found.through + found.added, vec3f(-MOST), vec3f(MOST));
-    textureStore(picture, id.xy, vec4f(nearest_half(color), textureLoad(source, id.xy, 0).a));
+    return vec4f(nearest_half(color), own.a);
 }
 
-/// Write what the air adds, with a sky that is replaced, and what it lets through: the picture is the source times that plus what is added.
-@compute @workgroup_size(8, 8)
-fn parts(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= pass_.size)) { return; }
-    let found = seen(id.xy);
-    let kept = textureLoad(source, id.xy, 0).rgb;
-    let is_own = all(kept == found.behind);
-    textureStore(radiance, id.xy, vec4f(select(found.behind * found.through + found.added, found.added, is_own), 1.0));
-    textureStore(transmittance, id.xy, vec4f(select(vec3f(0.0), found.through, is_own), 1.0));
+struct Parts {
+    @location(0) radiance: vec4f,
+    @location(1) transmittance: vec4f,
+}
+
+/// Draw what is added, with a sky that is replaced, and what is let through: the picture in its air is itself times that plus what is added.
+@fragment
+fn parts(@builtin(position) position: vec4f) -> Parts {
+    let p = vec2u(position.xy);
+    let own = textureLoad(source, p, 0).rgb;
+    let found = seen(p, own);
+    let is_own = all(own == found.behind);
+    let added = select(found.behind * found.through + found.added, found.added, is_own);
+    return Parts(vec4f(added, 1.0), vec4f(select(vec3f(0.0), found.through, is_own), 1.0));
 }

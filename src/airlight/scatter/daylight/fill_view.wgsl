@@ -1,6 +1,6 @@
 // Fills the table of view rays: what they gather on their way from an eye at one altitude, for a sun at one elevation. A thread a ray.
 //! include "scatter/daylight/coordinates.wgsl"
-const STEPS = 3u;               // of the march between two nodes
+const STEPS = 2u;               // of the march between two nodes
 const SUNS = 12u;               // slots of tables of further orders
 const HEIGHT_NODES = 20u;
 const ELEVATION_NODES = 48u;
@@ -17,7 +17,7 @@ struct Fill {
     sun: f32,                   // degrees
     reach: f32,                 // degrees by which the sun may stand elsewhere along a ray
     near: f32,                  // m: way_coordinate
-    span: f32,
+    step: f32,
     scale: f32,                 // of what is stored
     columns: u32,               // of the table of optical depth
     rows: u32,
@@ -37,7 +37,7 @@ struct ViewRay {
 @group(0) @binding(3) var<storage, read> further: array<vec4f>; // logarithms of what is scattered before: sun, height, elevation, azimuth, phase
 @group(0) @binding(4) var by_rayleigh: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(5) var by_aerosol: texture_storage_3d<rgba16float, write>;
-@group(0) @binding(6) var before: texture_storage_3d<rgba16float, write>;
+@group(0) @binding(6) var together: texture_storage_3d<rgba16float, write>;
 @group(0) @binding(7) var through: texture_storage_2d<rgba16float, write>;
 
 struct Turned {
@@ -81,6 +81,7 @@ fn scattered_before(height: f32, elevation: f32, azimuth: f32, sun: f32) -> Turn
 fn fill_view(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= AZIMUTHS || id.y >= ELEVATIONS) { return; }
     let ray = rays[id.y * AZIMUTHS + id.x];
+    let phase = 3.0 / (16.0 * HALF_TURN) * (1.0 + ray.cosine * ray.cosine); // of Rayleigh's air: broad, so that the table may hold it
     var depth = vec4f(0.0);
     var rayleigh = vec4f(0.0);
     var aerosol = vec4f(0.0);
@@ -90,14 +91,14 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         let at = vec3u(k, id.xy);
         textureStore(by_rayleigh, at, vec4f(fill.scale * (fill.to_channels * rayleigh), 0.0));
         textureStore(by_aerosol, at, vec4f(fill.scale * (fill.to_channels * aerosol), 0.0));
-        textureStore(before, at, vec4f(fill.scale * (fill.to_channels * multiple), 0.0));
+        textureStore(together, at, vec4f(fill.scale * (fill.to_channels * (multiple + phase * rayleigh)), 0.0));
         if (id.x == 0u) { textureStore(through, vec2u(k, id.y), vec4f(fill.to_channels * exp(-depth), 1.0)); }
-        let middle = way_at((f32(k) + 0.5) / f32(DISTANCES - 1u), fill.near, fill.span);
+        let middle = way_at(f32(k) + 0.5, fill.near, fill.step);
         let sun = degrees(asin(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
         let elevation = asin(view_cosine_along(fill.height, ray.mu, middle));
         let turned = scattered_before(max(height_along(fill.height, ray.mu, middle), 0.0), elevation, ray.azimuth, sun);
         for (var i = 1u; i <= STEPS; i++) {
-            let end = way_at((f32(k) + f32(i) / f32(STEPS)) / f32(DISTANCES - 1u), fill.near, fill.span);
+            let end = way_at(f32(k) + f32(i) / f32(STEPS), fill.near, fill.step);
             let height = max(height_along(fill.height, ray.mu, 0.5 * (start + end)), 0.0);
             let density = select(air_density(height), vec3f(0.0), height > TOP_HEIGHT);
             let extinction = density.x * fill.rayleigh + density.y * fill.extinct + density.z * fill.ozone;

@@ -24,6 +24,11 @@ def needed(sun: float) -> tuple[int, int]:
     return math.floor(sun_position(ends[0])), math.ceil(sun_position(ends[1]))
 
 
+def numbers_of(air: Atmosphere) -> tuple[Any, ...]:
+    """Give what tells airs apart: all that an air consists of, to compare."""
+    return air.multiple, *(np.asarray(one, float).tobytes() for one in air.coefficients)
+
+
 def logarithms(air: Coefficients, multiple: str, first: int, last: int) -> np.ndarray:
     """Give (suns, *CELL) float32 logarithms of light scattered before, of a kind of KINDS, for SUNS[first] to SUNS[last]."""
     out = np.full((last + 1 - first, *CELL), math.log(LEAST), np.float32)
@@ -39,15 +44,15 @@ class Further:
         self.device = device
         self.buffer = device.buffer(size=4 * SLOTS * math.prod(CELL))
         self._held = [-1] * SLOTS  # suns
-        self._air: tuple[Any, str] = (None, "")
+        self._air: tuple[Any, ...] = ()
         self._sun: float | None = None
         self._solving: threading.Thread | None = None
 
     def update(self, air: Atmosphere, sun: float) -> None:
         """Write what a sun at an elevation, degrees, needs. Waits for what is not solved; of a sun that moves, solves what comes next."""
         first, last = needed(sun)
-        if self._air != (air.coefficients, air.multiple):
-            self._air, self._held, self._sun = (air.coefficients, air.multiple), [-1] * SLOTS, None
+        if self._air != (own := numbers_of(air)):
+            self._air, self._held, self._sun = own, [-1] * SLOTS, None
         new = [i for i in range(first, last + 1) if self._held[i % SLOTS] != i]
         if new:
             tables = logarithms(air.coefficients, air.multiple, new[0], new[-1])

@@ -7,7 +7,7 @@ import numpy as np
 from airlight.daylight.hoffman_preetham import BETA_MIE, BETA_RAYLEIGH
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import Timer, compute
+from airlight.gpu.timing import Timer, divide, timing
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference.daylight import SUN_ANGULAR_RADIUS
 from airlight.scatter.daylight.table import ViewTable
@@ -96,11 +96,16 @@ class DaylightPass:
         """
         if self._table is None:
             raise ValueError("update comes first")
-        if "daylight spares" not in self.device.kept:
-            self.device.kept["daylight spares"] = [self.device.texture(1, 1, format) for format in ("rgba16float", "rgba32float", "rgba32float")]
-        spare, *wide = self.device.kept["daylight spares"]  # stand where nothing is written
-        outputs = (spare, self.radiance, self.transmittance) if parts else (self.picture, *wide)
-        pipeline = self.device.pipeline(self._file, "parts" if parts else "compose", SHADOWED=shadow is not None, **self._constants)
-        given = (depth, source, source if shadow is None else shadow)
-        bind = self.device.bind(self._file, self._record, *given, *outputs, self._daylight, *self._table.resources)
-        compute(encoder, pipeline, bind, (-(-self.size[0] // 8), -(-self.size[1] // 8)), "daylight", timer)
+        targets = (self.radiance, self.transmittance) if parts else (self.picture,)
+        formats = "+".join(texture.format for texture in targets)
+        constants = {"SHADOWED": shadow is not None, **self._constants}
+        pipeline = self.device.raster(self._file, "cover", "parts" if parts else "compose", formats, **constants)
+        given = depth, source, source if shadow is None else shadow
+        bind = self.device.bind(self._file, self._record, *given, self._daylight, *self._table.resources)
+        attachments = [{"view": one.create_view(), "load_op": "load", "store_op": "store"} for one in targets]
+        run = encoder.begin_render_pass(color_attachments=attachments, **timing(timer, "daylight", encoder))
+        run.set_pipeline(pipeline)
+        run.set_bind_group(0, bind)
+        run.draw(3)
+        run.end()
+        divide(encoder)

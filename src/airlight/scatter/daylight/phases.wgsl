@@ -8,5 +8,6 @@ fn air_phases(a: vec3f, b: vec3f, g: f32) -> vec2f {
     let off = 1.0 - abs(g);
     let under = off * off + 2.0 * abs(g) * select(apart.x, apart.y, g < 0.0);
     let turned = 1.0 + cosine * cosine;
-    return vec2f(1.0, 2.0 * off * (1.0 + abs(g)) / ((2.0 + g * g) * under * sqrt(under))) * turned * (3.0 / (16.0 * 3.14159265358979));
+    let near = inverseSqrt(under);
+    return vec2f(1.0, 2.0 * off * (1.0 + abs(g)) / (2.0 + g * g) * near * near * near) * turned * (3.0 / (16.0 * 3.14159265358979));
 }

@@ -12,9 +12,9 @@ from airlight.daylight.rays import earth_shadow
 from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
-from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, row_elevations
-from airlight.scatter.daylight.further import Further
+from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
+from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations
+from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
 RECORD, RAY, DAYLIGHT = struct_dtype(FILL, "Fill"), struct_dtype(FILL, "ViewRay"), struct_dtype(VIEW, "Daylight")
@@ -26,8 +26,8 @@ NEAREST = 300.0  # m, within which the table is even over the way
 class ViewTable:
     """Holds on the device what view rays gather up to any distance, for one air, one elevation of the sun and one altitude of the eye.
 
-    textures: of sunlight scattered once by Rayleigh's air, and by the aerosol, without phase functions; of light scattered before; and
-    transmittance: in the order of view_table.wgsl's bindings, before a linear sampler.
+    textures: of sunlight scattered once by Rayleigh's air, and by the aerosol, without phase functions; of all but the aerosol's part of that;
+    and transmittance: in the order of view_table.wgsl's bindings, before a linear sampler.
     """
 
     def __init__(self, device: Device) -> None:
@@ -38,7 +38,8 @@ class ViewTable:
         solid = [device.device.create_texture(size=size, dimension="3d", format="rgba16float", usage=flags) for _ in range(3)]
         self.textures = (*solid, device.texture(DISTANCES, ELEVATIONS, "rgba16float"))
         self._pipeline = device.pipeline(FILL, "fill_view")
-        self._record, self._rays = device.buffer(size=RECORD.itemsize, uniform=True), device.buffer(size=RAY.itemsize * AZIMUTHS * ELEVATIONS)
+        self._record = device.buffer(size=RECORD.itemsize, uniform=True)
+        self._rays = device.buffer(size=RAY.itemsize * AZIMUTHS * ELEVATIONS)
         self._further = Further(device)
         self._depths: Any = None
         self._key: Any = None
@@ -57,25 +58,28 @@ class ViewTable:
         """
         sun = number("sun_elevation", sun_elevation, LOWEST_SUN, 90)
         height = max(number("altitude", altitude, *ALTITUDE, unit="m"), 0.0)
-        if self._key is not None and self._key[0] is air and self._key[1:] == (sun, height):
+        own = numbers_of(air)
+        if self._key == (own, sun, height):
             return False
-        same_air = self._key is not None and self._key[0] is air
         self._further.update(air, sun)
         c = air.coefficients
-        if not same_air:
+        if self._key is None or self._key[0] != own:
             depths = np.zeros((*SIZE, 4), np.float32)
             depths[..., : len(c.nm)] = air.optical_depth_table(SIZE)
             self._depths = self.device.buffer(depths.tobytes())
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
         density = np.exp(-height / AEROSOL_HEIGHT)
         near = min(NEAREST, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
-        span = float(np.log1p((-np.sin(horizon) * 6.46e6 + LEVEL_TO_TOP) / near))
+        farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
+        step = float(np.log1p(farthest / near) / (DISTANCES - 1))
         scale = WIDEST * 10 ** (TWILIGHT * max(0.0, -(sun - np.degrees(horizon))))
         record = np.zeros((), RECORD)
-        for name, values in (("rayleigh", c.rayleigh), ("aerosol", c.aerosol_scattering), ("extinct", c.aerosol_extinction), ("ozone", c.ozone)):
+        by_name = {"rayleigh": c.rayleigh, "aerosol": c.aerosol_scattering, "extinct": c.aerosol_extinction, "ozone": c.ozone}
+        for name, values in by_name.items():
             record[name][: len(c.nm)] = values
         record["to_channels"][: len(c.nm), :3] = c.to_channels.T
-        for name, value in {"height": height, "mu_sun": mu_sun, "sun": sun, "reach": reach(sun), "near": near, "span": span, "scale": scale}.items():
+        self._shared = {"height": height, "near": near, "step": step}
+        for name, value in (self._shared | {"mu_sun": mu_sun, "sun": sun, "reach": reach(sun), "scale": scale}).items():
             record[name] = value
         record["rows"], record["columns"] = SIZE
         self.device.queue.write_buffer(self._record, 0, record.tobytes())
@@ -84,8 +88,8 @@ class ViewTable:
         encoder = self.device.encoder()
         compute(encoder, self._pipeline, bind, (-(-AZIMUTHS // 8), -(-ELEVATIONS // 8)), "daylight table")
         self.device.submit(encoder)
-        self._key = air, sun, height
-        self._shared = {"anisotropy": c.anisotropy, "horizon": horizon, "height": height, "near": near, "span": span}
+        self._key = own, sun, height
+        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon}
         self._scale = scale
         return True
 
@@ -111,7 +115,7 @@ class ViewTable:
 
 def _rays(height: float, horizon: float, sun: float) -> np.ndarray:
     """Make (ELEVATIONS, AZIMUTHS) records of the table's rays, and where they lie in the earth's shadow; radians."""
-    elevation, azimuth = np.meshgrid(row_elevations(horizon), np.linspace(0, np.pi, AZIMUTHS), indexing="ij")
+    elevation, azimuth = np.meshgrid(row_elevations(horizon), column_azimuths(), indexing="ij")
     mu, mu_sun = np.sin(elevation), np.full(elevation.shape, np.sin(sun))
     cosine = np.clip(mu * mu_sun + np.cos(elevation) * np.cos(sun) * np.cos(azimuth), -1, 1)
     out = np.zeros(elevation.shape, RAY)

@@ -12,13 +12,13 @@ struct Daylight {
     height: f32,                // m, of the eye
     irradiance: vec3f,          // above the air, over what the table was scaled by
     near: f32,                  // m: way_coordinate
-    span: f32,
+    step: f32,
 }
 
 @group(0) @binding(40) var<uniform> daylight: Daylight;
 @group(0) @binding(41) var daylight_rayleigh: texture_3d<f32>; // sunlight that Rayleigh's air scatters, without its phase function
 @group(0) @binding(42) var daylight_aerosol: texture_3d<f32>;
-@group(0) @binding(43) var daylight_before: texture_3d<f32>; // light that was scattered before
+@group(0) @binding(43) var daylight_together: texture_3d<f32>; // what Rayleigh's air scatters, with its phase function, and light scattered before
 @group(0) @binding(44) var daylight_through: texture_2d<f32>;
 @group(0) @binding(45) var daylight_linear: sampler;
 
@@ -40,7 +40,7 @@ struct DaylightRay {
 fn daylight_ray(direction: vec3f) -> DaylightRay {
     let mu = dot(direction, daylight.up);
     let row = elevation_row(asin(clamp(mu, -1.0, 1.0)), daylight.horizon);
-    let column = azimuth_from(direction, daylight.up, daylight.ahead) / HALF_TURN * f32(AZIMUTHS - 1u);
+    let column = azimuth_column(mu, dot(direction, daylight.ahead));
     let way = way_to_ground(daylight.height, mu);
     return DaylightRay(
         (vec2f(column, row) + 0.5) / vec2f(f32(AZIMUTHS), f32(ELEVATIONS)),
@@ -49,22 +49,47 @@ fn daylight_ray(direction: vec3f) -> DaylightRay {
     );
 }
 
+/// Place a way of t m along a ray in the table.
+fn daylight_place(ray: DaylightRay, t: f32) -> vec3f {
+    return vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
+}
+
+/// Read the sunlight that Rayleigh's air scatters once at a place of the table. Sums of parts give the same to the bit wherever they are made.
+fn daylight_by_rayleigh(ray: DaylightRay, place: vec3f) -> vec3f {
+    return ray.phases.x * textureSampleLevel(daylight_rayleigh, daylight_linear, place, 0.0).rgb;
+}
+
+/// Read the sunlight that the aerosol scatters once at a place of the table.
+fn daylight_by_aerosol(ray: DaylightRay, place: vec3f) -> vec3f {
+    return ray.phases.y * textureSampleLevel(daylight_aerosol, daylight_linear, place, 0.0).rgb;
+}
+
+/// Read what Rayleigh's air scatters once, and all light scattered before, at a place of the table.
+fn daylight_with_before(place: vec3f) -> vec3f {
+    return textureSampleLevel(daylight_together, daylight_linear, place, 0.0).rgb;
+}
+
 /// Read C(t), the radiance of sunlight scattered once up to t m: what lies lit from a to b adds C(b) - C(a).
 fn daylight_single(ray: DaylightRay, t: f32) -> vec3f {
-    let at = vec3f(way_coordinate(t, daylight.near, daylight.span), ray.at);
-    let rayleigh = textureSampleLevel(daylight_rayleigh, daylight_linear, at, 0.0).rgb;
-    let aerosol = textureSampleLevel(daylight_aerosol, daylight_linear, at, 0.0).rgb;
-    return daylight.irradiance * (ray.phases.x * rayleigh + ray.phases.y * aerosol);
+    let place = daylight_place(ray, t);
+    return daylight.irradiance * (daylight_by_rayleigh(ray, place) + daylight_by_aerosol(ray, place));
+}
+
+/// Read the radiance of all light up to t m.
+fn daylight_whole(ray: DaylightRay, t: f32) -> vec3f {
+    let place = daylight_place(ray, t);
+    return daylight.irradiance * (daylight_with_before(place) + daylight_by_aerosol(ray, place));
 }
 
 /// Read the radiance of light scattered more than once up to t m.
 fn daylight_multiple(ray: DaylightRay, t: f32) -> vec3f {
-    return daylight.irradiance * textureSampleLevel(daylight_before, daylight_linear, vec3f(way_coordinate(t, daylight.near, daylight.span), ray.at), 0.0).rgb;
+    let place = daylight_place(ray, t);
+    return daylight.irradiance * (daylight_with_before(place) - daylight_by_rayleigh(ray, place));
 }
 
 /// Read the transmittance of t m.
 fn daylight_transmittance(ray: DaylightRay, t: f32) -> vec3f {
-    return textureSampleLevel(daylight_through, daylight_linear, vec2f(way_coordinate(t, daylight.near, daylight.span), ray.at.y), 0.0).rgb;
+    return textureSampleLevel(daylight_through, daylight_linear, daylight_place(ray, t).xz, 0.0).rgb;
 }
 
 /// Read all that a ray of a direction gathers up to t m; NO_END for one that ends at the ground, or not.
