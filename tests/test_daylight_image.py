@@ -12,7 +12,7 @@ import pytest
 from airlight.cli import main
 from airlight.daylight import Atmosphere, hoffman_preetham
 from airlight.daylight.camera import Camera, angle_between, direction_of, solve_pitch
-from airlight.daylight.picture import irradiance_of_white, sky_strength
+from airlight.daylight.picture import displayed, irradiance_of_white, sky_strength, within_white
 from airlight.errors import AirlightError
 from airlight.files import exif, read_image, write_image
 from airlight.files.planes_of import plane_of_file
@@ -295,6 +295,26 @@ def test_what_a_photograph_says() -> None:
     assert exif.taken_from(spec, "a.jpg") == pytest.approx((-33.8688, 151.2093, None), abs=1e-9)
     said |= {"GPS:Altitude": 12.5, "GPS:AltitudeRef": 1, "Exif:FocalLengthIn35mmFilm": 28}
     assert exif.taken_from(spec, "a.jpg")[2] == -12.5 and exif.focal_length(spec, "a.jpg") == 28
+
+
+def test_light_beyond_white_pales_and_keeps_its_luminance() -> None:
+    light = np.array([[0.2, 0.9, 1.0], [1.3, 0.9, 0.1], [5.0, 3.0, 0.2], [0.5, 0.4, -0.05], [-0.1, -0.1, -0.1]])
+    made = within_white(light, LUMINANCE)
+    assert made.min() >= 0 and made.max() <= 1 and np.array_equal(made[0], light[0]) and (made[2] == 1).all() and (made[4] == 0).all()
+    assert made @ LUMINANCE == pytest.approx(np.clip(light @ LUMINANCE, 0, 1)) and made[1, 0] == pytest.approx(1) and made[3, 2] == 0
+
+
+def test_light_that_is_added_bends_towards_white() -> None:
+    behind = np.full((50, 3), 0.2)
+    added = np.geomspace(1e-3, 50, 50)[:, None] * np.array([1.4, 1.0, 0.3])
+    made = displayed(behind, added, LUMINANCE)
+    grey, share = made @ LUMINANCE, added @ LUMINANCE / 0.8
+    assert (np.diff(grey) >= 0).all() and grey[-1] == pytest.approx(1) and made.max() <= 1
+    exact = (share < 0.6) & ((behind + added).max(axis=1) <= 1)
+    assert exact.sum() > 20 and np.allclose(made[exact], (behind + added)[exact])
+    assert np.array_equal(displayed(behind, 0 * added, LUMINANCE), behind)
+    white = displayed(np.ones((1, 3)), np.ones((1, 3)), LUMINANCE)
+    assert white == pytest.approx(np.ones((1, 3)))
 
 
 def test_strengths() -> None:

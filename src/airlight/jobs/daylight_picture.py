@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.errors import AirlightError, MachineError
+from airlight.jobs import outputs
 from airlight.jobs.clips import Settled
 from airlight.jobs.daylight_doubts import Doubts
 from airlight.jobs.daylight_sun import PRINTED, atmosphere, check_sun
@@ -158,7 +159,7 @@ class DaylightWork(ImageWork):
 
     def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:
         """Render one picture, (pictures.Rendered, D)."""
-        from airlight.daylight.picture import irradiance_of_white
+        from airlight.daylight.picture import displayed, irradiance_of_white
         from airlight.pictures import Rendered
         from airlight.scatter.daylight.on_picture import OnPicture
         from airlight.scenes.offline import FAR_METRES
@@ -188,8 +189,12 @@ class DaylightWork(ImageWork):
         axial = found.metres / view.camera.lengths(left, top, picture.width, picture.height)
         z = np.where(np.isfinite(axial), axial, FAR_METRES).astype(np.float32)
         changed = (through != 1).any(axis=2) | (added != 0).any(axis=2)
-        pixels = picture.from_rec709(light * through + added)
-        return Rendered(pixels, picture.from_rec709(added), changed, transmittance=through, z=z), dark
+        pixels, layer = picture.from_rec709(light * through), picture.from_rec709(added)
+        if outputs.is_float(task.output, picture):
+            pixels = pixels + layer
+        else:
+            pixels = displayed(pixels, layer, picture.luminance)
+        return Rendered(pixels, layer, changed, transmittance=through, z=z), dark
 
 
 def checked_mask(mask: np.ndarray, picture: "Picture") -> np.ndarray:
