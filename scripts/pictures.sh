@@ -62,7 +62,12 @@ glass() { # docs/world.md
     put jpeg $to/stained.jpg 1 "$work/stained.png"
 }
 
-lights() { # docs/lights.md
+lights() { # README.md, docs/lights.md
+    local name
+    for name in matinee chapel; do
+        render $name -o "$work/$name.png"
+        put jpeg $to/$name.jpg 1 "$work/$name.png"
+    done
     render slats --method march --quality final --eye=1.9,1.3,4.1 --target=-0.4,1.5,-1 --fov 46 --width 800 -o "$work/projector.png" \
         --projector "2.75,2.6,3.6;target=-0.9,1.3,-2.5;fov=24,40;intensity=800,800,800;cookie=examples/cookies/window.png"
     put jpeg $to/projector.jpg 1 "$work/projector.png"

@@ -12,6 +12,7 @@ import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pictures
@@ -26,6 +27,7 @@ from airlight.compare.result import SceneComparison, SceneRow
 from airlight.compare.sheet import codes_of
 from airlight.compare.variants import Variant, variant
 from airlight.gpu.device import shared_device
+from airlight.lights.projector import FALLOFFS, ProjectorLight
 from airlight.lights.punctual import PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium
@@ -45,7 +47,7 @@ VARIANTS = {
     "`article`": "method=article",
     "`article-prose`": "method=article-prose",
 }
-FEW_STEPS = {  # of media that vary, and of what is seen through
+FEW_STEPS = {  # of media that vary, of what is seen through, and of lights with a shape
     "exact walk": VARIANTS["exact walk"],
     "500 steps": VARIANTS["500 steps"],
     "64 steps": "method=march,quality=final,steps=64",
@@ -53,6 +55,7 @@ FEW_STEPS = {  # of media that vary, and of what is seen through
     "64 steps, half the size": VARIANTS["64 steps, half the size"],
     "16 steps, half the size": "method=march,quality=final,steps=16,resolution=0.5",
 }
+OF_FEW_STEPS = validating.VARYING + validating.SEEN_THROUGH + validating.SHAPED
 WAYS = {
     "`epipolar`": VARIANTS["`epipolar`"],
     "`march`, exact": VARIANTS["exact walk"],
@@ -78,9 +81,28 @@ def light(lamp: PunctualLight) -> str:
     if lamp.directional:
         x, y, z = lamp.direction
         azimuth, elevation = math.degrees(math.atan2(x, -z)) % 360, math.degrees(math.asin(y))
-        return f"sun, {numbers(lamp.intensity)} lux, azimuth {azimuth:.0f}°, elevation {elevation:.0f}°"
+        return f"sun, {numbers(lamp.intensity)} lux, azimuth {azimuth:.0f}°, elevation {elevation:.0f}°{shape(lamp)}"
     cone = f", half angles {math.degrees(lamp.inner):.0f}° and {math.degrees(lamp.outer):.0f}°" if isinstance(lamp, SpotLight) else ""
-    return f"{lamp.word}, {numbers(lamp.intensity)} cd, at {place(lamp.position)}{cone}"
+    return f"{lamp.word}, {numbers(lamp.intensity)} cd, at {place(lamp.position)}{cone}{shape(lamp)}"
+
+
+def shape(lamp: PunctualLight) -> str:
+    """What a light has of a shape; nothing of plain ones."""
+    found = []
+    if isinstance(lamp, ProjectorLight):
+        far = f" to {lamp.far:g}" if lamp.far else ""
+        found.append(f"{' x '.join(f'{math.degrees(a):g}°' for a in lamp.fov)} from {lamp.near:g}{far} m")
+        if (lamp.falloff, lamp.ambient) != (FALLOFFS[0], 0.0):
+            found.append(f"falloff {lamp.falloff}" + (f" + {lamp.ambient:g}" if lamp.ambient else ""))
+        if lamp.clip:
+            found.append(f"{len(lamp.clip)} clip planes" if len(lamp.clip) > 1 else "one clip plane")
+    if lamp.cookie is not None:
+        rows, columns = lamp.cookie.pixels.shape[:2]
+        found.append(f"a cookie of {columns} x {rows} pixels" + (f", {lamp.cookie.size:g} m wide" if lamp.directional else ""))
+    if lamp.photometry is not None:
+        file: Any = lamp.photometry
+        found.append(f"photometry of type {file.kind}, {len(file.vertical)} x {len(file.horizontal)} angles")
+    return "".join(f", {one}" for one in found)
 
 
 def medium(air: ResolvedMedium) -> str:
@@ -143,7 +165,7 @@ def by_mitsuba(name: str) -> str:
 def page(name: str, width: int, runs: int) -> None:
     stage = open_scene(name)
     width = round(width * VARYING_SHARE) if name in validating.VARYING else width
-    texts = FEW_STEPS if name in validating.VARYING + validating.SEEN_THROUGH else VARIANTS
+    texts = FEW_STEPS if name in OF_FEW_STEPS else VARIANTS
     view = scenes.ComparedView(stage, Shot(width, width * 9 // 16, samples=1))
     chosen = {label: variant(text, stage.settings, True) for label, text in texts.items()}
     chosen = {label: v for label, v in chosen.items() if view.lacks(v) is None}
@@ -185,10 +207,10 @@ def overview() -> None:
 
 
 def summary() -> None:
-    """The figures of media that vary, and of glass, from their pages, into docs/validation.md."""
+    """The figures of media that vary, of glass and of lights with a shape, from their pages, into docs/validation.md."""
     labels = "exact walk", "64 steps", "16 steps"
     rows = ["| | |" + "".join(f" {label}: rmse | bias |" for label in labels), "|" + "---|" * (2 + 2 * len(labels))]
-    for name in validating.VARYING + validating.SEEN_THROUGH:
+    for name in (name for name in VALIDATION if name in OF_FEW_STEPS):
         title, *lines = (DOCS / "validation" / f"{name}.md").read_text(encoding="utf-8").splitlines()
         found = {line.split(" | ")[0][2:]: line.split(" | ")[1:3] for line in lines if line.startswith("| ")}
         figures = [figure for label in labels for figure in found.get(label, ["", ""])]

@@ -20,6 +20,9 @@ WHAT = {
     "headlamp": "a lamp beside the eye, g = 0.9",
     "dense": "an optical depth of several",
     "mirrored": "nested nodes with mirrored scale",
+    "slide": "a projector with a slide, through slats",
+    "gobo": "two spots with gobos",
+    "flood": "photometry of type B in a spot",
 }
 STEPS = 2000, 500
 HEAD = """\

@@ -40,8 +40,8 @@ def offered(line: str) -> list[str]:
         ("render table --method m", ["multipass", "march"]),
         ("render table --steps ", ["exact"]),
         ("render a.glb --environment s", [FILE, "sunrise", "sky"]),
-        ("view fl", [FILE, "flying"]),
-        ("compare sl", [FILE, "slats"]),
+        ("view fl", [FILE, "flying", "flood"]),
+        ("compare sl", [FILE, "slats", "slide"]),
         ("compare slats --against ", ["tracer", "walk", "mitsuba"]),
     ],
 )

@@ -1,19 +1,24 @@
 """Cookies by the names of lights, and projectors, as commands take them."""
 
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, AirlightWarning
+from airlight.jobs.cookies import read_cookie
 from airlight.jobs.shape_text import put_cookies, read_shape_text, shaped
 
 gfx = pytest.importorskip("pygfx")
 from PIL import Image  # noqa: E402
 
+from airlight.lights.shape import Cookie  # noqa: E402
 from airlight.pygfx import SceneLight  # noqa: E402
 from airlight.pygfx.projector import Projector  # noqa: E402
+from airlight.pygfx.punctual import punctual_lights  # noqa: E402
 from airlight.scenes import open_scene  # noqa: E402
 
 
@@ -55,6 +60,74 @@ def test_projectors_come_beside_the_lights_of_a_scene(slide: str) -> None:
     made = lighting(stage, requested)
     assert isinstance(requested[0], Projector) and requested[0].cookie is not None
     assert [light.target for light in made.lights] == [stage.lights[0].target, requested[0]]
+
+
+def test_a_projector_of_a_scene_is_changed_by_its_name(slide: str) -> None:
+    stage = open_scene("slats")
+    lamp = Projector(intensity=5, fov=(20, 10), near=0.3)
+    lamp.local.position, lamp.target.local.position = (1, 2, 3), (1, 2, 0)
+    named(stage, lamp, "film")
+    assert shaped(stage, {"projector": [f"film;position=0,2,3;fov=30,25;far=7;falloff=inverse;intensity=2,4,0;cookie={slide}"]}) == []
+    assert tuple(lamp.world.position) == (0, 2, 3) and tuple(lamp.target.world.position) == (1, 2, 0)
+    assert (lamp.fov, lamp.near, lamp.far, lamp.falloff, lamp.intensity) == ((30, 25), 0.3, 7, "inverse", 4) and lamp.cookie is not None
+    assert np.allclose(lamp.color.to_physical()[:3], (0.5, 1, 0), atol=1e-6) and np.tan(lamp.angle) > np.tan(np.radians(15))
+    for text, told in (
+        ("flm;near=1", "slats has no projector of that name; there is film.*did you mean 'film'"),
+        ("film;near=8", "far=7.*is not beyond near=8"),
+        ("film;target=0,2,3", "is its own position"),
+        ("film;up=-1,0,3", "lies along its light"),
+    ):
+        with pytest.raises(AirlightError, match=told):
+            shaped(stage, {"projector": [text]})
+    assert lamp.near == 0.3
+    with pytest.raises(AirlightError, match="two positions"):
+        shaped(stage, {"projector": ["1,2,3;position=1,2,3"]})
+
+
+@pytest.mark.parametrize(
+    ("known", "told"),
+    [
+        ({"fov": (0, 30)}, "above 0 and below 180"),
+        ({"fov": (40, 180)}, "above 0 and below 180"),
+        ({"fov": 40}, "two angles"),
+        ({"near": 3, "far": 2}, "near must be above 0 and its far beyond it"),
+        ({"near": 2, "far": 2}, "near must be above 0 and its far beyond it"),
+        ({"up": (0, 0, 0)}, "up must be three finite numbers, not all 0"),
+        ({"up": (0, 1)}, "up must be three finite numbers"),
+        ({"ambient": -1}, "ambient must be 0 or more"),
+        ({"cookie": "slide.png"}, "cookie must be a Cookie, as read_cookie gives it"),
+    ],
+)
+def test_what_no_projector_can_be_is_told(known: dict[str, Any], told: str) -> None:
+    with pytest.raises(AirlightError, match=told):
+        Projector(**known)
+
+
+def test_up_along_its_light_is_told_where_somebody_gave_it() -> None:
+    lamp = Projector()
+    lamp.target.local.position = (0, -1, 0)
+    (light,) = punctual_lights([SceneLight(lamp)])
+    assert light.axes()[1] == pytest.approx((0, 0, -1))  # up unset
+    lamp.upwards = (0, -2, 0)
+    with pytest.raises(AirlightError, match="lies along its light"):
+        punctual_lights([SceneLight(lamp)])
+
+
+def test_cookies_without_pixels_and_of_many(tmp_path: Path) -> None:
+    for shape in ((0, 4, 3), (4, 0, 3), (4, 4), (4, 4, 4)):
+        with pytest.raises(AirlightError, match="with a pixel at least"):
+            Cookie(np.ones(shape))
+    with pytest.raises(AirlightError, match="size must be above 0"):
+        Cookie(np.ones((2, 2, 3)), size=0.0)
+    Image.new("1", (10_000, 1)).save(tmp_path / "long.png")
+    with pytest.warns(AirlightWarning, match="10,000 pixels along a side; as a cookie it is averaged to 3,333"):
+        assert read_cookie(str(tmp_path / "long.png")).pixels.shape == (1, 3333, 3)
+    huge = struct.pack(">IIBBBBB", 100_000, 100_000, 1, 0, 0, 0, 0)
+    parts = ((b"IHDR", huge), (b"IDAT", zlib.compress(bytes(100))), (b"IEND", b""))
+    chunks = (struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in parts)
+    (tmp_path / "huge.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    with pytest.raises(AirlightError, match="100000x100000 pixels with 1 channels is more than the limit"):
+        read_cookie(str(tmp_path / "huge.png"))
 
 
 def test_what_shapes_a_light_is_read_without_its_file() -> None:

@@ -2,6 +2,8 @@
 
 import dataclasses
 import sys
+from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,13 +11,25 @@ import pytest
 from test_tracer import EYE, LAMPS, air, look, square
 
 from airlight.errors import AirlightError
+from airlight.files.photometry import read_photometry
 from airlight.lights.point import PointLight
+from airlight.lights.projector import ProjectorLight
 from airlight.lights.punctual import PunctualLight
+from airlight.lights.shape import Cookie, axes_along
+from airlight.lights.spot import SpotLight
 from airlight.reference import medium, mitsuba, tracer
+
+FOLDER = Path(str(resources.files("airlight"))) / "data" / "scenes" / "validation"
 
 SIZE = (8, 5)
 WALL = square(-3.0)
 SPOT, POINT = LAMPS["spot"], dataclasses.replace(LAMPS["point"], range=0.0)
+assert isinstance(SPOT, SpotLight)
+PICTURE = Cookie(np.random.default_rng(19).uniform(size=(3, 4, 3)) ** 3)
+GOBO = dataclasses.replace(SPOT, cookie=PICTURE, turned=axes_along(SPOT.direction, (0.8, 0.3, 0.2)))
+FLOOD = dataclasses.replace(SPOT, photometry=read_photometry(str(FOLDER / "flood.ies")), inner=0.6, outer=0.9)
+SLIDE = ProjectorLight(SPOT.intensity, SPOT.position, SPOT.direction, up=tuple(axes_along(SPOT.direction, (0.3, 1, 0))[1]), fov=(0.9, 0.6))
+SLIDE = dataclasses.replace(SLIDE, cookie=PICTURE, near=1e-3)
 FAR = PointLight((900.0, 800.0, 700.0), (12.0, 3.0, 3.0))  # outside the medium that the eye looks through
 
 
@@ -35,7 +49,11 @@ def test_a_sun_on_a_slab_has_its_closed_form(phase: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lamp", "reach"), [(SPOT, 20.0), (POINT, 20.0), (FAR, 8.0)], ids=["spot", "point", "far"])
+@pytest.mark.parametrize(
+    ("lamp", "reach"),
+    [(SPOT, 20.0), (POINT, 20.0), (FAR, 8.0), (GOBO, 20.0), (FLOOD, 20.0), (SLIDE, 20.0)],
+    ids=["spot", "point", "far", "gobo", "flood", "slide"],
+)
 def test_a_lamp_is_the_tracers(lamp: PunctualLight, reach: float) -> None:
     thin = air(sigma_t=(0.05, 0.1, 0.1), max_distance=reach, anisotropy=0.3)
     (found, _, _), halves = mitsuba.layer(*look(), SIZE, square(-30.0), [lamp], thin, spp=20000)
@@ -63,6 +81,10 @@ def test_what_stands_in_the_light_hides_it() -> None:
         (SPOT, {"ambient": (0.0, 0.1, 0.0)}, "no ambient light"),
         (LAMPS["point"], {}, "no range"),
         (dataclasses.replace(SPOT, outer=1.5), {}, "too wide"),
+        (dataclasses.replace(LAMPS["sun"], cookie=PICTURE), {}, "no sun with a shape"),
+        (dataclasses.replace(POINT, photometry=FLOOD.photometry), {}, "no point with a shape"),
+        (dataclasses.replace(SLIDE, falloff="inverse"), {}, "one falloff"),
+        (dataclasses.replace(SLIDE, clip=((0, 1, 0, 0),)), {}, "no clip planes"),
     ],
 )
 def test_what_mitsuba_has_not_is_refused(lamp: PunctualLight, more: dict[str, Any], says: str) -> None:

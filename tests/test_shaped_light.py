@@ -11,12 +11,14 @@ from airlight.compare import rule
 from airlight.errors import AirlightError, AirlightWarning
 from airlight.jobs.cookies import MOST, read_cookie
 from airlight.jobs.projector_text import make_projector, read_projector
-from airlight.lights.shape import Cookie
+from airlight.lights.shape import Cookie, axes_along
 from airlight.options import March, Medium, Parameters, SceneOptions, build
 from airlight.projection import eye_rays
 from airlight.reference import tracer
 
 gfx = pytest.importorskip("pygfx")
+import turned_stage  # noqa: E402
+
 from airlight.pygfx import SceneLight  # noqa: E402
 from airlight.pygfx.projector import Projector  # noqa: E402
 from airlight.pygfx.punctual import punctual_lights  # noqa: E402
@@ -115,6 +117,41 @@ def test_surfaces_have_the_shape_of_the_light_that_falls_on_them() -> None:
     np.testing.assert_allclose(seen[inside], scale * truth[inside], atol=0.04 * scale * truth.max())
     dark = (irradiance == 0) & (np.roll(irradiance, 1, 0) == 0) & (np.roll(irradiance, -1, 0) == 0) & (np.roll(irradiance, 1, 1) == 0)
     assert np.abs(seen[dark & (np.roll(irradiance, -1, 1) == 0)]).max() < 1e-3 * seen.max()
+
+
+@pytest.mark.parametrize(
+    ("kind", "steps"),
+    [("projector", "exact"), ("projector", 16), ("spot", 16)]
+    + [pytest.param(*one, marks=pytest.mark.slow) for one in (("spot", "exact"), ("point", "exact"), ("point", 16))],
+)
+def test_turning_all_together_changes_nothing(kind: str, steps: Any) -> None:
+    """Projector, spot or lamp, scene and camera, about an axis of no importance, and moved."""
+    shape = turned_stage.SHAPES[kind]
+    here, there = (
+        layer(turned_stage.turned_stage(kind, *where, shape=shape), steps=steps, shadow_size=512)[0]
+        for where in (turned_stage.STILL, turned_stage.MOVED)
+    )
+    off = np.abs(there - here).max(axis=2) / here.mean()
+    # Photometry is looked up in a texture, whose filter has 8 bits; an edge of the bar's shadow may pass the border of a texel
+    assert here.mean() > 0.002 and np.quantile(off, 0.99) < (1e-3 if kind == "point" else 2e-5)
+    assert off.max() < (0.05 if kind == "projector" else 5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", ["exact", 16])
+def test_a_photometry_that_is_even_is_a_point(steps: Any) -> None:
+    even, none = (layer(turned_stage.turned_stage("point", shape=shape), steps=steps)[0] for shape in (turned_stage.EVEN, None))
+    np.testing.assert_array_equal(even, none)
+
+
+def test_a_shape_is_turned_in_the_axes_that_its_light_will_have() -> None:
+    """pygfx turns a spot to its target as it draws: before that and after it the shape is the same."""
+    stage = turned_stage.turned_stage("spot", shape=COOKIE)
+    (before,) = punctual_lights(stage.lights)
+    stage.lights[0].target.look_at(turned_stage.TARGET)
+    (after,) = punctual_lights(stage.lights)
+    np.testing.assert_allclose(before.axes(), axes_along(turned_stage.TARGET - turned_stage.AT, turned_stage.UP), atol=1e-6)
+    np.testing.assert_allclose(after.axes(), before.axes(), atol=1e-6)
 
 
 # ---------------------------------------------------------------- as written

@@ -17,12 +17,14 @@ from airlight.scenes.triangles import world_panes, world_triangles
 
 SIZE = 480, 270
 # whose media vary in space
-VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs"
-SEEN_THROUGH = "panes", "stained"  # with glass, which Mitsuba is not given
+VARYING = "mist-sun", "mist-lamp", "ramp-sun", "ramp-spots", "smoke-sun", "smoke-spot", "in-smoke", "drift", "puffs", "smoke-slide"
+SEEN_THROUGH = "panes", "stained", "pendant"  # with glass
+SHAPED = "slide", "gobo", "leaves", "clipped", "street", "flood"  # lights with a shape, alone in air that is even
+NOT_OF_MITSUBA = (*VARYING, *SEEN_THROUGH, "leaves", "clipped", "street")  # which it is not given, or has not
 VARYING_SIZE = 160, 90  # of their pictures, whose truth takes some ten times as long
 GRID = 5  # Mitsuba has the pixels in the middle of squares of so many, whose rays are those of a picture that much smaller
 SPP = {True: 1024, False: 6000}  # Mitsuba's rays of a pixel for a sun, and for a lamp, whose own way through the medium is a game of chance
-MORE = {"dense": 4}  # times as many: few of that game are won
+MORE = {"dense": 4, "slide": 4}  # times as many: few of that game are won
 
 
 @dataclass(frozen=True)

@@ -109,6 +109,7 @@ def test_the_command_is_copied_by_its_key_and_pasted_into_fields(hands: Driver) 
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_each_scene_is_shown_by_its_name(folder: Path) -> None:
     hands = Driver("table", folder)
     assert hands.state.sources == (*scenes.NAMES, *scenes.VALIDATION)

@@ -151,7 +151,7 @@ class _Fps(click.ParamType):
 @flag_option("--profile", None, None, "Show where the time goes.")
 @click.pass_context
 def render(ctx: click.Context, **_: Any) -> int:
-    """Render SCENE with its light shafts: a picture, numbered pictures, or a film. SCENE is table, flying, valley, the name of a
+    """Render SCENE with its light shafts: a picture, numbered pictures, or a film. SCENE is table, valley, matinee ..., the name of a
     scene of validation (docs/world.md), or a .glb, .gltf, .obj, .ply or .stl file.
 
     The quality is that of the shafts, and of the picture: draft, normal and final take 1, 4 and 9 samples a pixel.

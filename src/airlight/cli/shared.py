@@ -175,7 +175,8 @@ SHAPES = {
     "projector": (
         "x,y,z;...",
         'Light in a frustum, beside the scene\'s lights: "0,2,4;target=0,1,0;fov=40,30;intensity=300,300,300;cookie=slide.png". '
-        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. May be repeated.",
+        "Also up=x,y,z, near and far in metres, falloff=inverse-square, inverse or constant, ambient=A, clip=a,b,c,d. "
+        '"NAME;position=x,y,z;..." changes one of the scene. May be repeated. docs/lights.md',
     ),
 }  # options that shape lights of a scene, or bring some that have a shape: what they take, and their help
 

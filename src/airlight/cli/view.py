@@ -71,7 +71,7 @@ def view(
     particles: Sequence[str],
     **others: Any,
 ) -> None:
-    """Show a picture or a 3-D scene (table, flying, valley, one of validation, a .glb, .gltf, .obj, .ply, .stl file) live, with a panel."""
+    """Show a picture or a 3-D scene (table, matinee ..., one of validation, a .glb, .gltf, .obj, .ply, .stl file) live, with a panel."""
     values = gather(ctx, preset, medium)
     shapes = {name: others[name] for name in SHAPES}
     if volume or particles or any(shapes.values()):

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import stat
 import threading
 from collections.abc import Iterator
@@ -174,10 +175,12 @@ def _check_header(spec: Any, path: str) -> None:
     if spec.width < 1 or spec.height < 1 or spec.depth > 1 or not 1 <= spec.nchannels <= MAX_CHANNELS:
         raise AirlightError(f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels cannot be used; export it flat")
     if spec.width * spec.height > MAX_PIXELS or spec.width * spec.height * spec.nchannels * 4 > MAX_BYTES:
-        raise AirlightError(
-            f"{path}: {spec.width}x{spec.height} pixels with {spec.nchannels} channels is more than the limit of"
-            f" {MAX_PIXELS // 10**6} megapixels (4 GiB decoded); make it smaller first"
-        )
+        raise _too_large(path, spec.width, spec.height, spec.nchannels)
+
+
+def _too_large(path: str, width: int | str, height: int | str, channels: int | str) -> AirlightError:
+    size, limit = f"{width}x{height} pixels with {channels} channels", f"{MAX_PIXELS // 10**6} megapixels (4 GiB decoded)"
+    return AirlightError(f"{path}: {size} is more than the limit of {limit}; make it smaller first")
 
 
 def _code_type(spec: Any) -> str:
@@ -295,6 +298,8 @@ def decode(path: str, on_damage: str) -> tuple[np.ndarray, Any, str, bytes]:
             return codes, spec, format, head
         if inp is None:
             text = (_refusal(path) or text).replace(path, "the file")
+            if claimed := re.search(r"claimed to be (\d+)x(\d+), (\d+)-channel", text):
+                raise _too_large(path, *claimed.groups())
             if "Subsampled" in text:
                 raise AirlightError(f"{path}: has subsampled channels, as chroma beside luminance; save it with R, G, B of full size")
             raise AirlightError(f"{path}: is damaged or of an unusual kind ({_one_line(text, name)}); copy or export it again")

@@ -225,7 +225,7 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
         bounds = f"size is {SIZES[0]:g} to {SIZES[1]:g} m, and goes with cookie"
         raise AirlightError(f"{bounds}, in the light {text!r}: write cookie=FILE;size=2")
     ImageLight((0, 0), **{name: known[name] for name in known.keys() - {"intensity", *OF_MEDIUM, *OF_LAMP, *OF_SUN}})  # raises for these
-    if form == PLACE and _is_name(place):
+    if form == PLACE and is_name(place):
         return (), known
     at = numbers(place, form)
     if form == SUN and abs(at[1]) > 90:
@@ -233,7 +233,7 @@ def light_numbers(text: str, form: str) -> tuple[tuple[float, ...], dict[str, An
     return at, known
 
 
-def _is_name(place: str) -> bool:
+def is_name(place: str) -> bool:
     """Tell the name of an object from numbers, badly written ones too."""
     return "," not in place and any(c.isalpha() for c in place.lower().replace("e", "", 1))
 

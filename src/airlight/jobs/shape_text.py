@@ -9,7 +9,7 @@ from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
 from airlight.jobs.cookies import open_cookie
 from airlight.jobs.density_text import Grammar
-from airlight.jobs.projector_text import make_projector
+from airlight.jobs.projector_text import change_projector, make_projector, name_of
 from airlight.messages import nearest
 from airlight.scatter.methods import METHODS, ONE_SUN
 
@@ -55,13 +55,34 @@ def shaped(
     stage: "Stage", shapes: dict[str, Sequence[str]], requested: "Sequence[SceneLight | NamedLight]" = (), fps: float = 24.0
 ) -> list[Any]:
     """Give lights of a stage, and those of `requested` that go by a name, the shapes of --ies and --cookie; return the requested ones with
-    theirs, and the projectors of --projector. fps: of the numbers of numbered cookies. Raises AirlightError."""
+    theirs, and the projectors of --projector; those that go by a name are the stage's, and changed. fps: of the numbers of numbered
+    cookies. Raises AirlightError."""
     stage.fps = fps
     lights = put_photometry(stage, shapes.get("ies", ()), requested)
     lights = put_cookies(stage, shapes.get("cookie", ()), lights)
-    lights += [make_projector(text) for text in shapes.get("projector", ())]
-    stage.cookies = [one.cookie for one in (*stage.lights, *lights) if hasattr(one.cookie, "frame")]
+    texts = shapes.get("projector", ())
+    for text in texts:
+        if name := name_of(text):
+            _change(stage, name, text)
+    lights += [make_projector(text) for text in texts if not name_of(text)]
+    shaped = [*stage.lights, *lights, *(light.target for light in stage.lights)]
+    stage.cookies = [one.cookie for one in shaped if hasattr(getattr(one, "cookie", None), "frame")]
     return lights
+
+
+def _change(stage: "Stage", name: str, text: str) -> None:
+    """Change the projectors of a stage that go by a name."""
+    from airlight.pygfx.projector import Projector
+    from airlight.scenes.lamps import cast_shadow
+
+    known = [(light, light.target) for light in stage.lights if isinstance(light.target, Projector)]
+    if not (found := [projector for light, projector in known if name in names(light)]):
+        there = list(dict.fromkeys(name for light, _ in known for name in names(light)))
+        has = f"there is {', '.join(there[:NAMES_TOLD])}" if there else "it has none; write x,y,z for the name to add one"
+        raise AirlightError(f"--projector {name}: {stage.name} has no projector of that name; {has}{nearest(name, there)}")
+    for projector in found:
+        change_projector(projector, text)
+        cast_shadow(projector, stage.center, stage.radius)
 
 
 def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[SceneLight | NamedLight]" = ()) -> list[Any]:
@@ -89,10 +110,10 @@ def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[Scene
 
 def _of_name(stage: "Stage", lights: Sequence[Any], name: str, option: str) -> tuple[list[Any], list[int]]:
     """Find the lights of a stage that go by a name, and the numbers of the requested ones that do. Raises AirlightError where none does."""
-    own = [light for light in stage.lights if name in _names(light)]
+    own = [light for light in stage.lights if name in names(light)]
     asked = [i for i, one in enumerate(lights) if getattr(one, "name", None) == name]
     if not own and not asked:
-        there = [name for light in stage.lights for name in _names(light)] + [getattr(one, "name", "") for one in lights]
+        there = [name for light in stage.lights for name in names(light)] + [getattr(one, "name", "") for one in lights]
         raise _unknown(stage, name, list(dict.fromkeys(filter(None, there))), option)
     return own, asked
 
@@ -130,7 +151,7 @@ def _shape(light: "SceneLight", photometry: Any, absolute: bool, name: str) -> N
         light.intensity = photometry.own_candela(DOWN)
 
 
-def _names(light: "SceneLight") -> list[str]:
+def names(light: "SceneLight") -> list[str]:
     """List the names by which a light goes: of its target, of the lamps in it, else of what these hang on."""
     import pygfx as gfx
 

@@ -9,6 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from airlight.errors import AirlightError
+
 Array = npt.NDArray[np.floating[Any]]
 
 
@@ -23,6 +25,13 @@ class Cookie:
     pixels: Array
     size: float = field(default=1.0, kw_only=True)
     revision = 0
+
+    def __post_init__(self) -> None:
+        shape = np.shape(self.pixels)
+        if len(shape) != 3 or shape[2] != 3 or not min(shape):
+            raise AirlightError(f"a cookie's pixels must be (H, W, 3) with a pixel at least, not {shape}; read_cookie reads a file's")
+        if not self.size > 0:
+            raise AirlightError(f"a cookie's size must be above 0 m, not {self.size!r}")
 
     def at(self, uv: Any, repeats: bool = False) -> Array:
         """Interpolates (..., 3) between the centres of pixels at places uv (..., 2), 0..1 from the left and from the top; beyond the

@@ -36,20 +36,50 @@ class Projector(gfx.SpotLight):  # type: ignore[misc]
         **more: Any,
     ) -> None:
         super().__init__(color, intensity, decay=2, **more)
-        across, along = (float(v) for v in fov)
+        self.upwards, self.fov, self.near, self.far = up, fov, near, far
+        self.falloff, self.ambient, self.cookie, self.clip = falloff, ambient, cookie, tuple(clip)
+        self.written = ""  # the option that it was made of
+        self.check()
+        self.upwards = tuple(float(v) for v in up)
+
+    @property
+    def fov(self) -> tuple[float, float]:
+        """Full angles across and up, degrees; the cone that pygfx takes it for follows."""
+        return self._fov
+
+    @fov.setter
+    def fov(self, value: Sequence[float]) -> None:
+        try:
+            across, along = (float(v) for v in value)
+        except (TypeError, ValueError):
+            raise AirlightError(f"a projector's fov must be two angles, across and up, degrees, not {value!r}") from None
         if not (0 < across < 180 and 0 < along < 180):
             raise AirlightError(f"a projector's fov must be above 0 and below 180 degrees, across and up, not {across:g}, {along:g}")
-        if not 0 < near < math.inf or (far is not None and not near < far < math.inf):
+        self._fov = across, along
+        self.angle = math.atan(math.hypot(*(math.tan(math.radians(v) / 2) for v in (across, along))))
+
+    def check(self) -> None:
+        """Raise AirlightError for what a projector cannot be, of its fields, which may be set at any time, and its axis."""
+        near, far, up = self.near, self.far, self.upwards
+        if not _numbers((near,)) or not near > 0 or (far is not None and not (_numbers((far,)) and near < far)):
             raise AirlightError(f"a projector's near must be above 0 and its far beyond it, m, not {near!r} and {far!r}")
-        if falloff not in FALLOFFS:
-            raise AirlightError(f"a projector's falloff must be {', '.join(FALLOFFS)}, not {falloff!r}")
-        if not 0 <= ambient < math.inf:
-            raise AirlightError(f"a projector's ambient must be 0 or more, not {ambient!r}")
-        if len(clip) > MOST_CLIPS:
-            raise AirlightError(f"a projector's clip takes {MOST_CLIPS} planes at most, not {len(clip)}")
-        if not all(len(plane) == 4 and any(plane[:3]) and all(math.isfinite(v) for v in plane) for plane in clip):
+        if not _numbers(up, 3) or not any(up):
+            raise AirlightError(f"a projector's up must be three finite numbers, not all 0, not {up!r}")
+        if self.falloff not in FALLOFFS:
+            raise AirlightError(f"a projector's falloff must be {', '.join(FALLOFFS)}, not {self.falloff!r}")
+        if not (_numbers((self.ambient,)) and self.ambient >= 0):
+            raise AirlightError(f"a projector's ambient must be 0 or more, not {self.ambient!r}")
+        if self.cookie is not None and not isinstance(self.cookie, Cookie):
+            raise AirlightError(f"a projector's cookie must be a Cookie, as read_cookie gives it, not {type(self.cookie).__name__}")
+        if len(self.clip) > MOST_CLIPS:
+            raise AirlightError(f"a projector's clip takes {MOST_CLIPS} planes at most, not {len(self.clip)}")
+        if not all(_numbers(plane, 4) and any(plane[:3]) for plane in self.clip):
             raise AirlightError("a projector's clip takes planes of four finite numbers a, b, c, d, of which a, b, c are not all 0")
-        wide, high = (math.tan(math.radians(v) / 2) for v in (across, along))
-        self.angle = math.atan(math.hypot(wide, high))
-        self.upwards, self.fov, self.near, self.far = tuple(up), (across, along), float(near), far
-        self.falloff, self.ambient, self.cookie, self.clip = falloff, float(ambient), cookie, tuple(clip)
+
+
+def _numbers(values: Any, count: int = 1) -> bool:
+    """Tell whether these are so many finite numbers."""
+    try:
+        return len(values) == count and all(math.isfinite(v) for v in values)
+    except TypeError:
+        return False

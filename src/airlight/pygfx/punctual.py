@@ -17,6 +17,8 @@ from airlight.lights.spot import SpotLight
 from airlight.pygfx.lights import BODY, SceneLight, beam
 from airlight.pygfx.projector import Projector
 
+UP = 0.0, 1.0, 0.0  # of a projector, unset: then it may shine along it
+
 
 def punctual_lights(lights: Sequence[SceneLight], pre_exposure: float = 1.0) -> list[PunctualLight]:
     """Makes what shines on the medium: each visible gfx light that is the target of one of `lights`, or below it, once; what is given by a
@@ -83,9 +85,18 @@ def _shape(light: SceneLight, gfx_light: Any = None) -> Any:
         kind = "projector" if isinstance(gfx_light, Projector) else "sun"
         raise AirlightError(f"photometry is for point and spot lights: a {kind} has none; leave it out")
     if turned is not None and gfx_light is not None:
-        axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
-        turned = np.asarray(turned, float) @ (axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)).T
+        turned = np.asarray(turned, float) @ _axes_of(gfx_light).T
     return {"photometry": photometry, "turned": turned}
+
+
+def _axes_of(gfx_light: Any) -> Any:
+    """Finds (3, 3) the axes of a gfx light, columns, right, up and back. One with a target pygfx itself turns to that as it draws, so that
+    before it did they are not in its matrix."""
+    if isinstance(gfx_light, gfx.DirectionalLight | gfx.SpotLight):
+        right, up, ahead = axes_along(_unit(beam(gfx_light)), gfx_light.world.reference_up)
+        return np.column_stack([right, up, -ahead])
+    axes = np.asarray(gfx_light.world.matrix, float)[:3, :3]
+    return axes / np.maximum(np.linalg.norm(axes, axis=0), 1e-30)
 
 
 def _placed(light: SceneLight, near: float, pre_exposure: float) -> PunctualLight:
@@ -116,7 +127,10 @@ def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualL
 
 def _projector(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
     position, direction = triple(np.asarray(gfx_light.world.position, float)), _unit(beam(gfx_light))
-    _, up, _ = axes_along(direction, gfx_light.upwards)
+    upwards = np.asarray(gfx_light.upwards, float)
+    if not np.array_equal(upwards, UP) and np.linalg.norm(np.cross(direction, upwards)) <= 1e-6 * np.linalg.norm(upwards):
+        raise AirlightError(f"a projector's up, {', '.join(f'{v:g}' for v in upwards)}, lies along its light; give another direction")
+    _, up, _ = axes_along(direction, upwards)
     across, along = (math.radians(v) for v in gfx_light.fov)
     known = {"falloff": gfx_light.falloff, "ambient": gfx_light.ambient, "clip": gfx_light.clip, "range": float(gfx_light.distance)}
     own = {**own, "cookie": own.get("cookie") or gfx_light.cookie}

@@ -23,6 +23,11 @@ def way_to_ground(height: Any, mu: Any) -> Array:
     return np.where(np.isfinite(way), way, 0.0)
 
 
+def arc_sine(x: Any) -> Array:
+    """Evaluates the angle, radians, whose sine is x; Abramowitz and Stegun 1964, 4.4.46, in the shader."""
+    return np.arcsin(np.clip(np.asarray(x, float), -1, 1))
+
+
 def sun_position(elevation: Any) -> Array:
     """Evaluates where among the suns that are solved, from 0, a sun at an elevation, degrees, lies.
 
@@ -99,9 +104,9 @@ def air_phases(a: Any, b: Any, g: Any) -> Array:
 
 
 def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
-    """Place view rays (..., 3), unit, in the table that a record describes: (..., 2) coordinates, (..., 2) phases and (...) ways to the ground.
+    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways to the ground (...).
 
-    record: of view_table.wgsl's Daylight; the way is NO_END for rays that miss the ground.
+    record: of view_table.wgsl's Daylight; the way, m, is NO_END for rays that miss the ground.
     """
     direction = np.asarray(direction, float)
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
@@ -133,7 +138,20 @@ def hoffman_preetham_light(cosine: Any, rayleigh: Any, mie: Any, g: Any, way: An
     return np.asarray(scattered * way * part_left((rayleigh + mie) * way))
 
 
-def disc_part(apart: Any, edge: Any) -> Array:
-    """Evaluates the part of a pixel, 0..1, that the sun's disc covers. apart: 1 - cosine to its centre; edge: radians of half a pixel."""
-    radius, edge = np.radians(SUN_ANGULAR_RADIUS), np.asarray(edge, float)
-    return np.asarray(np.clip((radius**2 - 2 * np.asarray(apart, float)) / (4 * radius * edge) + 0.5, 0, 1))
+def disc_part(apart: Any, radius: Any, edge: Any) -> Array:
+    """Evaluates the part of a pixel, 0..1, that a disc covers whose edge is as soft as the pixel is wide.
+
+    apart: 1 - cosine to its centre; radius, edge: radians, of the disc and half a pixel.
+    """
+    away = np.sqrt(2 * np.asarray(apart, float))
+    return np.asarray(np.clip((radius - away) / (2 * np.asarray(edge, float)) + 0.5, 0, 1))
+
+
+def drawn_disc(edge: float) -> tuple[float, float]:
+    """Evaluates (radius, share) of the sun's disc as it is drawn: radians, and of its radiance, so that it gives as much light.
+
+    edge: radians of half a pixel, of which the disc has at least the radius.
+    """
+    real = np.radians(SUN_ANGULAR_RADIUS)
+    radius = max(real, edge)
+    return float(radius), float(real**2 / (radius**2 + edge**2 / 3))

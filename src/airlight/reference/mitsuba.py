@@ -7,14 +7,16 @@ Where Mitsuba means something else than Airlight, it is given a scene in which i
 - suns are attenuated in Mitsuba, on all of their way through the medium. A row's rays lie in one plane, so the medium is a thin sheet
   around it, and the way out of that is short;
 - the medium ends at max_distance from the eye. For lights, which may stand farther away, it only absorbs there;
-- spots fall off by Airlight's ramp, a texture on a spot that is as bright everywhere in its cone;
+- spots fall off by Airlight's ramp, a texture on a spot that is as bright everywhere in its cone; times a cookie or photometry;
+- projectors, whose picture is the irradiance of a plane in Mitsuba, have one that makes their intensity the cookie's alone. They have no
+  near plane: what is before it has to be out of view;
 - surfaces are black.
 
 A medium that varies is a grid in a box (mitsuba_fields.py). There suns are dimmed on all of their way, as sun_extinction all has it; of
 fog, the ball of max_distance around the eye scatters, and the rest only absorbs.
 
-Each light, and each sigma_t of a colour, is rendered on its own in grey, with white light in a medium of albedo 1, so that no sample of a
-pixel is spent on another choice than where the light is scattered.
+Each light, and each sigma_t of a colour, is rendered on its own in grey, with white light, or a cookie's, in a medium of albedo 1, so that
+no sample of a pixel is spent on another choice than where the light is scattered.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +28,8 @@ import numpy.typing as npt
 from airlight.errors import AirlightError
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
-from airlight.lights.punctual import PunctualLight
+from airlight.lights.projector import ProjectorLight
+from airlight.lights.punctual import PositionalLight, PunctualLight
 from airlight.lights.spot import SpotLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
@@ -59,7 +62,8 @@ def layer(
 
     spp: rays of a pixel, light and sigma_t; Mitsuba's samplers take some more. The camera has perspective, and what is nearer than its
     near plane is seen. Raises AirlightError for what Mitsuba has not: the Cornette-Shanks phase function, ambient light, a range of lights,
-    spots wider than 1.4 radians, and triangles that only the eye, or only the light, meets.
+    spots wider than 1.4 radians, cookies of suns, photometry of points, projectors that planes bound or that fall off otherwise than with
+    the square of the distance, and triangles that only the eye, or only the light, meets.
     """
     width, height = size
     triangles = np.asarray(triangles, float).reshape(-1, 3, 3)
@@ -78,7 +82,7 @@ def layer(
         albedo = np.divide(medium.sigma_s, medium.sigma_t, out=np.zeros(3), where=medium.sigma_t > 0)
         for sigma in np.unique(medium.sigma_t[albedo * factor > 0]):
             grey = _grey(mi, eye, rays, mesh, light, medium, float(sigma), (spp + 1) // 2, seed)
-            halves += np.where(medium.sigma_t == sigma, albedo * factor, 0) * grey[..., None]
+            halves += np.where(medium.sigma_t == sigma, albedo * factor, 0) * grey
     reach = length = _way(mi, eye, rays, mesh, medium.max_distance)
     if not paths.is_even(medium):
         ends = eye + reach[..., None] * rays
@@ -108,6 +112,10 @@ def _refuse(triangles: Array, casters: Array | None, lights: Sequence[PunctualLi
             raise AirlightError("Mitsuba's lamps have no range: set it to 0")
         if isinstance(light, SpotLight) and light.outer > MAX_HALF_ANGLE:
             raise AirlightError(f"a spot of {light.outer:.2f} radians is too wide for a texture: at most {MAX_HALF_ANGLE}")
+        if not isinstance(light, SpotLight | ProjectorLight) and (light.cookie is not None or light.photometry is not None):
+            raise AirlightError(f"Mitsuba has no {light.word} with a shape: take a spot or a projector, or leave out cookie and photometry")
+        if isinstance(light, ProjectorLight) and (light.clip or light.far or light.falloff_terms() != (1, 0, 0)):
+            raise AirlightError("Mitsuba's projectors have no end, no clip planes, one falloff: leave out far, clip, falloff and ambient")
 
 
 def ready() -> Any:
@@ -124,7 +132,7 @@ def ready() -> Any:
 def _grey(
     mi: Any, eye: Array, rays: Array, mesh: Any, light: PunctualLight, medium: ResolvedMedium, sigma: float, spp: int, seed: int
 ) -> Array:
-    """Renders (2, H, W) radiance, twice, of a light of 1 in a medium of albedo 1."""
+    """Renders (2, H, W, 3) radiance, twice, of a light of 1 in a medium of albedo 1."""
     height, width = rays.shape[:2]
     even = paths.is_even(medium)
     media, inside = _even(mi, eye, light, medium, sigma) if even else _varying(mi, eye, light, medium, sigma)
@@ -132,7 +140,7 @@ def _grey(
     parts = {"type": "scene", "lamp": emitter} | media | ({"mesh": mesh} if mesh else {})
     integrator = mi.load_dict({"type": "volpath", "max_depth": 2})
     scene = mi.load_dict(parts)
-    found = np.zeros((2, height, width))
+    found = np.zeros((2, height, width, 3))
     for row in range(height):
         if light.directional and even:
             scene = mi.load_dict(parts | _sheet(mi, eye, rays[row], SHEET_SHARE * medium.max_distance, medium.max_distance, inside))
@@ -140,7 +148,7 @@ def _grey(
         for half in range(2):
             number = (2 * seed + half) * height + row
             picture = mi.render(scene, sensor=sensor, integrator=integrator, spp=spp, seed=number)
-            found[half, row] = np.array(picture)[0, :, 0]
+            found[half, row] = np.array(picture)[0, :, :3]
     return found
 
 
@@ -195,26 +203,58 @@ def _point(mi: Any, light: PointLight) -> dict[str, Any]:
 
 
 def _spot(mi: Any, light: SpotLight) -> dict[str, Any]:
-    """Describes a spot of intensity 1 along its axis, whose falloff is a texture."""
-    position = np.asarray(light.position, float)
+    """Describes a spot of intensity 1 along its axis, whose falloff and shape are a texture."""
     degrees = float(np.degrees(light.outer))
     side = (2 * (np.arange(RAMP_TEXELS) + 0.5) / RAMP_TEXELS - 1) * np.tan(light.outer)
-    ramp = cone_ramp(1 / np.sqrt(1 + side**2 + side[:, None] ** 2), *light.cone())[..., None] ** 2
-    up = np.eye(3)[np.argmin(np.abs(light.direction))]
+    picture = _shape_over(light, side, side[::-1])
+    picture *= cone_ramp(1 / np.sqrt(1 + side**2 + side[:, None] ** 2), *light.cone())[..., None] ** 2
     return {
         "type": "spot",
-        "to_world": mi.ScalarTransform4f().look_at(position.tolist(), (position + light.direction).tolist(), up.tolist()),
+        "to_world": _facing(mi, light),
         "cutoff_angle": degrees,
         "beam_width": degrees,
         "intensity": 1.0,
-        "texture": {"type": "bitmap", "bitmap": mi.Bitmap(ramp.astype(np.float32)), "raw": True, "wrap_mode": "clamp"},
+        "texture": _texture(mi, picture[::-1, ::-1]),  # which begins with its lower right corner, as seen from the light
     }
+
+
+def _projector(mi: Any, light: ProjectorLight) -> dict[str, Any]:
+    """Describes a projector of intensity 1 times its cookie. Mitsuba makes of a picture p the intensity pi p / cos^3 of the angle to the
+    axis, and has square texels."""
+    wide, high = light.tangents()
+    rows = max(round(RAMP_TEXELS * high / wide), 1)
+    x = (2 * (np.arange(RAMP_TEXELS) + 0.5) / RAMP_TEXELS - 1) * wide
+    y = (1 - 2 * (np.arange(rows) + 0.5) / rows) * high
+    picture = _shape_over(light, x, y) * (1 + x**2 + y[:, None] ** 2)[..., None] ** -1.5 / np.pi
+    degrees = float(np.degrees(2 * np.arctan(wide)))
+    return {"type": "projector", "to_world": _facing(mi, light), "fov": degrees, "fov_axis": "x", "irradiance": _texture(mi, picture)}
+
+
+def _shape_over(light: PositionalLight, x: Array, y: Array) -> Array:
+    """Evaluates (H, W, 3) a light's shape 1 m ahead of it, at x (W,) m to the right and y (H,) m up."""
+    across, up = np.meshgrid(x, y)
+    places = np.stack([across, up, np.ones_like(across)], axis=-1) @ light.axes() + light.origin()
+    return np.array(light.colour(places))
+
+
+def _facing(mi: Any, light: PositionalLight) -> Any:
+    """Turns what shines along +z, with +x to its left, to the axes of a light's shape."""
+    right, up, ahead = light.axes()
+    matrix = np.eye(4)
+    matrix[:3] = np.column_stack([-right, up, ahead, light.origin()])
+    return mi.ScalarTransform4f(matrix.tolist())
+
+
+def _texture(mi: Any, picture: Array) -> dict[str, Any]:
+    bitmap = mi.Bitmap(np.ascontiguousarray(picture, np.float32))
+    return {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}
 
 
 EMITTERS: dict[type[PunctualLight], Callable[[Any, Any], dict[str, Any]]] = {
     DirectionalLight: _directional,
     SpotLight: _spot,
     PointLight: _point,
+    ProjectorLight: _projector,
 }
 
 

@@ -21,7 +21,7 @@ def open_scene(
     lamps: bool = False,
     up: str | None = None,
 ) -> Stage:
-    """Open "table", "flying", "valley", a scene of VALIDATION, or a .glb, .gltf, .obj, .ply or .stl file, in its pose at time 0.
+    """Open one of NAMES or VALIDATION, or a .glb, .gltf, .obj, .ply or .stl file, in its pose at time 0.
 
     environment: for a file, "none", "sunrise", "sky" or an equirectangular .exr or .hdr file; None: what suits its lights.
     animation, scene: of a .glb or .gltf file, a clip and a scene by name, or by number from 0; None: its first clip, and its default scene.
@@ -54,6 +54,10 @@ def open_scene(
             from airlight.scenes.valley import valley
 
             return valley()
+        if name in ("chapel", "matinee"):
+            from airlight.scenes import rooms
+
+            return rooms.chapel() if name == "chapel" else rooms.matinee()
         from airlight.scenes.flying import flying
 
         return flying() if seed is None else flying(seed)

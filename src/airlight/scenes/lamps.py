@@ -128,6 +128,7 @@ def relight(stage: Stage, requested: Sequence[SceneLight | NamedLight | Projecto
     made.move()
     made.add()
     stage.lights = made.lights
+    stage.draggable += [lamp for lamp, parent in made.added if parent is stage.scene and not isinstance(lamp, gfx.DirectionalLight)]
     if stage.movable not in stage.lights:
         lamps = [lamp for lamp, parent in made.added if parent is stage.scene and not isinstance(lamp, gfx.DirectionalLight)]
         stage.movable = next((light for light in stage.lights if light.target in lamps), None)

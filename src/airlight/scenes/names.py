@@ -1,6 +1,6 @@
 """Name the scenes that come with Airlight, and tell scenes from pictures."""
 
-NAMES = ("table", "flying", "valley")
+NAMES = ("table", "flying", "valley", "chapel", "matinee")
 VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
     "slats": ("slats", "room"),
     "foliage-view": ("foliage", "view"),
@@ -23,6 +23,14 @@ VALIDATION = {  # scattering in the world is validated on: the file of each, and
     "puffs": ("cage", "room"),
     "panes": ("panes", "hall"),
     "stained": ("stained", "nave"),
+    "slide": ("slats", "room"),
+    "gobo": ("two-spots", "front"),
+    "leaves": ("window", "corner"),
+    "clipped": ("mirrored", "front"),
+    "street": ("headlamp", "eye"),
+    "flood": ("dense", "front"),
+    "pendant": ("panes", "hall"),
+    "smoke-slide": ("slats", "room"),
 }
 MESHES = (".obj", ".ply", ".stl")  # which have no cameras, no lights, and do not say what is up
 FILES = (".glb", ".gltf", *MESHES)

@@ -21,6 +21,7 @@ class Stage:
     pose(t, camera): put everything where it is at time t (seconds), the same for the same t whatever came before;
     the camera, if given and one of those that follow something, moves too.
     center: (3,), radius: a sphere around what there is to see. movable: the light that a user may drag, or None.
+    draggable: gfx lights, targets of `lights`, that stand still, so that a user may drag them too.
     path: a line where something flies along, hidden until its `visible` is set, or None.
     glowing: names of the meshes that emit light, of a scene without lights of its own.
     fields: densities that lie in its air, as LightShafts takes them; of those that follow a frame's number, frame 1 is at time 0, and there
@@ -51,3 +52,4 @@ class Stage:
     sky_sun: float | None = None
     measured: bool = False
     photometric: bool = False
+    draggable: list[Any] = field(default_factory=list)

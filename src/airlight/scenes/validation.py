@@ -1,5 +1,6 @@
 """The scenes that scattering in the world is validated on: small glTF files, made by scripts/validation_scenes.py, each with the medium
-that it is meant for, as a preset of its name; some with a density in it, made by scripts/validation_volumes.py."""
+that it is meant for, as a preset of its name; some with a density in it, made by scripts/validation_volumes.py, some with other lights,
+shaped.py."""
 
 import math
 from importlib import resources
@@ -13,6 +14,7 @@ from airlight.medium.particles import bake
 from airlight.options import presets
 from airlight.scenes.gltf.load import load
 from airlight.scenes.names import VALIDATION
+from airlight.scenes.shaped import put_shapes
 from airlight.scenes.stage import Stage
 
 FOLDER = Path(str(resources.files("airlight"))) / "data" / "scenes" / "validation"
@@ -20,6 +22,7 @@ VOLUMES = {  # the file, and how far it is moved in the world, m
     "smoke-sun": ("plume", (-1.35, 0.0, -0.45)),
     "smoke-spot": ("plume", (-0.5, 0.0, -0.9)),
     "in-smoke": ("bank", (0.0, 0.0, 0.0)),
+    "smoke-slide": ("plume", (-0.5, 0.0, -0.9)),
 }
 PUFFS, PUFF_CELLS = 30, 48  # particles, and cells along the longest side of their grid
 
@@ -40,6 +43,7 @@ def validation(name: str) -> Stage:
     stage.name = name
     stage.cameras = {camera: stage.cameras[camera], **stage.cameras}
     stage.settings = presets.load(FOLDER / f"{name}.toml")
+    put_shapes(stage)
     if name in VOLUMES:
         density, move = VOLUMES[name]
         volume = read_volume(str(FOLDER / f"{density}.npz"))

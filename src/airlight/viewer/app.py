@@ -19,10 +19,11 @@ from airlight.scenes import is_scene
 from airlight.scenes.names import A_FILE
 from airlight.viewer import controls
 from airlight.viewer import state as st
+from airlight.viewer.command import opening_words
 from airlight.viewer.errands import Errands
 from airlight.viewer.following import Following
 from airlight.viewer.frames import AT_ONCE, IN_SLICES, Pace
-from airlight.viewer.marks import DOT, EDGE, Marks
+from airlight.viewer.marks import DOT, EDGE, Held, Marks
 from airlight.viewer.saving import Saving
 from airlight.viewer.state import LightControl, ViewerState
 
@@ -71,7 +72,7 @@ class Viewer:
         self.errands: Any = None
         self.picture: Any = None
         self.read: Any = None  # the picture as it was read
-        self.dragging: int | str | None = None
+        self.dragging: Held | str | None = None
         self.saving: Saving | None = None
         self.adapter = device
         self.linger = LINGER
@@ -144,7 +145,7 @@ class Viewer:
             state.automatic = {}
             self.scene.open(stage, state, lamps)
             state.opening = tuple(f"--{name}={value}" for name, value in chosen.items() if value is not None)
-            state.opening += tuple(f"--{name}={text}" for name, texts in shapes.items() for text in texts)
+            state.opening += opening_words(shapes)
             if path == state.source and any(self._densities):
                 state.opening += put_densities(stage, *self._densities, cells=state.medium.particle_cells)
                 suit(stage, st.values(state), state.medium.particle_cells)
@@ -247,7 +248,7 @@ class Viewer:
         elif is_down and key == "b" and state.is_image:
             state.shafts = not state.shafts
 
-    def _grabbed(self, at: tuple[float, float]) -> int | str | None:
+    def _grabbed(self, at: tuple[float, float]) -> Held | str | None:
         area, state = self.area(), self.state
         marks: Sequence[tuple[float, float] | None] = self.marks.lights()
         dots = self.marks.dots()
@@ -259,7 +260,7 @@ class Viewer:
                 st.take(state, dots[number][0])
                 self.taken = time.perf_counter()
                 return None
-        found = controls.nearest(at, marks)
+        found = self.marks.nearest(at, marks)
         if found is not None:
             return found
         shown = state.is_image and state.split is not None and state.is_lit and not state.debug
@@ -274,8 +275,8 @@ class Viewer:
         elif isinstance(self.dragging, int) and self.picture is not None:
             st.move(state, self.dragging, controls.to_picture(at, area), held=True)
             self.moved = True
-        elif isinstance(self.dragging, int):
-            st.move(state, self.dragging, self.scene.dragged(state, self.dragging, at, area))
+        elif not isinstance(self.dragging, str) and self.dragging is not None:
+            self.marks.drag(self.dragging, at)
 
     def save(self) -> None:
         """Begin to write the whole picture with its shafts as a new file."""

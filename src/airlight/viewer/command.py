@@ -3,10 +3,13 @@
 import math
 import os
 import shlex
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from airlight.files import OUTPUTS
 from airlight.jobs.light_text import OF_LAMP, OF_MEDIUM, LightText
+from airlight.jobs.projector_text import name_of
 from airlight.options.declare import as_text as value_as_text
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
@@ -14,16 +17,20 @@ from airlight.viewer.state import ViewerState
 
 def light_words(state: ViewerState) -> list[str]:
     """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
-    own = not state.is_image and state.lights == state.lights_before
-    if (own and not any(control.written for control in state.lights)) or (state.is_smart and state.unplaced):
+    plain = [pair for pair in zip(state.lights, state.lights_before) if pair[0].aim is None] if not state.is_image else []
+    own = not state.is_image and all(unshaped(control) == unshaped(before) for control, before in plain)
+    if (own and not any(control.written for control, _ in plain)) or (state.is_smart and state.unplaced):
         return []
     words = []
     for i, control in enumerate(state.lights):
         name, numbers = "--light", control.position
+        if control.aim is not None:  # the rest of it: shape_words
+            words += [] if control.written else [f"--light={','.join(_number(v) for v in numbers)}"]
+            continue
         if control.written is not None:
             before, rest = state.lights_before[i], control.written.partition(";")[1:]
-            if control == before or _made(control) == _made(before):
-                place = control.written if control == before else ",".join(_number(v) for v in numbers) + "".join(rest)
+            if unshaped(control) == unshaped(before) or _made(control) == _made(before):
+                place = control.written if unshaped(control) == unshaped(before) else ",".join(_number(v) for v in numbers) + "".join(rest)
                 words.append(f"{name}={place}")
                 continue
         if control.direction:
@@ -38,6 +45,57 @@ def light_words(state: ViewerState) -> list[str]:
         factors = "".join(f";{key}={getattr(control, key)!r}" for key in OF_MEDIUM if getattr(control, key) != 1)
         words.append(f"{name}={text}{factors}{_unseen(control.written or '')}")
     return words
+
+
+def unshaped(control: st.LightControl) -> st.LightControl:
+    """Leave out what `shape_words` write."""
+    return replace(control, gobo="", gobo_size=1.0)
+
+
+def opening_words(shapes: dict[str, Sequence[str]]) -> tuple[str, ...]:
+    """Write the options of shapes with which a scene was opened, but for projectors that they brought, which are lights now."""
+    return tuple(f"--{name}={text}" for name, texts in shapes.items() for text in texts if name != "projector" or name_of(text))
+
+
+def shape_words(state: ViewerState) -> list[str]:
+    """Write projectors as options, those of a scene only where they are not as before, and cookies that were chosen."""
+    words = []
+    for control, before in zip(state.lights, state.lights_before) if not state.is_image else ():
+        path = state.received.get(control.gobo, control.gobo)
+        if control.aim is not None and control.written:
+            words.append(f"--projector={_rewritten(control, before, path)}")
+            continue
+        if control.aim is not None and (changes := _changes(control, before)):
+            place = [f"position={','.join(_number(v) for v in control.position)}"] if control.position != before.position else []
+            words.append(f"--projector={';'.join([control.name, *place, *changes])}")
+        if path:
+            words.append(f"--cookie={control.name}={path}{f';size={control.gobo_size!r}' if control.direction else ''}")
+    return words
+
+
+def _changes(control: st.LightControl, before: st.LightControl) -> list[str]:
+    """Write what of a projector's light is not as before, `key=value`, its target with its position."""
+    assert control.aim is not None and control.fov is not None
+    found = []
+    if (control.aim, control.position) != (before.aim, before.position):
+        found.append(f"target={','.join(_number(v) for v in control.aim)}")
+    if control.fov != before.fov:
+        found.append(f"fov={','.join(f'{v:g}' for v in control.fov)}")
+    if control.falloff != before.falloff:
+        found.append(f"falloff={control.falloff}")
+    if (control.intensity, control.color) != (before.intensity, before.color):
+        found.append(f"intensity={','.join(f'{v * control.intensity:.5g}' for v in control.color)}")
+    return found
+
+
+def _rewritten(control: st.LightControl, before: st.LightControl, path: str) -> str:
+    """Write the option of a projector that a user brought, with what is not as before in it."""
+    changes = _changes(control, before) + ([f"cookie={path}"] if path else [])
+    place, *rest = (control.written or "").split(";")
+    if control.position != before.position:
+        place = ",".join(_number(v) for v in control.position)
+    new = {change.partition("=")[0] for change in changes}
+    return ";".join([place, *(part for part in rest if part.partition("=")[0].strip() not in new), *changes])
 
 
 def _unseen(written: str) -> str:
@@ -83,7 +141,7 @@ def options(state: ViewerState) -> list[str]:
     """Write the options of `command_line`: lights, the view of a scene, parameters."""
     words = light_words(state)
     if not state.is_image:
-        words += [*state.opening, *_view(state)]
+        words += [*state.opening, *shape_words(state), *_view(state)]
     for name, v in written_values(state).items():
         option = name.replace("_", "-")
         words += [f"--{'' if v else 'no-'}{option}"] if isinstance(v, bool) else [f"--{option}", value_as_text(v)]

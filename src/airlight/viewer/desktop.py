@@ -1,5 +1,6 @@
 """Reach what surrounds a canvas: the clipboard, the file dialog, files that are dropped on it."""
 
+import functools
 import shutil
 import sys
 import threading
@@ -30,6 +31,7 @@ class Desktop:
 
     def __init__(self) -> None:
         self.arrived: deque[Sequence[str]] = deque()
+        self.cookies: deque[tuple[int, str]] = deque()  # paths of cookies, each with the number of the light that it was chosen for
         self.names: dict[str, str] = {}  # of files that came as bytes: where they are kept, the name that they came with
         self.in_use = ""  # the one of them that is shown
         self.clipboard = ""
@@ -44,8 +46,8 @@ class Desktop:
         """Read the text of the clipboard."""
         return self.clipboard
 
-    def choose(self, folder: str) -> str:
-        """Let the user choose a file. Returns what to say where that cannot be done, else ""."""
+    def choose(self, folder: str, light: int | None = None) -> str:
+        """Let the user choose a file; light: for whose cookie. Returns what to say where that cannot be done, else ""."""
         return "there is no file dialog here: type a path below"
 
     def deliver(self, path: str) -> None:
@@ -55,10 +57,13 @@ class Desktop:
         """Tell whether a path is that of a file that came as bytes and is kept no longer."""
         return False
 
-    def receive(self, paths: Sequence[str]) -> None:
-        """Take paths to open."""
-        if paths:
+    def receive(self, paths: Sequence[str], light: int | None = None) -> None:
+        """Take paths to open; light: the first is its cookie."""
+        if paths and light is not None:
+            self.cookies.append((light, paths[0]))
+        elif paths:
             self.arrived.append(paths)
+        if paths:
             self.wake()
 
 
@@ -81,12 +86,12 @@ class WindowDesktop(Desktop):
         text = self.glfw.get_clipboard_string(None)
         return text.decode(errors="replace") if isinstance(text, bytes) else text or ""
 
-    def choose(self, folder: str) -> str:
+    def choose(self, folder: str, light: int | None = None) -> str:
         if self.dialog is not None and self.dialog.is_alive():
             return "the file dialog is open already"
         if sys.platform not in ("win32", "darwin") and not any(map(shutil.which, PROGRAMS)):
             return "no file dialog is installed (zenity or kdialog would be one): type a path below, or drop a file here"
-        self.dialog = FileDialog(folder, self.receive)
+        self.dialog = FileDialog(folder, functools.partial(self.receive, light=light))
         self.dialog.start()
         return ""
 

@@ -49,6 +49,9 @@ class Errands:
         while self.desktop.arrived:
             paths = self.desktop.arrived.popleft()
             state.requests.append(("open" if len(paths) == 1 else "open first", paths[0]))
+        while self.desktop.cookies:
+            number, path = self.desktop.cookies.popleft()
+            state.requests.append(("cookie", f"{number}:{path}"))
         if self.delivery is not None and self.delivery.outcome is not None:
             saving, self.delivery = self.delivery, None
             if not saving.outcome[1]:
@@ -58,7 +61,8 @@ class Errands:
             try:
                 self._serve(request, argument)
             except AirlightError as error:
-                st.tell(state, self._named(str(error), argument), error=True)
+                path = argument.partition(":")[2] if request == "cookie" else argument
+                st.tell(state, self._named(str(error), path), error=True)
 
     def _serve(self, request: str, argument: str) -> None:
         state = self.state
@@ -70,11 +74,14 @@ class Errands:
             self.viewer.open(argument)
             if request == "open first":
                 st.tell(state, f"{os.path.basename(argument)} is shown, the first of the files")
-        elif request == "choose":
+        elif request in ("choose", "choose cookie"):
             folder = os.path.dirname(os.path.abspath(state.source))
-            lacking = self.desktop.choose(folder if os.path.isdir(folder) else os.getcwd())
+            folder = folder if os.path.isdir(folder) else os.getcwd()
+            lacking = self.desktop.choose(folder, int(argument)) if request == "choose cookie" else self.desktop.choose(folder)
             st.tell(state, lacking)
-            state.path_wanted = bool(lacking)
+            state.path_wanted = bool(lacking) and request == "choose"
+        elif request == "cookie":
+            self._cookie(argument)
         elif request == "undo":
             self.history.undo(state)
         elif request == "redo":
@@ -94,6 +101,18 @@ class Errands:
             name = state.received.get(state.source)
             yours = "" if name is None else f"; it is for the folder where you have {name}"
             st.tell(state, f"the command {self.desktop.copy(state.command)}{yours}")
+
+    def _cookie(self, argument: str) -> None:
+        """Give a light the picture of a file to send out: `number:path`."""
+        state, viewer = self.state, self.viewer
+        number, _, path = argument.partition(":")
+        if state.is_image or int(number) >= len(state.lights) or not state.lights[int(number)].takes_cookie:
+            return  # another scene is shown by now
+        viewer.scene.shapes.read(path)
+        state.lights[int(number)].gobo = path
+        viewer.following.drop()
+        viewer.following.frames.forget()
+        st.tell(state, f"light {int(number) + 1} sends out {os.path.basename(state.received.get(path, path))}")
 
     def _named(self, text: str, path: str) -> str:
         """Write an error about a file that came as bytes with the name that it came with."""

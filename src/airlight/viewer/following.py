@@ -67,7 +67,7 @@ class Following:
     def _told(self) -> tuple[Any, ...]:
         """Collect what the state says of the picture."""
         viewer, state = self.viewer, self.viewer.state
-        lights = tuple((tuple(c.position), c.color, c.strength, c.kind, c.density, c.extinction) for c in state.lights)
+        lights = tuple(replace(control) for control in state.lights)
         seen = state.is_lit, state.debug, state.timing, viewer.canvas.get_physical_size()
         if viewer.picture is None:
             eye = state.eye

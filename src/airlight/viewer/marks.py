@@ -1,10 +1,12 @@
 """Draw the lights, the candidates and the split over the picture, and find where they are on the canvas."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from airlight.viewer import controls
+from airlight.viewer import state as st
 
 if TYPE_CHECKING:
     from airlight.viewer.app import Viewer
@@ -14,6 +16,7 @@ RIM = 2.0  # logical px: of dark beside what is light, so that both are seen on 
 APART = 0.02  # picture sizes: nearer to a light a candidate is where it is
 EDGE = 14  # logical px from the border at which the mark of what lies beyond it is drawn
 Place = tuple[float, float]
+Held = int | tuple[str, int]
 
 
 class Marks:
@@ -44,6 +47,15 @@ class Marks:
                     draw.add_circle(mark, rim, dark, 0, RIM)
                 draw.add_circle(mark, radius, light, 0, 2)
                 _arrow(draw, mark, away, radius, light, dark)
+        for i, aim in enumerate(self.aims()):
+            start = self.lights()[i]
+            if aim is not None:
+                arm = 8 if viewer.dragging == ("aim", i) else 6
+                for color, width in ((dark, 3.0), (light, 1.2)):
+                    if start is not None:
+                        draw.add_line(start, aim, color, width / 2)
+                    for slope in (-1, 1):
+                        draw.add_line((aim[0] - arm, aim[1] - slope * arm), (aim[0] + arm, aim[1] + slope * arm), color, width + 1)
         if state.is_image and state.split is not None and state.is_lit and not state.debug:
             x = area[0] + state.split * area[2]
             draw.add_line((x, area[1]), (x, area[1] + area[3]), dark, 3)
@@ -60,6 +72,26 @@ class Marks:
             return [controls.to_canvas(control.position, area) for control in state.lights]
         marks: list[Place | None] = viewer.scene.marks(state, area)
         return marks
+
+    def aims(self) -> list[Place | None]:
+        """Find where on the canvas projectors shine to, logical px; None of what does not aim."""
+        viewer = self.viewer
+        return [] if viewer.picture is not None or viewer.scene is None else viewer.scene.aims(viewer.state, viewer.area())
+
+    def nearest(self, at: Place, marks: Sequence[Place | None]) -> Held | None:
+        """Find what is taken hold of: a light by its number, or ("aim", number); a light before an aim that lies upon it."""
+        found = controls.nearest(at, marks)
+        aim = controls.nearest(at, self.aims()) if found is None else None
+        return found if aim is None else ("aim", aim)
+
+    def drag(self, held: Held, at: Place) -> None:
+        """Put a scene's light, or where it aims."""
+        viewer = self.viewer
+        state, area = viewer.state, viewer.area()
+        if isinstance(held, int):
+            st.move(state, held, viewer.scene.dragged(state, held, at, area))
+        else:
+            st.aim(state, held[1], viewer.scene.dragged(state, held[1], at, area, aim=True))
 
     def room(self) -> controls.Area:
         """Find where the picture is, logical px, and what is free above, below and beside it."""

@@ -13,7 +13,7 @@ from airlight.options import presets
 from airlight.scatter.methods import METHODS
 from airlight.viewer import state as st
 from airlight.viewer.command import as_text, command_line
-from airlight.viewer.rows import Rows
+from airlight.viewer.light_rows import LightRows
 from airlight.viewer.state import ViewerState
 from airlight.viewer.style import set_style
 
@@ -26,7 +26,7 @@ DIM = (0.55, 0.58, 0.62, 1.0)
 OWN = "own"  # a medium that is none of those that come with Airlight
 
 
-class Panel(Rows):
+class Panel(LightRows):
     """Draws the panel of a state onto a canvas, over what is there."""
 
     def __init__(self, device: Any, canvas: Any, state: ViewerState) -> None:
@@ -262,6 +262,14 @@ class Panel(Rows):
                 self._seen(f"light {i}")
                 if changed:
                     st.move(s, i, tuple(place))
+            has_units = METHODS[s.parameters.method].has_units and not s.is_image
+            if control.aim is not None:
+                self._projector(i, control)
+            if control.takes_cookie and has_units:
+                self._cookie(i, control)
+            if control.aim is not None:
+                imgui.pop_id()
+                continue
             if s.is_smart:
                 self._label("Kind", "a disc, an opening, a glow, lamps, or a light beyond the frame; auto: told by what is there")
                 kind = self._choose(f"kind {i}", control.kind or AUTO, (AUTO, *IMAGE_LIGHT_KINDS))
@@ -277,7 +285,7 @@ class Panel(Rows):
             self._seen(f"strength {i}")
             if changed:
                 control.strength = float(f"{min(max(strength, 0), 1e6):.4g}")
-            for name in OF_MEDIUM if METHODS[s.parameters.method].has_units and not s.is_image else ():
+            for name in OF_MEDIUM if has_units else ():
                 self._label(name.capitalize(), "times the medium's, for this light alone: artistic")
                 changed, factor = imgui.slider_float(f"##{name}", getattr(control, name), 0, 4, "%.2f")
                 self._seen(f"{name} {i}")

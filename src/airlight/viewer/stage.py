@@ -25,6 +25,7 @@ from airlight.scenes.exposure import METERED_WIDTH, Exposure, may_need
 from airlight.scenes.offline import Shot, Studio
 from airlight.scenes.origin import origin
 from airlight.viewer import controls
+from airlight.viewer.aimed import Shapes, describe, shape_of
 from airlight.viewer.state import Eye, LightControl, ViewerState, open_defaults, resolve_medium
 
 
@@ -65,7 +66,8 @@ class SceneView:
         self.camera: Any = None
         self.controller: Any = None
         self.saved: dict[str, Any] = {}
-        self.moved = False  # whether a light was
+        self.moved: set[int] = set()  # the lights that were
+        self.shapes = Shapes()
         self.posed: Any = None
         self.clip = np.eye(4)  # from world to clip space, of the camera as it was posed last
         self._events: list[dict[str, Any]] = []  # that steer, of which nothing was made yet
@@ -77,8 +79,9 @@ class SceneView:
         names = tuple(stage.cameras)
         state.eye = Eye(name=names[0], names=names)
         state.duration, state.time, state.playing = stage.duration, 0.0, stage.duration > 0
-        state.lights = [self._light_control(light, light is stage.movable) for light in stage.lights]
-        for control, text in zip(state.lights, lamps if len(lamps) == len(state.lights) else ()):
+        state.lights = [self._light_control(light, stage) for light in stage.lights]
+        others = [control for control in state.lights if control.written is None]
+        for control, text in zip(others, lamps if len(lamps) == len(others) else ()):
             control.written = text
         state.lights_before = [replace(control) for control in state.lights]
         open_defaults(state, stage.settings)
@@ -92,7 +95,7 @@ class SceneView:
         self.shafts.scene, self.shafts.lights, self.shafts.radius = stage.scene, list(stage.lights), stage.radius
         self.shafts.fields = stage.fields
         self._expose(state)
-        self.dt, self.moved = 0.0, False
+        self.dt, self.moved, self.shapes = 0.0, set(), Shapes()
 
     def _expose(self, state: ViewerState) -> None:
         """Measure the automatic exposure of the stage from its first camera, by the state's method; it stays while the stage is shown."""
@@ -105,20 +108,25 @@ class SceneView:
         state.automatic["ev"] = exposure.ev
 
     @staticmethod
-    def _light_control(light: SceneLight, movable: bool) -> LightControl:
+    def _light_control(light: SceneLight, stage: Any) -> LightControl:
         place = light.homogeneous()
         position = tuple(round(float(v), 5) for v in place[:3])
+        movable = light is stage.movable or any(light.target is one for one in stage.draggable)
         made = LightControl(position, light.color, light.strength, movable, direction=bool(place[3] == 0))
         made.density, made.extinction = light.density, light.extinction
+        describe(made, light, stage.radius)
         return made
 
     def _apply_lights(self, state: ViewerState) -> None:
-        for light, control, before in zip(self.stage.lights, state.lights, state.lights_before, strict=True):
+        for i, (light, control, before) in enumerate(zip(self.stage.lights, state.lights, state.lights_before, strict=True)):
+            self.shapes.apply(i, light, control, before, self.stage)
+            if control.aim is not None:
+                continue
             light.color, light.strength = control.color, control.strength
             light.density, light.extinction = control.density, control.extinction
-            if not control.movable or (control.position == before.position and not self.moved):
+            if not control.movable or (control.position == before.position and i not in self.moved):
                 continue
-            self.moved = True  # then it has to be put back, too
+            self.moved.add(i)  # then it has to be put back, too
             if light.target is None and light.position is not None:
                 light.position = triple(control.position)
             elif light.target is None:
@@ -226,7 +234,7 @@ class SceneView:
 
     def _surfaces(self, state: ViewerState) -> tuple[Any, ...]:
         """Collect what says what surfaces look like, before the shafts."""
-        lights = tuple((tuple(c.position), c.color, c.strength) for c in state.lights)
+        lights = tuple((tuple(c.position), c.color, c.strength, shape_of(c)) for c in state.lights)
         return self.opened, state.time, state.path_drawn, lights, self.key(state), self.shafts.pre_exposure, self.shafts.panes.way
 
     def show(self, state: ViewerState, texture: Any, share: float = 1.0, settles: bool = False) -> None:
@@ -262,9 +270,17 @@ class SceneView:
             for control in state.lights
         ]
 
-    def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area) -> Triple:
-        """Put a light by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
+    def aims(self, state: ViewerState, area: Area) -> list[tuple[float, float] | None]:
+        """Find where on the canvas projectors shine to."""
+        if self.camera is None:
+            return [None for _ in state.lights]
+        return [controls.project(c.aim, self.clip, area) if c.aim is not None and c.movable else None for c in state.lights]
+
+    def dragged(self, state: ViewerState, number: int, to: tuple[float, float], area: Area, aim: bool = False) -> Triple:
+        """Put a light, or where it aims, by dragging its mark: at its distance from the eye's plane; a sun, in that direction."""
         control = state.lights[number]
+        if aim and control.aim is not None:
+            return controls.drag_in_view(control.aim, to, self.clip, area)
         if control.direction:
             return controls.toward_in_view(to, self.clip, state.eye.eye, area)
         return controls.drag_in_view(control.position, to, self.clip, area)

@@ -55,6 +55,14 @@ class LightControl:
     written: str | None = None  # the option of a scene's light, where a user added it
     density: float = 1.0  # factors of a scene's medium for this light alone
     extinction: float = 1.0
+    name: str = ""  # by which an option finds a scene's light
+    takes_cookie: bool = False
+    gobo: str = ""  # the path of a picture that it sends out; "": the scene's own, if it has one
+    gobo_size: float = 1.0  # m, of a sun's
+    aim: tuple[float, ...] | None = None  # of a projector: where in the world it shines to
+    fov: tuple[float, float] | None = None  # degrees, across and up
+    falloff: str = ""
+    intensity: float = 0.0  # cd
 
     def image_light(self) -> ImageLight:
         """Make the light of a picture that this shows."""
@@ -122,13 +130,15 @@ class ViewerState:
     is_error: bool = False
     doubt: str = ""  # about the medium, the light, or the picture, told while there is no message
     path: str = ""  # as typed, to be opened
+    cookie_paths: dict[int, str] = field(default_factory=dict)  # as typed, of lights' cookies
     has_paths: bool = True  # paths may be typed: not in a browser, whose files are elsewhere
     path_wanted: bool = False  # there is no file dialog, so the field for a path is shown
     command_wanted: bool = False  # whether the panel opens where the command is shown
     can_undo: bool = False
     can_redo: bool = False
     received: dict[str, str] = field(default_factory=dict)  # files that came as bytes: where they are kept, the name that they came with
-    # what the app has to do: ("open", path), ("choose", ""), ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
+    # what the app has to do: ("open", path), ("choose", ""), ("choose cookie", number of a light), ("cookie", its number:path),
+    # ("undo", ""), ("redo", ""), ("screenshot", ""), ("save", ""), ("copy", "")
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
@@ -307,6 +317,13 @@ def move(state: ViewerState, number: int, position: tuple[float, ...], held: boo
     if state.is_image and not held:
         near = (c for c in state.candidates if math.dist(c.position, position) < SAME)
         state.lights[number].kind = next((c.kind for c in near), None)
+
+
+def aim(state: ViewerState, number: int, place: tuple[float, ...]) -> None:
+    """Let a projector shine to another place; not to its own."""
+    found = tuple(round(float(v), 5) for v in place)
+    if found != state.lights[number].position:
+        state.lights[number].aim, state.current = found, number
 
 
 def take(state: ViewerState, number: int) -> None:

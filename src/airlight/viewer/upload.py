@@ -38,6 +38,7 @@ class PageDesktop(Desktop):
         self.folder = ""
         self.count = 0
         self.busy = False
+        self.light: int | None = None  # for whose cookie the page was asked last
 
     def grant(self) -> str:
         """Make the key of the client that steers from now on."""
@@ -48,8 +49,9 @@ class PageDesktop(Desktop):
         self.say({"type": "clipboard", "value": text})
         return "goes to the browser's clipboard"
 
-    def choose(self, folder: str) -> str:
-        self.say({"type": "choose", "most": MOST_FILE})
+    def choose(self, folder: str, light: int | None = None) -> str:
+        self.light = light
+        self.say({"type": "choose", "most": MOST_FILE, "cookie": light is not None})
         return ""
 
     def deliver(self, path: str) -> None:
@@ -82,7 +84,7 @@ class PageDesktop(Desktop):
             self.busy = False
             if path:
                 shutil.rmtree(os.path.dirname(path), ignore_errors=True)
-        self.receive([next(reversed(self.names))])
+        self.receive([next(reversed(self.names))], self.light if header(b"x-airlight-for") == "cookie" else None)
         return 200, ""
 
     def place(self, name: str) -> str:

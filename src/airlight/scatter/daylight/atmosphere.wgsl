@@ -71,6 +71,15 @@ fn orders_position(height: f32, elevation: f32, azimuth: f32) -> vec3f {
     return vec3f(x * 19.0, (select(u, -u, elevation < 0.0) + 1.0) * 23.5, abs(azimuth) / HALF_TURN * 16.0);
 }
 
+/// Evaluate the angle, radians, whose sine is x, to 3e-7: a driver's own may be off by more than the horizon is wide. Abramowitz and Stegun
+/// 1964, 4.4.46. Twin: reference/daylight_view.py:arc_sine.
+fn arc_sine(x: f32) -> f32 {
+    let a = min(abs(x), 1.0);
+    let upper = 0.0308918810 + a * (-0.0170881256 + a * (0.0066700901 - a * 0.0012624911));
+    let rest = 1.5707963050 + a * (-0.2145988016 + a * (0.0889789874 + a * (-0.0501743046 + a * upper)));
+    return sign(x) * (0.5 * HALF_TURN - sqrt(1.0 - a) * rest);
+}
+
 /// Evaluate where among the suns that are solved, from 0, a sun at an elevation, degrees, lies: they stand 2 degrees apart, and 1 between
 /// -10 and 8. Twin: reference/daylight_view.py:sun_position.
 fn sun_position(elevation: f32) -> f32 {
@@ -80,6 +89,6 @@ fn sun_position(elevation: f32) -> f32 {
 /// Evaluate the part (1 - e^-x) / x of what a step sends out that reaches its start, x its optical depth.
 /// Twin: reference/daylight_view.py:part_left.
 fn part_left(x: vec4f) -> vec4f {
-    let series = 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0));
-    return select((1.0 - exp(-x)) / max(x, vec4f(1e-6)), series, x < vec4f(0.05));
+    let series = 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)));
+    return select((1.0 - exp(-x)) / max(x, vec4f(1e-6)), series, x < vec4f(0.2));
 }

@@ -15,7 +15,7 @@ const MOST = 65504.0;           // that a half float holds
 struct Compose {
     rays: vec4f,                // projection.py:eye_rays
     depth: vec4f,               // projection.py:depth_terms
-    disc: vec3f,                // radiance of the sun's disc above the air
+    disc: vec3f,                // radiance of the sun's disc above the air, as it is drawn
     flat_rays: f32,             // 1 without perspective
     ground: vec3f,              // radiance of the ground
     edge: f32,                  // radians of half a pixel
@@ -24,6 +24,7 @@ struct Compose {
     mie: vec3f,
     printed: u32,               // the phase function of even air's aerosol is as printed
     irradiance: vec3f,          // of the sun, in even air
+    disc_radius: f32,           // radians
     size: vec2u,
 }
 
@@ -43,11 +44,10 @@ struct Seen {
     through: vec3f,
 }
 
-/// Evaluate the part of a pixel, 0 to 1, that the sun's disc covers. apart: 1 - cosine to its centre; edge: radians of half a pixel.
-/// Twin: reference/daylight_view.py:disc_part.
-fn disc_part(apart: f32, edge: f32) -> f32 {
-    let radius = 0.0046739918; // radians
-    return clamp((radius * radius - 2.0 * apart) / (4.0 * radius * edge) + 0.5, 0.0, 1.0);
+/// Evaluate the part of a pixel, 0 to 1, that a disc covers whose edge is as soft as the pixel is wide. apart: 1 - cosine to its centre; radius,
+/// edge: radians, of the disc and half a pixel. Twin: reference/daylight_view.py:disc_part.
+fn disc_part(apart: f32, radius: f32, edge: f32) -> f32 {
+    return clamp((radius - sqrt(2.0 * apart)) / (2.0 * edge) + 0.5, 0.0, 1.0);
 }
 
 /// Find the way, m, to what a pixel sees along its ray, NO_END where that is the sky. direction: unit, view space.
@@ -90,7 +90,7 @@ fn seen(p: vec2u, source: vec3f) -> Seen {
     var behind = source;
     if (SKY == REPLACE) {
         let off = direction - daylight.to_sun;
-        let space = select(composing.ground, composing.disc * disc_part(0.5 * dot(off, off), composing.edge), air.ground >= NO_END);
+        let space = select(composing.ground, composing.disc * disc_part(0.5 * dot(off, off), composing.disc_radius, composing.edge), air.ground >= NO_END);
         behind = select(source, space, is_sky);
     }
     if (ALL) { return Seen(behind, air.whole - dark * air.whole, air.through - dark * air.through); }

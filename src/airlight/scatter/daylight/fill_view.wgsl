@@ -94,8 +94,8 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         textureStore(together, at, vec4f(fill.scale * (fill.to_channels * (multiple + phase * rayleigh)), 0.0));
         if (id.x == 0u) { textureStore(through, vec2u(k, id.y), vec4f(fill.to_channels * exp(-depth), 1.0)); }
         let middle = way_at(f32(k) + 0.5, fill.near, fill.step);
-        let sun = degrees(asin(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
-        let elevation = asin(view_cosine_along(fill.height, ray.mu, middle));
+        let sun = degrees(arc_sine(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
+        let elevation = arc_sine(view_cosine_along(fill.height, ray.mu, middle));
         let turned = scattered_before(max(height_along(fill.height, ray.mu, middle), 0.0), elevation, ray.azimuth, sun);
         for (var i = 1u; i <= STEPS; i++) {
             let end = way_at(f32(k) + f32(i) / f32(STEPS), fill.near, fill.step);

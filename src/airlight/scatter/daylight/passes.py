@@ -10,33 +10,36 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import Timer, divide, timing
 from airlight.projection import depth_terms, eye_rays
 from airlight.reference.daylight import SUN_ANGULAR_RADIUS
+from airlight.reference.daylight_view import drawn_disc
 from airlight.scatter.daylight.table import ViewTable
 
 Depth = Literal["buffer", "ray", "axis"]
 Sky = Literal["keep", "replace", "air"]
-FILES = {"buffer": "scatter/daylight/compose_depth.wgsl", "ray": "scatter/daylight/compose_metres.wgsl", "axis": "scatter/daylight/compose_metres.wgsl"}
+BUFFER, METRES = "scatter/daylight/compose_depth.wgsl", "scatter/daylight/compose_metres.wgsl"
 IN_METRES = {"ray": 1, "axis": 2}
 SKIES = {"keep": 0, "replace": 1, "air": 2}
-COMPOSE = struct_dtype(FILES["buffer"], "Compose")
+COMPOSE = struct_dtype(BUFFER, "Compose")
 SUN_SOLID_ANGLE = float(2 * np.pi * (1 - np.cos(np.radians(SUN_ANGULAR_RADIUS))))  # sr
 
 
 class DaylightPass:
     """Puts daylight on pictures of one size: L = L0 T + (1 - D) L1 + Lms.
 
-    depth: what distances come in: "buffer", of a camera, depth32float, 1 where nothing is; "ray", metres along rays, or "axis", metres along
-    the view's axis, r32float, infinite where nothing is. sky: what stands behind the air where nothing is: "keep" the picture's own sky, that
-    has its daylight, and only misses light where D is more than 0; "replace" it by space with the sun's disc, and ground; "air": put air
-    before it. even_air: Eq. 1 of GPU Gems 3 instead of the table. attenuate: what D takes, the "source" or "all", Eq. 2 as printed.
+    depth: what distances come in: "buffer", of a camera, depth32float, 1 where nothing is; "ray", metres along rays, or "axis", metres
+    along the view's axis, r32float, infinite where nothing is. sky: what stands behind the air where nothing is: "keep" the picture's own
+    sky, that has its daylight, and only misses light where D is more than 0; "replace" it by space with the sun's disc, and ground; "air":
+    put air before it. even_air: Eq. 1 of GPU Gems 3 instead of the table, whose sky is as far as air of 8 km reaches that is everywhere as
+    dense as below. attenuate: what D takes, the "source" or "all", Eq. 2 as printed.
 
     picture: rgba16float; radiance, transmittance: rgba32float, what is added to the picture times what is let through.
     """
 
     def __init__(
-        self, device: Device, size: tuple[int, int], depth: Depth = "buffer", sky: Sky = "replace", even_air: bool = False, attenuate: str = "source",
+        self, device: Device, size: tuple[int, int], depth: Depth = "buffer", sky: Sky = "replace", even_air: bool = False,
+        attenuate: str = "source",
     ) -> None:  # fmt: skip
         self.device, self.size = device, size
-        self._file = FILES[depth]
+        self._file = METRES if depth in IN_METRES else BUFFER
         self._constants: dict[str, float] = {"SKY": SKIES[sky], "EVEN_AIR": even_air, "ALL": attenuate == "all"}
         if depth in IN_METRES:
             self._constants["IN_METRES"] = IN_METRES[depth]
@@ -79,8 +82,9 @@ class DaylightPass:
         out["rays"], out["flat_rays"] = eye_rays(projection)
         out["depth"] = depth_terms(projection)
         out["ground"], out["size"] = np.broadcast_to(ground, (3,)), self.size
-        out["disc"] = np.broadcast_to(irradiance, (3,)) / SUN_SOLID_ANGLE if disc else 0
         out["edge"] = 0.5 * abs(out["rays"][0]) / self.size[0]
+        out["disc_radius"], share = drawn_disc(float(out["edge"]))
+        out["disc"] = share * np.broadcast_to(irradiance, (3,)) / SUN_SOLID_ANGLE if disc else 0
         out["rayleigh"], out["mie"], out["g"], out["printed"] = beta_rayleigh, beta_mie, g, phase == "hp"
         out["irradiance"] = np.broadcast_to(irradiance, (3,))
         self.device.queue.write_buffer(self._record, 0, out.tobytes())

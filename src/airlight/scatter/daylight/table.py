@@ -26,8 +26,8 @@ NEAREST = 300.0  # m, within which the table is even over the way
 class ViewTable:
     """Holds on the device what view rays gather up to any distance, for one air, one elevation of the sun and one altitude of the eye.
 
-    textures: of sunlight scattered once by Rayleigh's air, and by the aerosol, without phase functions; of all but the aerosol's part of that;
-    and transmittance: in the order of view_table.wgsl's bindings, before a linear sampler.
+    textures: of sunlight scattered once by Rayleigh's air, and by the aerosol, without phase functions; of all but the aerosol's part of
+    that; and transmittance: in the order of view_table.wgsl's bindings, before a linear sampler.
     """
 
     def __init__(self, device: Device) -> None:

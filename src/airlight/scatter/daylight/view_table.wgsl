@@ -39,7 +39,7 @@ struct DaylightRay {
 /// Place a view ray in the table. direction: unit. Twin: reference/daylight_view.py:daylight_ray.
 fn daylight_ray(direction: vec3f) -> DaylightRay {
     let mu = dot(direction, daylight.up);
-    let row = elevation_row(asin(clamp(mu, -1.0, 1.0)), daylight.horizon);
+    let row = elevation_row(arc_sine(mu), daylight.horizon);
     let column = azimuth_column(mu, dot(direction, daylight.ahead));
     let way = way_to_ground(daylight.height, mu);
     return DaylightRay(
@@ -47,11 +47,6 @@ fn daylight_ray(direction: vec3f) -> DaylightRay {
         air_phases(direction, daylight.to_sun, daylight.anisotropy),
         select(NO_END, way, way > 0.0),
     );
-}
-
-/// Place a way of t m along a ray in the table.
-fn daylight_place(ray: DaylightRay, t: f32) -> vec3f {
-    return vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
 }
 
 /// Read the sunlight that Rayleigh's air scatters once at a place of the table. Sums of parts give the same to the bit wherever they are made.
@@ -71,25 +66,25 @@ fn daylight_with_before(place: vec3f) -> vec3f {
 
 /// Read C(t), the radiance of sunlight scattered once up to t m: what lies lit from a to b adds C(b) - C(a).
 fn daylight_single(ray: DaylightRay, t: f32) -> vec3f {
-    let place = daylight_place(ray, t);
+    let place = vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
     return daylight.irradiance * (daylight_by_rayleigh(ray, place) + daylight_by_aerosol(ray, place));
 }
 
 /// Read the radiance of all light up to t m.
 fn daylight_whole(ray: DaylightRay, t: f32) -> vec3f {
-    let place = daylight_place(ray, t);
+    let place = vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
     return daylight.irradiance * (daylight_with_before(place) + daylight_by_aerosol(ray, place));
 }
 
 /// Read the radiance of light scattered more than once up to t m.
 fn daylight_multiple(ray: DaylightRay, t: f32) -> vec3f {
-    let place = daylight_place(ray, t);
+    let place = vec3f(way_coordinate(t, daylight.near, daylight.step), ray.at);
     return daylight.irradiance * (daylight_with_before(place) - daylight_by_rayleigh(ray, place));
 }
 
 /// Read the transmittance of t m.
 fn daylight_transmittance(ray: DaylightRay, t: f32) -> vec3f {
-    return textureSampleLevel(daylight_through, daylight_linear, daylight_place(ray, t).xz, 0.0).rgb;
+    return textureSampleLevel(daylight_through, daylight_linear, vec2f(way_coordinate(t, daylight.near, daylight.step), ray.at.y), 0.0).rgb;
 }
 
 /// Read all that a ray of a direction gathers up to t m; NO_END for one that ends at the ground, or not.

@@ -90,7 +90,7 @@ class _Loader:
         path, duration = self._gltf.container.path, self._model.duration
         emissive = () if self._lights else tuple(glowing(self._model.drawn))
         sky_sun = None if self._surroundings is None else self._surroundings.sun_illuminance()
-        more: dict[str, Any] = {"glowing": emissive, "sky_sun": sky_sun, "photometric": bool(self._lights)}
+        more: dict[str, Any] = {"glowing": emissive, "sky_sun": sky_sun, "photometric": bool(self._lights), "draggable": fixed}
         return Stage(path, self._scene, self._cameras, lights, duration, self.pose, center, radius, movable, **more)
 
     def _add_camera(self, i: int, described: schema.Camera, name: str) -> None:
@@ -157,7 +157,8 @@ class _Loader:
             place = self._center - ahead * self._radius * 1.5
         light.local.position = place
         if isinstance(light, Projector):
-            light.upwards = tuple(matrix[:3, 1])
+            upright = np.linalg.norm(np.cross(ahead, matrix[:3, 1])) > 1e-6 * np.linalg.norm(matrix[:3, 1])
+            light.upwards = tuple(matrix[:3, 1]) if upright else (0.0, 1.0, 0.0)  # of a node that has no height
         if i in self._profiles:
             light.local.rotation = la.quat_from_mat(_turn(matrix))
         if not isinstance(light, gfx.PointLight):

@@ -14,6 +14,7 @@ let key = null // of the window that steers
 let most = 0 // bytes
 let sending = null // the request that is under way
 let fading = null
+let wanted = '' // what the chosen file is for
 
 function say (words, stays = false) {
   clearTimeout(fading)
@@ -29,6 +30,7 @@ export function told (message) {
   } else if (message.type === 'clipboard') {
     copy(message.value)
   } else if (message.type === 'choose') {
+    wanted = message.cookie ? 'cookie' : ''
     choose()
   } else if (message.type === 'download') {
     keep(message)
@@ -61,7 +63,7 @@ function keep (message) {
   say(`${message.name} goes to the browser's downloads`)
 }
 
-function send (files) {
+function send (files, purpose = '') {
   if (files.length === 0) return
   const file = files[0]
   if (key === null) return say('Watching: only the window that steers opens files')
@@ -72,6 +74,7 @@ function send (files) {
   request.open('POST', 'file')
   request.setRequestHeader('X-Airlight-Key', key)
   request.setRequestHeader('X-File-Name', encodeURIComponent(file.name.toWellFormed?.() ?? file.name))
+  request.setRequestHeader('X-Airlight-For', purpose)
   request.setRequestHeader('Content-Type', 'application/octet-stream')
   const show = part => say(`Sending ${file.name}${first}: ${Math.floor(100 * part)} %`, true)
   request.upload.onprogress = event => show(event.total ? event.loaded / event.total : 0)
@@ -83,7 +86,7 @@ function send (files) {
 }
 
 input.addEventListener('change', () => {
-  send([...input.files])
+  send([...input.files], wanted)
   input.value = '' // the same file may be chosen again
 })
 
