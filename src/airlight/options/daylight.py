@@ -129,4 +129,5 @@ class DaylightScene(Options, group="daylight"):
     north: float = real(0.0, "azimuth of north: 0 at -Z, 90 at +X", "Airlight", "degrees", ge=-360, le=360)
 
 
+OF_DAYLIGHT = frozenset(one.name for group in (Daylight, DaylightPicture, DaylightScene) for one in group.options())
 OF_PICTURE = frozenset(DaylightPicture.__struct_fields__)  # some have a name that is another option's of scenes
