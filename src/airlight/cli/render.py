@@ -98,7 +98,7 @@ class _Fps(click.ParamType):
 @option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
 @option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
 @option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
-@option("--from", "day_from", panel=TIME, metavar="HH:MM+ZONE", help="With --day: when the frames begin, as 05:30+02:00; unset: at sunrise.")
+@option("--from", "day_from", panel=TIME, metavar="HH:MM+ZONE", help="With --day: when frames begin, as 05:30+02:00; unset: at sunrise.")
 @option("--to", "day_to", panel=TIME, metavar="HH:MM+ZONE", help="With --day: when they end; unset: at sunset.")
 @option("--seed", panel=TIME, type=click.IntRange(0, 2**31 - 1), help="Of flying: another path.")
 @flag_option("--draw-path", None, TIME, "Draw the path that something of the scene flies along.")

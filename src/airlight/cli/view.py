@@ -106,10 +106,10 @@ def view(
         refuse_medium(name for name in ctx.params if given(ctx, name))
     more: dict[str, Any] = {"lamps": written} if of_scene else {"lights": _light_controls(written, source)}
     if of_scene:
-        from airlight.jobs.sun_of_scene import checked_sun, with_daylight
+        from airlight.jobs.sun_of_scene import check_view, with_daylight
 
+        check_view(values)
         values.update(with_daylight(values, bool(volume or particles)))
-        more["sun"] = checked_sun(values)
     more |= {"animation": animation, "scene": scene_of_file, "up": up, "densities": (volume, particles), "shapes": shapes}
 
     def make(canvas: Any) -> Any:

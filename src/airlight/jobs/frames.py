@@ -244,9 +244,10 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
 
     spent = Spent()
     r.check()
-    values = r.scene_values()
     from airlight.composite.view import check as check_view
+    from airlight.jobs.sun_of_scene import SunRequest, put_daylight, with_daylight
 
+    values = with_daylight(r.scene_values(), bool(r.volume or r.particles))
     asked = build(values)
     quality = asked[Parameters].quality
     check_view(asked[SceneOptions].view_transform)
@@ -260,9 +261,6 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.scenes import offline
-    from airlight.jobs.sun_of_scene import SunRequest, put_daylight, with_daylight
-
-    values = with_daylight(values, bool(r.volume or r.particles))
     stage, frames = None, _tasks(r, 0.0)
     if not frames:  # as many as the animation has
         shared_device(r.device)
@@ -315,13 +313,12 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         march=built[March],
         exclude=r.exclude,
         linear=r.output.lower().endswith(offline.LINEAR_FILES),
-        turns=_metered_turns(r),
+        turns=(0.0, 0.25, 0.5, 0.75) if r.turntable is not None else (r.turn / 360,),  # for any of the frames
     )
     exposure = studio.exposure
     if exposure.automatic is not None and built[SceneOptions].ev is None and not studio.linear:
         say(exposure.line())
-        if not studio.follows:
-            values["ev"] = exposure.ev
+        values |= {} if studio.follows else {"ev": exposure.ev}
     spent.add(SET_UP, opened)
     studio.shafts.timing = r.profile
     settings = r.settings(stage.settings, values)
@@ -396,11 +393,6 @@ def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:
         name = r.output if r.is_film else place(r.output, number) or r.output
         found.append(FrameTask(number, name, place(r.layer, number), place(r.occlusion_buffer, number), r.time + ahead, turn))
     return found
-
-
-def _metered_turns(r: FramesRequest) -> tuple[float, ...]:
-    """Choose where the camera stands, in parts of a turn, while the automatic exposure is measured: the same for any of the frames."""
-    return (0.0, 0.25, 0.5, 0.75) if r.turntable is not None else (r.turn / 360,)
 
 
 def _left(r: FramesRequest, frames: Sequence[FrameTask]) -> list[FrameTask]:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import datetime
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from airlight.daylight import Atmosphere, sun_position
-from airlight.daylight.atmosphere import LOWEST_SUN
 from airlight.errors import AirlightError, warn
-from airlight.options import Daylight, DaylightScene, Medium
+from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, atmosphere, is_daylight
+from airlight.jobs.daylight_text import check_elevation, read_sun, read_when, read_where
+from airlight.options import Daylight, DaylightScene, Medium, declared
 from airlight.scatter.methods import FOR_MEDIUM
 
 if TYPE_CHECKING:
@@ -21,11 +20,10 @@ if TYPE_CHECKING:
     from airlight.scenes.daylight import Track
     from airlight.scenes.stage import Stage
 
-UP = -0.27  # degrees of the apparent centre, at which the sun's upper edge is at the horizon
-ALTITUDE = 2.0  # m, of y = 0, unless given
-WHERE = ("latitude", -90.0, 90.0), ("longitude", -180.0, 180.0), ("altitude", -430.0, 9000.0)
+UP = -0.27  # degrees of the sun's apparent centre, at which its upper edge is at the horizon
 OF_AIR = ("visibility", "turbidity", "ozone", "ground_albedo", "aerosol_albedo", "aerosol_anisotropy", "wavelengths", "multiple")
-OF_PICTURES = ("attenuate", "sky", "beta_rayleigh", "beta_mie")  # which a scene has no use for
+OF_PICTURES = ("attenuate", "sky", *OF_PRINTED)  # which a scene has no use for
+Place = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -41,58 +39,35 @@ class SunRequest:
     seconds: tuple[float, float] = (0.0, 0.0)
 
 
-def atmosphere(options: Daylight) -> Atmosphere:
-    """Make the air that is asked for. Raises AirlightError."""
-    return Atmosphere(**{name: getattr(options, name) for name in OF_AIR})
-
-
-def read_where(text: str) -> tuple[float, float, float | None]:
-    """Read LAT,LON[,ALT], degrees and m. Raises AirlightError."""
-    parts = text.split(",")
-    try:
-        found = [float(part) for part in parts]
-    except ValueError:
-        found = []
-    if len(found) not in (2, 3):
-        raise AirlightError(f"cannot read --where {text!r}: write latitude and longitude in degrees, and metres above the sea: 47.42,10.98,2962")
-    for value, (name, low, high) in zip(found, WHERE):
-        if not low <= value <= high:
-            raise AirlightError(f"--where {text}: a {name} of {value:g} is not within {low:g} to {high:g}")
-    return found[0], found[1], found[2] if len(found) > 2 else None
-
-
-def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -> SceneDaylight | None:
-    """Make the daylight of a scene; None where there is none. Raises AirlightError."""
-    if options.daylight == "none":
-        _refuse_idle(options, day, request)
-        return None
-    if options.daylight != "air":
-        raise AirlightError("--daylight hoffman-preetham is for pictures: its even air has no sky; in a scene give --daylight air")
-    for name in OF_PICTURES:
-        if getattr(options, name) != getattr(Daylight(), name):
-            raise AirlightError(f"--{name.replace('_', '-')} is for pictures: leave it out, a scene's sky is drawn anew and keeps its Lms")
-    from airlight.scenes.daylight import SUN_LUX
-    from airlight.scenes.daylight import Daylight as SceneDaylight
-
-    where = None if options.where is None else read_where(options.where)
-    track, middle = _track(options, day, request, where)
-    lowest = min(track(request.seconds[0])[1], track(request.seconds[1])[1])
-    if lowest < LOWEST_SUN and middle is None:
-        raise AirlightError(f"the sun stands at {lowest:.1f} degrees, and the dusk ends at {LOWEST_SUN:g}: give a time with more light")
-    altitude = options.altitude if options.altitude is not None else (where[2] if where and where[2] is not None else ALTITUDE)
-    lux = SUN_LUX if options.sun_strength is None else options.sun_strength
-    return SceneDaylight(atmosphere(options), track, max(altitude, 0.0), lux, middle)
-
-
 def with_daylight(values: dict[str, Any], has_densities: bool) -> dict[str, Any]:
-    """Add to the values of a scene what goes with daylight: the method that sees its shadows, and no medium but the air, unless one is given.
+    """Add to the values of a scene what goes with daylight: the method that sees its shadows, and no medium but the air if none is given.
 
-    has_densities: volumes or particles lie in it.
+    has_densities: volumes or particles lie in it. Raises AirlightError for values that have no meaning.
     """
-    if values.get("daylight", "none") == "none":
+    if not is_daylight(values):
         return values
+    if values["daylight"] != AIR:
+        raise AirlightError(f"--daylight {values['daylight']} is for pictures: its even air has no sky; in a scene give --daylight {AIR}")
+    for one in declared(scenes=True):
+        if one.name in OF_PICTURES and values.get(one.name, one.default) != one.default:
+            raise AirlightError(f"{one.flag} is for pictures: leave it out; a scene's sky is drawn anew, and shadows take sunlight alone")
     has_medium = has_densities or any(one.name in values for one in Medium.options())
     return {"method": FOR_MEDIUM} | ({} if has_medium else {"sigma_t": (0.0, 0.0, 0.0)}) | values
+
+
+def check_view(values: dict[str, Any]) -> None:
+    """Raise AirlightError for values of a view, which has a sun to begin with, that contradict each other."""
+    if values.get("daylight", NONE) == NONE and values.get("sun") is not None:
+        raise AirlightError("--sun is for daylight: add --daylight air, or leave it out")
+    if values.get("day") is not None:
+        raise AirlightError("--day is for frames, of `airlight render`: in the viewer give --when, and drag its hour")
+    _one_sun({"--sun": values.get("sun"), "--when": values.get("when")})
+    if values.get("sun") is not None:
+        read_sun(values["sun"])
+    if values.get("where") is not None:
+        read_where(values["where"])
+    if values.get("when") is not None:
+        read_when(values["when"])
 
 
 def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest) -> None:
@@ -102,71 +77,75 @@ def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest) -> N
         daylight.put(stage)
 
 
-def _refuse_idle(options: Daylight, day: DaylightScene, request: SunRequest) -> None:
-    """Raise AirlightError for what says something of a daylight that is not asked for."""
-    for group in (options, day):
-        for one in group.options():
-            if one.name != "daylight" and getattr(group, one.name) != one.default:
-                raise AirlightError(f"{one.flag} goes with --daylight air; give it too")
-    if request.begin is not None or request.end is not None:
-        raise AirlightError("--from and --to go with --day and --daylight air; give them too")
+def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -> SceneDaylight | None:
+    """Make the daylight of a scene; None where there is none. Raises AirlightError."""
+    if options.daylight == NONE:
+        if request.begin is not None or request.end is not None:
+            raise AirlightError("--from and --to are for daylight: add --day and --daylight air, or leave them out")
+        return None
+    from airlight.scenes.daylight import SUN_LUX
+    from airlight.scenes.daylight import Daylight as SceneDaylight
+
+    where = None if options.where is None else read_where(options.where)
+    track, middle = _track(options, day, request, where)
+    lux = SUN_LUX if options.sun_strength is None else options.sun_strength
+    return SceneDaylight(atmosphere(options), track, altitude_of(options, where), lux, middle)
+
+
+def altitude_of(options: Daylight, where: tuple[float, float, float | None] | None) -> float:
+    """Choose the altitude of y = 0, m: as given, else that of the place."""
+    if options.altitude is not None:
+        return options.altitude
+    return EYE if where is None or where[2] is None else max(where[2], 0.0)
+
+
+def _one_sun(ways: dict[str, Any]) -> list[str]:
+    """List the options by which a sun is given. Raises AirlightError for several."""
+    given = [name for name, value in ways.items() if value]
+    if len(given) > 1:
+        raise AirlightError(f"{' and '.join(given)} both say where the sun is: give one of them")
+    return given
 
 
 def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: Any) -> tuple[Track, float | None]:
     """Find where the sun stands at a time of the scene, s, and when it is halfway; None of one that stands."""
-    given = [name for name, one in (("--sun", request.suns), ("--when", options.when), ("--day", day.day)) if one]
+    given = _one_sun({"--sun": request.suns, "--when": options.when, "--day": day.day})
     if not given:
-        raise AirlightError("--daylight needs a sun: give --sun AZ,EL, or --when and --where, or --day and --where")
-    if len(given) > 1:
-        raise AirlightError(f"{' and '.join(given)} all say where the sun stands; give one of them")
+        raise AirlightError("--daylight air needs a sun: add --sun AZ,EL, --when and --where, or --day and --where")
     if day.day is None and (request.begin is not None or request.end is not None):
-        raise AirlightError("--from and --to go with --day; give a date, as --day 2026-06-21")
+        raise AirlightError("--from and --to go with --day: add a date, as in --day 2026-06-21")
     if request.suns:
-        azimuth, elevation = _angles(request.suns)
+        if len(request.suns) > 1:
+            raise AirlightError("daylight has one sun: give --sun once")
+        azimuth, elevation = read_sun(request.suns[0])
         return (lambda _: (azimuth + day.north, elevation)), None
     if where is None:
-        raise AirlightError(f"{given[0]} needs a place: give --where LAT,LON, as 47.42,10.98")
+        raise AirlightError(f"{given[0]} needs the place too: add --where LAT,LON in degrees, as in --where 47.42,10.98,2962")
     place = where[0], where[1], where[2] or 0.0
     if options.when is not None:
         if options.when == "exif":
-            raise AirlightError("--when exif is for photographs: of a scene give a time, as 2026-06-21T19:30+02:00")
-        _, azimuth, elevation = (float(one) for one in sun_position(options.when, *place))
+            raise AirlightError("--when exif reads a photograph, which a scene is not: give a time, as 2026-06-21T19:30+02:00")
+        azimuth, elevation = _seen(read_when(options.when), place)
+        check_elevation(elevation, f"--when {options.when}")
         return (lambda _: (azimuth + day.north, elevation)), None
     start, end = _span(str(day.day), request, place)
     first, last = request.seconds
     if last <= first:
-        raise AirlightError("--day goes with several frames, as --frames 1-240; for one moment give --when")
+        raise AirlightError("--day goes with several frames, as in --frames 1-240: for one moment give --when")
     pace = (end - start) / (last - first)
 
     def track(time: float) -> tuple[float, float]:
-        _, azimuth, elevation = (float(one) for one in sun_position(_at(start + pace * (time - first)), *place))
+        azimuth, elevation = _seen(_at(start + pace * (time - first)), place)
         return azimuth + day.north, elevation
 
     return track, (first + last) / 2
 
 
-def checked_sun(values: dict[str, Any]) -> tuple[float, float] | None:
-    """Take the sun out of the values of a view, which has one to begin with: None unset. Raises AirlightError for what goes not with others."""
-    sun = values.pop("sun", None)
-    if sun is None:
-        return None
-    if values.get("daylight", "none") == "none":
-        raise AirlightError("--sun goes with --daylight air; give it too")
-    if values.get("when") is not None:
-        raise AirlightError("--sun and --when both say where the sun stands; give one of them")
-    return _angles([sun])
+def _seen(time: datetime.datetime, place: Place) -> tuple[float, float]:
+    """Find azimuth and apparent elevation of the sun, degrees."""
+    from airlight.daylight import sun_position
 
-
-def _angles(suns: Sequence[str]) -> tuple[float, float]:
-    """Read the sun's azimuth and elevation, degrees."""
-    if len(suns) > 1:
-        raise AirlightError("daylight has one sun; give --sun once")
-    try:
-        azimuth, elevation = (float(part) for part in suns[0].split(","))
-    except ValueError:
-        raise AirlightError(f"--sun {suns[0]}: of daylight are azimuth and elevation alone, as 240,12: the air makes its colour") from None
-    if not (math.isfinite(azimuth) and LOWEST_SUN <= elevation <= 90):
-        raise AirlightError(f"--sun {suns[0]}: an elevation of {elevation:g} is not within {LOWEST_SUN:g}, where dusk ends, to 90 degrees")
+    _, azimuth, elevation = (float(one) for one in sun_position(time, *place))
     return azimuth, elevation
 
 
@@ -174,33 +153,39 @@ def _at(seconds: float) -> datetime.datetime:
     return datetime.datetime.fromtimestamp(seconds, datetime.UTC)
 
 
-def _span(day: str, request: SunRequest, place: tuple[float, float, float]) -> tuple[float, float]:
+def _span(day: str, request: SunRequest, place: Place) -> tuple[float, float]:
     """Find the first and the last moment, seconds since 1970, of a day at a place: given, else of sunrise and sunset."""
     try:
         date = datetime.date.fromisoformat(day)
     except ValueError as error:
-        raise AirlightError(f"--day is {day!r}, which is no date ({error}); give it as 2026-06-21") from None
-    noon = datetime.datetime.combine(date, datetime.time(12), datetime.UTC).timestamp() - 240 * place[1]
+        raise AirlightError(f"--day {day}: there is no such date ({error}): write it as 2026-06-21") from None
     start, end = (None if text is None else _time_of(date, text, name) for text, name in ((request.begin, "--from"), (request.end, "--to")))
     if start is None or end is None:
-        times = noon + np.linspace(-43_200, 43_200, 1441)
-        up = sun_position([_at(t) for t in times], *place)[2] - UP
-        if not (up > 0).any():
-            raise AirlightError(f"the sun does not rise on {day} at {place[0]:g},{place[1]:g}: give --from and --to")
-        if (up > 0).all():
-            warn(f"the sun does not set on {day} at {place[0]:g},{place[1]:g}: the frames run through 24 hours")
-        lit = np.flatnonzero(up > 0)
-        rise, fall = int(lit[0]), int(lit[-1])
-        rising = times[0] if rise == 0 else _crossing(times, up, rise - 1)
-        setting = times[-1] if fall == len(times) - 1 else _crossing(times, up, fall)
-        start, end = rising if start is None else start, setting if end is None else end
+        rise, fall = sun_up(date, place)
+        start, end = rise if start is None else start, fall if end is None else end
     if end <= start:
-        raise AirlightError(f"--to is {_at(end):%H:%M}Z, not after {_at(start):%H:%M}Z, where the frames begin: give a later one")
+        raise AirlightError(f"the frames end at {_at(end):%H:%M}Z, and begin at {_at(start):%H:%M}Z: give other --from and --to")
     return start, end
 
 
-def _crossing(times: Any, values: Any, i: int) -> float:
-    return float(times[i] + (times[i + 1] - times[i]) * values[i] / (values[i] - values[i + 1]))
+def sun_up(date: datetime.date, place: Place) -> tuple[float, float]:
+    """Find sunrise and sunset, seconds since 1970, of the day around the sun's noon at a place. Raises AirlightError in a polar night."""
+    from airlight.daylight import sun_position
+
+    noon = datetime.datetime.combine(date, datetime.time(12), datetime.UTC).timestamp() - 240 * place[1]
+    times = noon + np.linspace(-43_200, 43_200, 289)
+    up = sun_position([_at(t) for t in times], *place)[2] - UP
+    lit = np.flatnonzero(up > 0)
+    if not len(lit):
+        raise AirlightError(f"--day {date}: the sun does not rise at {place[0]:g},{place[1]:g}: give --from and --to")
+    if len(lit) == len(times):
+        warn(f"the sun does not set on {date} at {place[0]:g},{place[1]:g}: the frames run through 24 hours")
+
+    def crossing(i: int) -> float:
+        return float(times[i] + (times[i + 1] - times[i]) * up[i] / (up[i] - up[i + 1]))
+
+    first, last = int(lit[0]), int(lit[-1])
+    return times[0] if first == 0 else crossing(first - 1), times[-1] if last == len(times) - 1 else crossing(last)
 
 
 def _time_of(date: datetime.date, text: str, name: str) -> float:
@@ -208,7 +193,7 @@ def _time_of(date: datetime.date, text: str, name: str) -> float:
     try:
         found = datetime.time.fromisoformat(text)
     except ValueError:
-        raise AirlightError(f"cannot read {name} {text!r}: write a time of the day with its zone, as 05:30+02:00 or 03:30Z") from None
-    if found.tzinfo is None:
-        raise AirlightError(f"{name} {text} has no zone: add Z or, as for Central European Summer Time, +02:00")
+        raise AirlightError(f"cannot read {name} {text}: write a time of the day with its zone, as 05:30+02:00 or 03:30Z") from None
+    if found.utcoffset() is None:
+        raise AirlightError(f"{name} {text}: the time has no zone: add Z, or as for Central European Summer Time +02:00")
     return datetime.datetime.combine(date, found).timestamp()

@@ -57,7 +57,8 @@ class AirOfScene:
         if self._air is None:
             self._air = AirLayer(self.device, self.size)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
-        found = [one for one in lights if isinstance(one[0], DirectionalLight) and np.allclose(one[0].direction, daylight.direction, atol=SAME)]
+        suns = [one for one in lights if isinstance(one[0], DirectionalLight)]
+        found = [one for one in suns if np.allclose(one[0].direction, daylight.direction, atol=SAME)]
         light, shadow = found[0] if found and METHODS[shafts.parameters.method].has_units else (None, None)
         scale = daylight.lux * shafts.pre_exposure
         altitude = daylight.altitude + float(np.linalg.inv(view)[1, 3] + current_origin()[1])

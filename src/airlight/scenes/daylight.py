@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import pygfx as gfx
 
 from airlight.colour import srgb_encode
 from airlight.daylight import Atmosphere
+from airlight.lights.punctual import triple
 from airlight.luminance import REC709
 from airlight.pygfx import SceneLight
 from airlight.reference.daylight import SUN_ANGULAR_RADIUS, Array
@@ -177,7 +177,7 @@ class Daylight:
         top = float(light.max())
         self.sun.color = gfx.Color.from_physical(*(float(v) for v in (light / top if top > 0 else np.ones(3))))
         self.sun.intensity = top * stage.pre_exposure if top > NO_SUN else 0.0
-        self.light.screen_tint = tuple(float(v) for v in light / max(top, 1e-30))
+        self.light.screen_tint = triple(light / max(top, 1e-30))
         self.sun.local.position = stage.center + 1.5 * stage.radius * self.direction
         self._surround(stage, background)
 
@@ -204,7 +204,8 @@ class Daylight:
 
 def _is_sun(light: SceneLight) -> bool:
     """Tell whether a light is a sun, or a body that a sun hangs on."""
-    return light.direction is not None or (light.target is not None and any(isinstance(one, gfx.DirectionalLight) for one in light.target.iter()))
+    below = () if light.target is None else light.target.iter()
+    return light.direction is not None or any(isinstance(one, gfx.DirectionalLight) for one in below)
 
 
 def _cube(size: int) -> gfx.Texture:
@@ -217,14 +218,13 @@ def _fill(texture: gfx.Texture, radiance: Array) -> None:
     texture.update_full()
 
 
-@contextlib.contextmanager
-def daylit(stage: Stage, daylight: Daylight | None) -> Iterator[None]:
-    """Light a stage by a daylight, if there is one, while a block lasts."""
-    if daylight is None:
-        yield
-        return
-    daylight.put(stage)
-    try:
-        yield
-    finally:
-        daylight.take_off(stage)
+def light_stage(stage: Stage, effect: Any, time: float, ev: float | None = None) -> None:
+    """Put a stage's sun, if it has daylight, where it stands at a time, seconds, and give an effect pass its air.
+
+    ev: stops halfway of the sun's track, where the exposure follows the sky; else None.
+    """
+    effect.daylight = stage.daylight
+    if stage.daylight is not None:
+        stage.daylight.move(stage, time)
+        if ev is not None:
+            effect.automatic_ev = ev + stage.daylight.stops()

@@ -171,4 +171,5 @@ def flying(seed: int = 4) -> Stage:
     for camera in cameras.values():
         pose(0.0, camera)
     light = SceneLight(target=disc, screen_tint=(0.7, 0.7, 0.7))
-    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST, hazy=tuple(ranges), clear=woods())
+    clear = {"hazy": tuple(ranges), "clear": woods()}
+    return Stage("flying", scene, cameras, [light], duration, pose, centre, 90.0, path=line, settings=MIST, **clear)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import msgspec
 import numpy as np
 import pygfx as gfx
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import AirlightError
 from airlight.lights.punctual import Triple
 from airlight.luminance import REC709_F32
 from airlight.messages import nearest
@@ -26,9 +25,11 @@ from airlight.pygfx.origin import near_origin
 from airlight.pygfx.particles import follow, undrawn
 from airlight.pygfx.projector import Projector
 from airlight.scatter.methods import METHODS
+from airlight.scenes.daylight import light_stage
 from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
 from airlight.scenes.lamps import NamedLight, lighting, named
 from airlight.scenes.origin import origin
+from airlight.scenes.raised import raised
 from airlight.scenes.stage import Stage
 
 FAR_METRES = 1e10  # the depth where nothing is drawn, as Blender writes it; an infinity would spoil a compositor's filters
@@ -257,15 +258,12 @@ class Studio:
     def _draw(self, renderer: Any, effect: LightShafts, time: float, turn: float) -> None:
         """Poses the stage and its camera, and renders a frame."""
         self.stage.pose(time, self._followed)
-        if self.stage.daylight is not None:
-            self.stage.daylight.move(self.stage, time)
-        effect.time, effect.daylight = time, self.stage.daylight
-        if self.follows and effect is self.shafts:
-            effect.automatic_ev = self.exposure.ev + self.stage.daylight.stops()
+        effect.time = time
+        light_stage(self.stage, effect, time, self.exposure.ev if self.follows else None)
         follow((*self.stage.fields, *self.stage.cookies), time, self.stage.fps)
         self._lighting.move()
         self._carry(turn)
-        with _raised(), self._near(), undrawn(self.stage.fields):
+        with raised(), self._near(), undrawn(self.stage.fields):
             renderer.render(self.stage.scene, self.camera)
 
     def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
@@ -304,7 +302,7 @@ class Studio:
         """Draw the last frame again without its medium: (H, W, 3) float32, linear, in the scale of the layer."""
         effects, self.renderer.effect_passes = self.renderer.effect_passes, ()
         try:
-            with self._lighting.shining(), _raised(), self._near(), undrawn(self.stage.fields):
+            with self._lighting.shining(), raised(), self._near(), undrawn(self.stage.fields):
                 self.renderer.render(self.stage.scene, self.camera)
             return self.renderer.snapshot()[..., :3].astype(np.float32)
         finally:
@@ -378,28 +376,3 @@ def _place(camera: Any, stage: Stage, shot: Shot) -> None:
     near, far = next((c.depth_range for c in stage.cameras.values() if c.depth_range), (math.inf, 0.0))
     away = float(np.linalg.norm(stage.center - eye))
     camera.depth_range = min(near, stage.radius / 1000), max(far, 4 * (away + stage.radius))
-
-
-class _Errors(logging.Handler):
-    def __init__(self) -> None:
-        super().__init__(logging.ERROR)
-        self.found: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.found.append(record.getMessage() + (f": {record.exc_info[1]}" if record.exc_info else ""))
-
-
-@contextlib.contextmanager
-def _raised() -> Iterator[None]:
-    """Raises what pygfx and wgpu only log, as a broken shader, as a MachineError."""
-    errors = _Errors()
-    loggers = [logging.getLogger(name) for name in ("pygfx", "wgpu")]
-    for logger in loggers:
-        logger.addHandler(errors)
-    try:
-        yield
-    finally:
-        for logger in loggers:
-            logger.removeHandler(errors)
-    if errors.found:
-        raise MachineError(f"the scene could not be drawn ({' '.join(errors.found[0].split())[:200]}); try another --device")

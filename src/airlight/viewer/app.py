@@ -41,8 +41,7 @@ class Viewer:
     """Draws `state` onto a canvas and changes it by what the user does. Its `canvas` may be any of rendercanvas.
 
     source: a picture's path, a Picture, a scene's name or path; animation, scene, up: those of `open_scene`; lamps: of a scene, as
-    `--light` has them; densities: as `--volume` and `--particles` have them; shapes: as `shape_text.shaped`; sun: of
-    a scene's daylight, degrees, azimuth and elevation. Raises AirlightError where it
+    `--light` has them; densities: as `--volume` and `--particles` have them; shapes: as `shape_text.shaped`. Raises AirlightError where it
     cannot be shown; later failures are lines in the panel. Shows itself in notebooks, if the canvas does.
     """
 
@@ -61,7 +60,6 @@ class Viewer:
         lamps: Sequence[str] = (),
         densities: tuple[Sequence[str], Sequence[str]] = ((), ()),
         shapes: dict[str, Sequence[str]] | None = None,
-        sun: tuple[float, float] | None = None,
         pace: Pace = IN_SLICES,
     ) -> None:
         from airlight.viewer.panel import Panel
@@ -87,7 +85,6 @@ class Viewer:
             refuse_look(values, "a scene")
         if values:
             st.set_values(self.state, values)
-        self.state.sun = sun or self.state.sun
         if self.state.is_image:
             check_picture(self.state.parameters.method)
         self.open(source, lights)

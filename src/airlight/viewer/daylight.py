@@ -5,7 +5,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
-from airlight.jobs.sun_of_scene import ALTITUDE, OF_AIR, atmosphere, read_where, with_daylight
+from airlight.jobs.daylight_sun import atmosphere
+from airlight.jobs.daylight_text import read_sun, read_when, read_where
+from airlight.jobs.sun_of_scene import OF_AIR, altitude_of, with_daylight
 from airlight.luminance import REC709
 from airlight.options import NOT_IN_SCENES, declared
 from airlight.options.daylight import OF_PICTURE
@@ -18,6 +20,7 @@ from airlight.viewer.state import ViewerState
 if TYPE_CHECKING:
     from airlight.viewer.stage import SceneView
 
+AFTERNOON = "150,25"  # a sun by angles, at first
 NOON, PLACE = "2026-06-21T12:00+02:00", "47.42,10.98"  # of a sun by time and place, at first
 FAR_STOPS = 3.0  # between the exposure and what radiances are scaled by
 
@@ -38,15 +41,22 @@ def switch(state: ViewerState, on: bool) -> None:
     st.tell(state, "")
 
 
+def sun_text(state: ViewerState) -> str:
+    """Give the sun by angles, AZ,EL, as it is written."""
+    return state.daylight_picture.sun or AFTERNOON
+
+
 def sun_of(state: ViewerState) -> tuple[float, float]:
     """Find azimuth and elevation of the sun in the scene, degrees. Raises AirlightError."""
     north = state.daylight_scene.north
     if state.daylight.when is None:
-        return state.sun[0] + north, state.sun[1]
+        azimuth, elevation = read_sun(sun_text(state))
+        return azimuth + north, elevation
     from airlight.daylight import sun_position
 
     latitude, longitude, height = read_where(state.daylight.where or PLACE)
-    _, azimuth, elevation = (float(one) for one in sun_position(state.daylight.when, latitude, longitude, height or 0.0))
+    time = read_when(state.daylight.when)
+    _, azimuth, elevation = (float(one) for one in sun_position(time, latitude, longitude, height or 0.0))
     return azimuth + north, elevation
 
 
@@ -73,7 +83,7 @@ def words(state: ViewerState) -> list[str]:
     """Write the options of what is shown; none without daylight."""
     if not is_on(state):
         return []
-    found = [] if state.daylight.when is not None else [f"--sun={state.sun[0]:g},{state.sun[1]:g}"]
+    found = [] if state.daylight.when is not None else [f"--sun={sun_text(state)}"]
     for d in declared(scenes=True):
         if d.group == "daylight" and d.name not in OF_PICTURE | NOT_IN_SCENES and st.value(state, d.name) != d.default:
             found += [d.flag, as_text(st.value(state, d.name))]
@@ -117,10 +127,9 @@ class DaylightOfView:
         stage = view.stage
         new = stage.daylight is None
         daylight = Daylight(self._air, lambda _: (azimuth, elevation)) if new else stage.daylight
-        height = None if state.daylight.when is None else read_where(state.daylight.where or PLACE)[2]
-        given = state.daylight.altitude
+        where = None if state.daylight.when is None else read_where(state.daylight.where or PLACE)
         daylight.air, daylight.track = self._air, lambda _: (azimuth, elevation)
-        daylight.altitude = given if given is not None else ALTITUDE if height is None else max(height, 0.0)
+        daylight.altitude = altitude_of(state.daylight, where)
         daylight.lux = SUN_LUX if state.daylight.sun_strength is None else state.daylight.sun_strength
         if new:
             daylight.put(stage)

@@ -2,6 +2,7 @@
 
 from imgui_bundle import imgui
 
+from airlight.jobs.daylight_text import LOWEST_SUN, read_sun
 from airlight.options import declared
 from airlight.viewer import daylight
 from airlight.viewer import state as st
@@ -26,18 +27,22 @@ class DaylightRows(Rows):
         self._label("Sun by", "azimuth from north and elevation; or a time and a place")
         way = self._choose("sun by", "angles" if s.daylight.when is None else "time", ("angles", "time"))
         if way:
-            st.set_values(s, st.values(s) | ({"when": None} if way == "angles" else {"when": daylight.NOON, "where": s.daylight.where or daylight.PLACE}))
+            place = {"when": daylight.NOON, "where": s.daylight.where or daylight.PLACE}
+            st.set_values(s, st.values(s) | ({"when": None} if way == "angles" else place))
         if s.daylight.when is None:
-            azimuth = self._slider("azimuth", s.sun[0], 0.0, 360.0, "%.1f")
-            s.sun = (azimuth, self._slider("elevation", s.sun[1], -18.0, 90.0, "%.1f"))
+            before = read_sun(daylight.sun_text(s))
+            azimuth = self._slider("azimuth", before[0] % 360, 0.0, 360.0, "%.1f")
+            elevation = self._slider("elevation", before[1], LOWEST_SUN, 90.0, "%.1f")
+            if (azimuth, elevation) != (before[0] % 360, before[1]):
+                st.set_values(s, st.values(s) | {"sun": f"{azimuth:.5g},{elevation:.5g}"})
         else:
-            before = daylight.hour_of(s.daylight.when)
-            hour = self._slider("hour", before, 0.0, 24.0, "%.2f h")
+            known = daylight.hour_of(s.daylight.when)
+            hour = self._slider("hour", known, 0.0, 24.0, "%.2f h")
             self._label("When")
             when = self._text("when", s.daylight.when, daylight.NOON)
             self._label("Where")
             where = self._text("where", s.daylight.where or "", daylight.PLACE)
-            when = daylight.at_hour(when, hour) if hour != before else when
+            when = daylight.at_hour(when, hour) if hour != known else when
             if (when, where) != (s.daylight.when, s.daylight.where or ""):
                 st.set_values(s, st.values(s) | {"when": when or None, "where": where or None})
         for d in declared(scenes=True):

@@ -71,7 +71,7 @@ class Following:
         seen = state.is_lit, state.debug, state.timing, viewer.canvas.get_physical_size()
         if viewer.picture is None:
             eye = state.eye
-            return lights, state.structs, state.sun, seen, state.time, state.path_drawn, eye.name, eye.moved, eye.fly
+            return lights, state.structs, seen, state.time, state.path_drawn, eye.name, eye.moved, eye.fly
         hurried = viewer.hurried if self.frames.pace is AT_ONCE else None
         return id(viewer.picture), lights, state.structs, seen, state.split, state.unplaced, state.ask, viewer.room(), hurried
 

@@ -98,7 +98,6 @@ class ViewerState:
     daylight: Daylight = field(default_factory=Daylight)
     daylight_picture: DaylightPicture = field(default_factory=DaylightPicture)
     daylight_scene: DaylightScene = field(default_factory=DaylightScene)
-    sun: tuple[float, float] = (150.0, 25.0)  # of a scene's daylight: degrees, azimuth from north, elevation
     candidates: tuple[Any, ...] = ()  # `detect.Candidate`s: where the light of a picture may be, likeliest first
     candidates_shown: bool = True
     current: int = 0  # the light that was moved last

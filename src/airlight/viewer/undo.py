@@ -21,18 +21,17 @@ class Snapshot:
     current: int
     ask: str
     unplaced: bool
-    sun: tuple[float, float]
 
     @classmethod
     def of(cls, state: ViewerState) -> "Snapshot":
         lights = tuple(replace(control) for control in state.lights)
-        return cls(state.structs, lights, state.preset, state.current, state.ask, state.unplaced, state.sun)
+        return cls(state.structs, lights, state.preset, state.current, state.ask, state.unplaced)
 
     def restore(self, state: ViewerState) -> None:
         """Set a state to what it was."""
         state.parameters, state.composite, state.in_scene, state.medium, state.march, state.look, *day = self.structs
         state.daylight, state.daylight_picture, state.daylight_scene = day
-        state.lights, state.sun = [replace(control) for control in self.lights], self.sun
+        state.lights = [replace(control) for control in self.lights]
         state.preset, state.current, state.ask, state.unplaced = self.preset, self.current, self.ask, self.unplaced
 
     def difference(self, other: "Snapshot") -> str:
@@ -41,7 +40,6 @@ class Snapshot:
         names = [d.name.replace("_", " ") for d in declared(scenes=True) if mine[d.name] != theirs[d.name]]
         if not names and len(self.lights) == len(other.lights):
             names = [f"light {i + 1}" for i, pair in enumerate(zip(self.lights, other.lights)) if pair[0] != pair[1]]
-        names = names or ["sun"] * (self.sun != other.sun)
         more = [f"{len(names) - NAMED} more"] if len(names) > NAMED else []
         return ", ".join([*names[:NAMED], *more]) or "lights"
 

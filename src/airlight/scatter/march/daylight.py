@@ -30,8 +30,11 @@ ALTITUDE_STEP = 0.01  # of the altitude, within which the eye moves in one table
 
 @dataclass(frozen=True)
 class Sun:
-    """Says what lights the air. direction: (3,) to the sun, unit, in the world, whose up is y; elevation: degrees; irradiance: above the air,
-    on the scale of the picture; ground: (3,) radiance of level ground far away, on that scale; altitude: m, of the eye."""
+    """Says what lights the air.
+
+    direction: (3,) to the sun, unit, in the world, whose up is y; elevation: degrees; irradiance: above the air, on the picture's scale;
+    ground: (3,) radiance of level ground far away, on that scale; altitude: m, of the eye.
+    """
 
     air: Atmosphere
     direction: Any
@@ -58,8 +61,8 @@ class AirLayer:
         self.device, self.pixels = device, pixels
         self.table = ViewTable(device)
         self.layer, self.transmittance = device.texture(*pixels, "rgba32float"), device.texture(*pixels, "rgba32float")
-        self._frame, self._light = device.buffer(size=FRAME.itemsize, uniform=True), device.buffer(size=LIGHT.itemsize, uniform=True)
-        self._heaven, self._daylight = device.buffer(size=HEAVEN.itemsize, uniform=True), device.buffer(size=DAYLIGHT.itemsize, uniform=True)
+        sizes = FRAME.itemsize, LIGHT.itemsize, HEAVEN.itemsize, DAYLIGHT.itemsize
+        self._frame, self._light, self._heaven, self._daylight = (device.buffer(size=size, uniform=True) for size in sizes)
         self._moments = Moments(device)
         self._hidden: Any = None  # D L1, of the picture's size
         self._marched: Any = None  # of a part of it
@@ -77,8 +80,8 @@ class AirLayer:
     ) -> None:  # fmt: skip
         """Set what the next `record` sees: matrices (4, 4), world to view space and view to clip space.
 
-        medium: its march says how shadows are looked up. light, shadow: of the sun; None: nothing is hidden from it. share: of the picture's
-        width and height, that shadows are looked up at. keeps: the picture shows the sky already. Raises AirlightError.
+        medium: its march says how shadows are looked up. light, shadow: of the sun; None: nothing is hidden from it. share: of the
+        picture's width and height, that shadows are looked up at. keeps: the picture shows the sky already. Raises AirlightError.
         """
         view = np.asarray(view, np.float64)
         device, (width, height) = self.device, self.pixels

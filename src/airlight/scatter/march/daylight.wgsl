@@ -86,14 +86,6 @@ fn look_up(@builtin(global_invocation_id) id: vec3u) {
     textureStore(layer, id.xy, vec4f(max(sum, vec3f(0.0)), min(ray.reach, frame.max_distance)));
 }
 
-/// Evaluate what lies behind the air where nothing is drawn: the sun's disc, or the ground. transmittance: of the air.
-fn behind_air(ray: Ray, sky: DaylightRay) -> vec3f {
-    let off = ray.direction - daylight.to_sun;
-    let away = sqrt(dot(off, off)); // radians, where it matters
-    let disc = heaven.disc * clamp((heaven.disc_radius - away) / heaven.pixel + 0.5, 0.0, 1.0);
-    return select(disc, heaven.ground, sky.ground < NO_END);
-}
-
 /// Write the layer of a pixel: radiance that is added, and the transmittance; 0 where nothing is drawn, and the sky replaces the picture.
 @compute @workgroup_size(8, 8)
 fn add_air(@builtin(global_invocation_id) id: vec3u) {
@@ -106,7 +98,12 @@ fn add_air(@builtin(global_invocation_id) id: vec3u) {
     var radiance = max(daylight_single(sky, t) - missing, vec3f(0.0)) + daylight_multiple(sky, t);
     var left = daylight_transmittance(sky, t);
     if (is_sky) {
-        radiance = select(radiance + left * behind_air(ray, sky), vec3f(0.0), KEEPS);
+        // Behind the air are the sun's disc, or the ground
+        let off = ray.direction - daylight.to_sun;
+        let away = sqrt(dot(off, off)); // radians, where it matters
+        let disc = heaven.disc * clamp((heaven.disc_radius - away) / heaven.pixel + 0.5, 0.0, 1.0);
+        let behind = select(disc, heaven.ground, sky.ground < NO_END);
+        radiance = select(radiance + left * behind, vec3f(0.0), KEEPS);
         left = vec3f(f32(KEEPS));
     }
     if (FOGGED) {
