@@ -173,8 +173,13 @@ def sun_up(date: datetime.date, place: Place) -> tuple[float, float]:
     from airlight.daylight import sun_position
 
     noon = datetime.datetime.combine(date, datetime.time(12), datetime.UTC).timestamp() - 240 * place[1]
-    times = noon + np.linspace(-43_200, 43_200, 289)
-    up = sun_position([_at(t) for t in times], *place)[2] - UP
+
+    def above(times: np.ndarray) -> np.ndarray:
+        """Measure how far the sun's upper edge is above the horizon, degrees."""
+        return np.asarray(sun_position([_at(t) for t in times], *place)[2] - UP)
+
+    times = noon + np.linspace(-43_200, 43_200, 97)
+    up = above(times)
     lit = np.flatnonzero(up > 0)
     if not len(lit):
         raise AirlightError(f"--day {date}: the sun does not rise at {place[0]:g},{place[1]:g}: give --from and --to")
@@ -182,7 +187,10 @@ def sun_up(date: datetime.date, place: Place) -> tuple[float, float]:
         warn(f"the sun does not set on {date} at {place[0]:g},{place[1]:g}: the frames run through 24 hours")
 
     def crossing(i: int) -> float:
-        return float(times[i] + (times[i + 1] - times[i]) * up[i] / (up[i] - up[i + 1]))
+        finer = np.linspace(times[i], times[i + 1], 16)
+        found = above(finer)
+        k = int(np.flatnonzero((found[1:] > 0) != (found[:-1] > 0))[0])
+        return float(finer[k] + (finer[k + 1] - finer[k]) * found[k] / (found[k] - found[k + 1]))
 
     first, last = int(lit[0]), int(lit[-1])
     return times[0] if first == 0 else crossing(first - 1), times[-1] if last == len(times) - 1 else crossing(last)

@@ -15,14 +15,15 @@ from airlight.lights.punctual import triple
 from airlight.luminance import REC709
 from airlight.pygfx import SceneLight
 from airlight.reference.daylight import SUN_ANGULAR_RADIUS, Array
+from airlight.scatter.methods import METHODS
 from airlight.scenes.environment import LIGHT_FACE, cube_directions
 from airlight.scenes.lamps import cast_shadow
 from airlight.scenes.stage import Stage
 
 SUN_LUX = 132_600.0  # outside the air: ASTM G-173
 BACKGROUND_FACE = 512  # pixels of a face of the cube that is seen behind all, where no pass draws the sky
-ABOVE, BELOW, AROUND = 22, 10, 19  # nodes of the sky: elevations above and below the horizon, azimuths from the sun to the opposite
-CROWDING = 1.7, 1.5  # power by which they crowd at the horizon, and at the sun
+ABOVE, BELOW, AROUND = 32, 10, 19  # nodes of the sky: elevations above and below the horizon, azimuths from the sun to the opposite
+CROWDING = 2.0, 1.5  # power by which they crowd at the horizon, and at the sun
 AT_HORIZON = 0.02  # degrees from the horizon, of the nodes next to it
 LOWEST = -18.0  # degrees: suns below it count as there
 NO_SUN = 1e-3  # lux, below which the sun casts nothing
@@ -66,8 +67,9 @@ class Sky:
         y, x = np.interp(elevation, self.elevations, np.arange(len(self.elevations))), np.interp(azimuth, self.azimuths, np.arange(AROUND))
         i, j = np.minimum(y.astype(int), len(self.elevations) - 2), np.minimum(x.astype(int), AROUND - 2)
         a, b = (y - i)[..., None].astype(np.float32), (x - j)[..., None].astype(np.float32)
-        sky = self.radiance.astype(np.float32)
-        return (sky[i, j] * (1 - b) + sky[i, j + 1] * b) * (1 - a) + (sky[i + 1, j] * (1 - b) + sky[i + 1, j + 1] * b) * a
+        sky = np.log(np.maximum(self.radiance, 1e-30)).astype(np.float32)  # it changes by factors near the horizon
+        found = (sky[i, j] * (1 - b) + sky[i, j + 1] * b) * (1 - a) + (sky[i + 1, j] * (1 - b) + sky[i + 1, j + 1] * b) * a
+        return np.asarray(np.exp(found))
 
     def cube(self, size: int, azimuth: float, disc: bool) -> Array:
         """Make (6, size, size, 3) radiance as pygfx's cube textures have it, the sun at an azimuth, degrees. disc: with that of the sun."""
@@ -153,7 +155,7 @@ class Daylight:
         self.sun.target.local.position = stage.center
         stage.scene.add(self._background, self.sun, self.sun.target)
         self._made = (None, None)
-        self.move(stage, 0.0)
+        self.move(stage, 0.0, background=False)
         cast_shadow(self.sun, stage.center, stage.radius)
 
     def take_off(self, stage: Stage) -> None:
@@ -225,6 +227,6 @@ def light_stage(stage: Stage, effect: Any, time: float, ev: float | None = None)
     """
     effect.daylight = stage.daylight
     if stage.daylight is not None:
-        stage.daylight.move(stage, time)
+        stage.daylight.move(stage, time, background=not METHODS[effect.parameters.method].lights_medium)
         if ev is not None:
             effect.automatic_ev = ev + stage.daylight.stops()
