@@ -13,7 +13,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations
+from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations, rows_a_unit
 from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
@@ -91,7 +91,7 @@ class ViewTable:
         compute(encoder, self._pipeline, bind, (-(-AZIMUTHS // 8), -(-ELEVATIONS // 8)), "daylight table")
         self.device.submit(encoder)
         self._key = own, sun, height
-        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon, "warp": warp}
+        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon, "warp": warp, "rows": rows_a_unit(horizon, warp)}
         self._scale = scale
         return True
 
