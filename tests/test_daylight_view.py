@@ -70,17 +70,18 @@ def test_places_in_the_table() -> None:
     path = FOLDER + "coordinates.wgsl"
     t = (1e6 * RNG.uniform(size=COUNT) ** 6).astype("f4")
     near, step = np.float32(120), np.float32(0.19)
-    np.testing.assert_allclose(call(path, "way_coordinate", [t, near, step]), twins.way_coordinate(t, near, step), atol=3e-6)
+    np.testing.assert_allclose(call(path, "way_coordinate", [t, near, step]), twins.way_coordinate(t, near, step), atol=6e-6)
     nodes = RNG.uniform(0, twins.DISTANCES - 1, COUNT).astype("f4")
     np.testing.assert_allclose(call(path, "way_at", [nodes, near, step]), twins.way_at(nodes, near, step), rtol=3e-5, atol=1e-3)
     at = twins.way_coordinate(twins.way_at(np.arange(twins.DISTANCES), near, step), near, step)
     np.testing.assert_allclose(at * twins.DISTANCES - 0.5, np.arange(twins.DISTANCES), atol=1e-9)
     elevation, horizon, warp = RNG.uniform(-1.57, 1.57, COUNT).astype("f4"), np.float32(-0.03), np.float32(0.02)
-    found = call(path, "elevation_row", [elevation, horizon, warp])
-    np.testing.assert_allclose(found, twins.elevation_row(elevation, horizon, warp), atol=1e-3)
+    unit = np.array(twins.rows_a_unit(-0.03, 0.02), "f4")
+    found = call(path, "elevation_row", [elevation, horizon, warp, unit])
+    np.testing.assert_allclose(found, twins.elevation_row(elevation, horizon, warp, unit), atol=1e-3)
     rows = twins.row_elevations(-0.03, 0.02)
     rows[twins.BELOW - 1] -= 1e-12  # the last below the horizon
-    np.testing.assert_allclose(twins.elevation_row(rows, -0.03, 0.02), np.arange(twins.ELEVATIONS), atol=1e-6)
+    np.testing.assert_allclose(twins.elevation_row(rows, -0.03, 0.02, unit), np.arange(twins.ELEVATIONS), atol=1e-4)
     mu, along = np.sin(elevation), np.cos(elevation) * np.cos(RNG.uniform(0, np.pi, COUNT).astype("f4"))
     np.testing.assert_allclose(call(path, "azimuth_column", [mu, along]), twins.azimuth_column(mu, along), atol=0.02)
     level = np.cos(twins.column_azimuths())
@@ -163,10 +164,14 @@ def directions(elevation: Any, azimuth: Any) -> np.ndarray:
 def test_a_ray_finds_its_place(table: ViewTable) -> None:
     record, view = table.record([1, 0, 0], [0, 0, 1]), units()
     found = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})
-    at, phases, way = twins.daylight_ray(view, record)
+    at, phases, way, end = twins.daylight_ray(view, record)
     np.testing.assert_allclose(found["at"], at, atol=1e-3)
     np.testing.assert_allclose(found["phases"], phases, rtol=1e-4)
     np.testing.assert_allclose(found["ground"], way, rtol=1e-3)
+    np.testing.assert_allclose(found["end"], end, rtol=1e-3)
+    record["height"] = 9000
+    high = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})["end"]
+    assert (high == twins.daylight_ray(view, record)[3]).all() and (high == twins.NO_END).all()
 
 
 def differences(table: ViewTable, air: Atmosphere, sun: float, altitude: float, elevation: Any, distances: Any) -> dict[str, float]:

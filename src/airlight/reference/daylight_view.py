@@ -16,6 +16,7 @@ from airlight.reference.daylight import (
 ELEVATIONS, AZIMUTHS, DISTANCES = 96, 32, 48  # of the table
 BELOW = 32  # of the elevations, below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
+HIGH = 4000.0  # m, of the eye, beyond which sky below the horizon is read at the table's last node
 
 
 def way_to_ground(height: Any, mu: Any) -> Array:
@@ -51,7 +52,7 @@ def way_coordinate(t: Any, near: Any, step: Any) -> Array:
     """
     step = np.asarray(step, float)
     at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
-    first = np.floor(at)
+    first = np.minimum(np.floor(at), DISTANCES - 2)
     return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
 
 
@@ -60,16 +61,22 @@ def way_at(nodes: Any, near: Any, step: Any) -> Array:
     return np.asarray(near * np.expm1(np.asarray(nodes, float) * step))
 
 
-def elevation_row(elevation: Any, horizon: Any, warp: Any) -> Array:
+def elevation_row(elevation: Any, horizon: Any, warp: Any, rows: Any) -> Array:
     """Evaluates which row of the table, in nodes from 0, an elevation has, in radians as the horizon.
 
     Rows stand evenly in ln(1 + e / warp), e the angle from the horizon, and none lies between the last below and the first above it.
+    rows (2,): a unit of that logarithm, below and above.
     """
     elevation = np.asarray(elevation, float)
-    is_above = elevation >= horizon
-    most = np.pi / 2 + np.where(is_above, -1, 1) * horizon
-    away = np.log1p(np.minimum(np.abs(elevation - horizon), most) / warp) / np.log1p(most / warp)
-    return np.where(is_above, BELOW + (ELEVATIONS - BELOW - 1) * away, (BELOW - 1) * (1 - away))
+    away = np.log1p(np.abs(elevation - horizon) / warp)
+    below = np.maximum(BELOW - 1 - np.asarray(rows)[0] * away, 0)
+    return np.where(elevation >= horizon, np.minimum(BELOW + np.asarray(rows)[1] * away, ELEVATIONS - 1), below)
+
+
+def rows_a_unit(horizon: float, warp: float) -> tuple[float, float]:
+    """Evaluates how many rows of the table a unit of ln(1 + e / warp) has, below the horizon and above it; radians."""
+    below, above = (float(np.log1p((np.pi / 2 + side * horizon) / warp)) for side in (1, -1))
+    return (BELOW - 1) / below, (ELEVATIONS - BELOW - 1) / above
 
 
 def row_elevations(horizon: float, warp: float) -> Array:
@@ -110,19 +117,21 @@ def air_phases(a: Any, b: Any, g: Any) -> Array:
     return np.stack([turned, turned * 2 * (1 - g * g) / ((2 + g * g) * (1 + g * g - 2 * g * cosine) ** 1.5)], axis=-1)
 
 
-def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
-    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways to the ground (...).
+def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array, Array]:
+    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways (...).
 
-    record: of view_table.wgsl's Daylight; the way, m, is NO_END for rays that miss the ground.
+    record: of view_table.wgsl's Daylight. The ways, m, are that to the ground, NO_END for rays that miss it, and that at which the table
+    holds all of the ray.
     """
     direction = np.asarray(direction, float)
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
     mu = (direction * up).sum(axis=-1)
-    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]))
+    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]), record["rows"])
     column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
-    way = distance_to_ground(float(record["height"]), mu)
+    way = np.minimum(distance_to_ground(float(record["height"]), mu), NO_END)
+    end = way if record["height"] <= HIGH else np.full(way.shape, NO_END)
     at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
-    return at, air_phases(direction, to_sun, float(record["anisotropy"])), np.minimum(way, NO_END)
+    return at, air_phases(direction, to_sun, float(record["anisotropy"])), way, end
 
 
 def way_in_even_air(mu: Any) -> Array:

@@ -3,14 +3,17 @@
 const ELEVATIONS = 96u;
 const BELOW = 32u;              // of them, below the horizon
 const AZIMUTHS = 32u;
-const DISTANCES = 48u;
+const DISTANCES = 48u;          // the last is the end of the ray
+const NO_END = 1e9;             // m: of a ray that meets nothing
+const HIGH = 4000.0;            // m, of the eye, beyond which sky below the horizon is read at the last node
 
 /// Evaluate where along the table's texture, 0 to 1, a way of t m lies. Nodes stand evenly in ln(1 + t / near); between two it goes as t does.
 /// step: that logarithm from node to node. Twin: reference/daylight_view.py:way_coordinate.
 fn way_coordinate(t: f32, near: f32, step: f32) -> f32 {
     let at = clamp(log(1.0 + max(t, 0.0) / near) / step, 0.0, f32(DISTANCES - 1u));
-    let first = floor(at);
-    return (first + (exp((at - first) * step) - 1.0) / (exp(step) - 1.0) + 0.5) / f32(DISTANCES);
+    let part = fract(at);
+    let even = part + 0.5 * step * part * (part - 1.0) * (1.0 + step * (2.0 * part - 1.0) / 6.0); // of the way, not of its logarithm
+    return (floor(at) + even + 0.5) / f32(DISTANCES);
 }
 
 /// Evaluate the way, m, at a number of nodes, whole or not, from the eye. Twin: reference/daylight_view.py:way_at.
@@ -19,12 +22,12 @@ fn way_at(nodes: f32, near: f32, step: f32) -> f32 {
 }
 
 /// Evaluate which row of the table, in nodes from 0, an elevation has, in radians as the horizon. Rows stand evenly in ln(1 + e / warp), e the
-/// angle from the horizon, and none lies between the last below and the first above it. Twin: reference/daylight_view.py:elevation_row.
-fn elevation_row(elevation: f32, horizon: f32, warp: f32) -> f32 {
-    let is_above = elevation >= horizon;
-    let most = 0.5 * HALF_TURN + select(horizon, -horizon, is_above);
-    let away = log(1.0 + min(abs(elevation - horizon), most) / warp) / log(1.0 + most / warp);
-    return select(f32(BELOW - 1u) * (1.0 - away), f32(BELOW) + f32(ELEVATIONS - BELOW - 1u) * away, is_above);
+/// angle from the horizon, and none lies between the last below and the first above it. rows: a unit of that logarithm, below and above.
+/// Twin: reference/daylight_view.py:elevation_row.
+fn elevation_row(elevation: f32, horizon: f32, warp: f32, rows: vec2f) -> f32 {
+    let away = log(1.0 + abs(elevation - horizon) / warp);
+    let below = max(f32(BELOW - 1u) - rows.x * away, 0.0);
+    return select(below, min(f32(BELOW) + rows.y * away, f32(ELEVATIONS - 1u)), elevation >= horizon);
 }
 
 /// Evaluate which column of the table, in nodes from 0, a direction has: even in the sine of half its azimuth from the sun's, of which all is a
