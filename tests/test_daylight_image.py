@@ -13,6 +13,7 @@ from airlight.cli import main
 from airlight.daylight import Atmosphere, hoffman_preetham
 from airlight.daylight.camera import Camera, angle_between, direction_of, solve_pitch
 from airlight.daylight.picture import displayed, irradiance_of_white, sky_strength, within_white
+from airlight.detect.sky import find_sky
 from airlight.errors import AirlightError
 from airlight.files import exif, read_image, write_image
 from airlight.files.planes_of import plane_of_file
@@ -81,6 +82,18 @@ def test_a_picture_without_shadows_is_the_library(files: Path) -> None:
     assert np.abs(channels("airlight")[~sky] / added[~sky] - 1).max() < 0.01
     z = plane_of_file("out.exr", "Z")
     assert np.allclose(z[~sky], metres[~sky], rtol=1e-5) and (z[sky] >= 1e10).all()
+
+
+def test_the_sky_of_a_photograph_is_found() -> None:
+    """Smooth, to the top, above an edge as fine as it is; clouds are of it, and what is below something is not."""
+    y, x = np.mgrid[:240, :320] + 0.5
+    land = y > 120 + 20 * np.sin(x / 25)
+    image = np.where(land, 0.08 + 0.05 * ((np.floor(x) + np.floor(y)) % 2), 0.3 + 0.001 * y)[..., None] * np.array([0.8, 1.0, 1.3])
+    image[30:50, 100:160] = 0.9
+    image[150:200, 100:200] = 0.7
+    found = find_sky(image)
+    assert np.abs(found - ~land).mean() < 0.015 and found[155:].max() == 0 and (found[25:55, 90:170] == 1).all()
+    assert not find_sky(image[::-1]).any() and not find_sky(np.random.default_rng(1).random((60, 80, 3))).any()
 
 
 @pytest.mark.parametrize(("kind", "adds"), [("air", True), ("replace", False)])
@@ -320,6 +333,8 @@ def test_light_that_is_added_bends_towards_white() -> None:
 def test_strengths() -> None:
     air = Atmosphere()
     assert irradiance_of_white(air, 45.0, 2.0) * (air.sun(45.0) @ LUMINANCE) == pytest.approx(math.pi)
+    hazy = Atmosphere(visibility=3, multiple="none")  # where the sky lights more than the sun
+    assert irradiance_of_white(hazy, 8.0, 2.0) * (hazy.irradiance(8.0)[1] @ LUMINANCE) == pytest.approx(math.pi)
     assert irradiance_of_white(air, -10.0, 2.0) == irradiance_of_white(air, 5.0, 2.0)
     up, turn = np.array([20.0, 40.0, 60.0]), np.array([10.0, 90.0, 170.0])
     assert sky_strength(air, 3.5 * (air.sky(up, turn, 30.0) @ LUMINANCE), up, turn, 30.0, 2.0) == pytest.approx(3.5)
