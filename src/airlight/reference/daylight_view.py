@@ -13,7 +13,8 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 80, 40, 48  # of the table; half of the elevations lie below the horizon
+ELEVATIONS, AZIMUTHS, DISTANCES = 96, 32, 48  # of the table
+BELOW = 32  # of the elevations, below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
 
 
@@ -50,7 +51,7 @@ def way_coordinate(t: Any, near: Any, step: Any) -> Array:
     """
     step = np.asarray(step, float)
     at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
-    first = np.floor(at)
+    first = np.minimum(np.floor(at), DISTANCES - 2)
     return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
 
 
@@ -59,21 +60,33 @@ def way_at(nodes: Any, near: Any, step: Any) -> Array:
     return np.asarray(near * np.expm1(np.asarray(nodes, float) * step))
 
 
-def elevation_row(elevation: Any, horizon: Any) -> Array:
+def elevation_row(elevation: Any, horizon: Any, warp: Any, rows: Any) -> Array:
     """Evaluates which row of the table, in nodes from 0, an elevation has, in radians as the horizon.
 
-    Rows crowd on both sides of the horizon, and none lies between the last below and the first above it.
+    Rows stand evenly in ln(1 + e / warp), e the angle from the horizon, and none lies between the last below and the first above it.
+    rows (2,): a unit of that logarithm, below and above.
     """
-    elevation, half = np.asarray(elevation, float), ELEVATIONS // 2
-    above = np.sqrt(np.clip((elevation - horizon) / (np.pi / 2 - horizon), 0, 1))
-    below = np.sqrt(np.clip((horizon - elevation) / (np.pi / 2 + horizon), 0, 1))
-    return np.where(elevation >= horizon, half + (half - 1) * above, (half - 1) * (1 - below))
+    elevation = np.asarray(elevation, float)
+    away = np.log1p(np.abs(elevation - horizon) / warp)
+    below = np.maximum(BELOW - 1 - np.asarray(rows)[0] * away, 0)
+    return np.where(elevation >= horizon, np.minimum(BELOW + np.asarray(rows)[1] * away, ELEVATIONS - 1), below)
 
 
-def row_elevations(horizon: float) -> Array:
+def rows_a_unit(horizon: float, warp: float) -> tuple[float, float]:
+    """Evaluates how many rows of the table a unit of ln(1 + e / warp) has, below the horizon and above it; radians."""
+    below, above = (float(np.log1p((np.pi / 2 + side * horizon) / warp)) for side in (1, -1))
+    return (BELOW - 1) / below, (ELEVATIONS - BELOW - 1) / above
+
+
+def row_elevations(horizon: float, warp: float) -> Array:
     """Evaluates the elevations (ELEVATIONS,), radians, of the table's rows for a horizon."""
-    part = np.linspace(0, 1, ELEVATIONS // 2) ** 2
-    return np.concatenate([horizon - (np.pi / 2 + horizon) * part[::-1], horizon + (np.pi / 2 - horizon) * part])
+
+    def away(count: int, most: float) -> Array:
+        """Give the angles from the horizon of rows on one side of it."""
+        return np.asarray(warp * np.expm1(np.linspace(0, 1, count) * np.log1p(most / warp)))
+
+    up, down = np.pi / 2 - horizon, np.pi / 2 + horizon
+    return np.concatenate([horizon - away(BELOW, down)[::-1], horizon + away(ELEVATIONS - BELOW, up)])
 
 
 def azimuth_column(mu: Any, along: Any) -> Array:
@@ -111,7 +124,7 @@ def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
     direction = np.asarray(direction, float)
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
     mu = (direction * up).sum(axis=-1)
-    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]))
+    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]), record["rows"])
     column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
     way = distance_to_ground(float(record["height"]), mu)
     at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)

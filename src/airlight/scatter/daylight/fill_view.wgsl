@@ -1,6 +1,8 @@
 // Fills the table of view rays: what they gather on their way from an eye at one altitude, for a sun at one elevation. A thread a ray.
 //! include "scatter/daylight/coordinates.wgsl"
-const STEPS = 2u;               // of the march between two nodes
+const STEPS = vec2f(2.0, 12.0); // of the march between two nodes, least and most
+const RISE = 3000.0;            // m that a step rises or falls, beyond the least of them
+const REACH = 40000.0;          // m, the longest step
 const SUNS = 12u;               // slots of tables of further orders
 const HEIGHT_NODES = 20u;
 const ELEVATION_NODES = 48u;
@@ -97,8 +99,13 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         let sun = degrees(arc_sine(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
         let elevation = arc_sine(view_cosine_along(fill.height, ray.mu, middle));
         let turned = scattered_before(max(height_along(fill.height, ray.mu, middle), 0.0), elevation, ray.azimuth, sun);
-        for (var i = 1u; i <= STEPS; i++) {
-            let end = way_at(f32(k) + f32(i) / f32(STEPS), fill.near, fill.step);
+        let next = way_at(f32(k) + 1.0, fill.near, fill.step);
+        let low = height_along(fill.height, ray.mu, start);
+        let high = height_along(fill.height, ray.mu, next);
+        let wanted = select(ceil(max(abs(high - low) / RISE, (next - start) / REACH)), 0.0, min(low, high) > TOP_HEIGHT);
+        let steps = clamp(wanted, STEPS.x, STEPS.y);
+        for (var i = 1.0; i <= steps; i += 1.0) {
+            let end = way_at(f32(k) + i / steps, fill.near, fill.step);
             let height = max(height_along(fill.height, ray.mu, 0.5 * (start + end)), 0.0);
             let density = select(air_density(height), vec3f(0.0), height > TOP_HEIGHT);
             let extinction = density.x * fill.rayleigh + density.y * fill.extinct + density.z * fill.ozone;

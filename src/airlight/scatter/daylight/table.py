@@ -13,7 +13,7 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations
+from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations, rows_a_unit
 from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
@@ -21,6 +21,7 @@ RECORD, RAY, DAYLIGHT = struct_dtype(FILL, "Fill"), struct_dtype(FILL, "ViewRay"
 WIDEST = 16384.0  # that radiance of an irradiance of 1 is stored as: of half floats' 65504
 TWILIGHT = 0.25  # powers of 10 by which light falls, or more, for a degree of the sun below the horizon
 NEAREST = 300.0  # m, within which the table is even over the way
+WARP, WARP_BY_DIP = np.radians(1), 0.2  # radians within which it is even over elevation, and what is added of the horizon's depression
 
 
 class ViewTable:
@@ -68,6 +69,7 @@ class ViewTable:
             depths[..., : len(c.nm)] = air.optical_depth_table(SIZE)
             self._depths = self.device.buffer(depths.tobytes())
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
+        warp = float(WARP - WARP_BY_DIP * horizon)
         density = np.exp(-height / AEROSOL_HEIGHT)
         near = min(NEAREST, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
         farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
@@ -83,13 +85,13 @@ class ViewTable:
             record[name] = value
         record["rows"], record["columns"] = SIZE
         self.device.queue.write_buffer(self._record, 0, record.tobytes())
-        self.device.queue.write_buffer(self._rays, 0, _rays(height, horizon, np.radians(sun)).tobytes())
+        self.device.queue.write_buffer(self._rays, 0, _rays(height, horizon, warp, np.radians(sun)).tobytes())
         bind = self.device.bind(FILL, self._record, self._rays, self._depths, self._further.buffer, *self.textures)
         encoder = self.device.encoder()
         compute(encoder, self._pipeline, bind, (-(-AZIMUTHS // 8), -(-ELEVATIONS // 8)), "daylight table")
         self.device.submit(encoder)
         self._key = own, sun, height
-        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon}
+        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon, "warp": warp, "rows": rows_a_unit(horizon, warp)}
         self._scale = scale
         return True
 
@@ -113,9 +115,9 @@ class ViewTable:
         return out
 
 
-def _rays(height: float, horizon: float, sun: float) -> np.ndarray:
+def _rays(height: float, horizon: float, warp: float, sun: float) -> np.ndarray:
     """Make (ELEVATIONS, AZIMUTHS) records of the table's rays, and where they lie in the earth's shadow; radians."""
-    elevation, azimuth = np.meshgrid(row_elevations(horizon), column_azimuths(), indexing="ij")
+    elevation, azimuth = np.meshgrid(row_elevations(horizon, warp), column_azimuths(), indexing="ij")
     mu, mu_sun = np.sin(elevation), np.full(elevation.shape, np.sin(sun))
     cosine = np.clip(mu * mu_sun + np.cos(elevation) * np.cos(sun) * np.cos(azimuth), -1, 1)
     out = np.zeros(elevation.shape, RAY)

@@ -13,6 +13,8 @@ struct Daylight {
     irradiance: vec3f,          // above the air, over what the table was scaled by
     near: f32,                  // m: way_coordinate
     step: f32,
+    warp: f32,                  // radians: elevation_row
+    rows: vec2f,
 }
 
 @group(0) @binding(40) var<uniform> daylight: Daylight;
@@ -39,7 +41,7 @@ struct DaylightRay {
 /// Place a view ray in the table. direction: unit. Twin: reference/daylight_view.py:daylight_ray.
 fn daylight_ray(direction: vec3f) -> DaylightRay {
     let mu = dot(direction, daylight.up);
-    let row = elevation_row(arc_sine(mu), daylight.horizon);
+    let row = elevation_row(arc_sine(mu), daylight.horizon, daylight.warp, daylight.rows);
     let column = azimuth_column(mu, dot(direction, daylight.ahead));
     let way = way_to_ground(daylight.height, mu);
     return DaylightRay(
