@@ -5,6 +5,7 @@ import numpy as np
 from airlight.luminance import REC709_F32
 from airlight.planes import blur, box, label, shrink
 
+SMALLEST = 8  # px of the copy: in less nothing is told apart
 SIDE = 640  # px of the copy on which it is looked for
 FLAT = 0.06  # change of the logarithm of luminance over a pixel of that, up to which it is smooth
 DARK = 0.02  # linear: what is darker differs by noise
@@ -19,6 +20,8 @@ def find_sky(image: Plane) -> Plane:
     """Find the sky in an image (H, W, 3), linear: (H, W) float32, the share of each pixel that is sky; 0 where there is none."""
     height, width = image.shape[:2]
     small = np.log(np.maximum(shrink(image, SIDE) @ REC709_F32, 0) + DARK)
+    if min(small.shape) < SMALLEST:
+        return np.zeros((height, width), np.float32)
     smooth = blur(small, 1.0)
     across, down = np.gradient(smooth, axis=1), np.gradient(smooth, axis=0)
     marks, count = label(np.hypot(across, down) < FLAT)
