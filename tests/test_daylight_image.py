@@ -101,8 +101,8 @@ def test_the_sky_of_a_photograph_is_found() -> None:
 
 
 def test_parts_of_a_picture_join(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    args = ("--depth", "depth.exr", "--fov", str(FOV), "--sun-elevation", "9", "--light", "0.8,0.2", "--multiple", "none", "--sky", "replace",
-            "--ground-albedo", "0.1,0.2,0.3")  # fmt: skip
+    args = ("--depth", "depth.exr", "--fov", str(FOV), "--sun-elevation", "9", "--light", "0.8,0.2", "--multiple", "none",
+            "--sky", "replace", "--ground-albedo", "0.1,0.2,0.3")  # fmt: skip
     run(*args)
     whole = read_image("out.exr").codes
     monkeypatch.setattr(daylight_picture, "PART", 5 * WIDTH)

@@ -20,7 +20,7 @@ FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgs
 RECORD, RAY, DAYLIGHT = struct_dtype(FILL, "Fill"), struct_dtype(FILL, "ViewRay"), struct_dtype(VIEW, "Daylight")
 WIDEST = 16384.0  # that radiance of an irradiance of 1 is stored as: of half floats' 65504
 TWILIGHT = 0.25  # powers of 10 by which light falls, or more, for a degree of the sun below the horizon
-NEAREST = 300.0  # m, within which the table is even over the way
+NEAREST, NEAREST_BY_HEIGHT = 300.0, 0.125  # m, within which the table is even over the way, or that part of the eye's height
 WARP, WARP_BY_DIP = np.radians(1), 0.2  # radians within which it is even over elevation, and what is added of the horizon's depression
 
 
@@ -71,7 +71,7 @@ class ViewTable:
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
         warp = float(WARP - WARP_BY_DIP * horizon)
         density = np.exp(-height / AEROSOL_HEIGHT)
-        near = min(NEAREST, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
+        near = min(max(NEAREST, NEAREST_BY_HEIGHT * height), float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
         farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
         step = float(np.log1p(farthest / near) / (DISTANCES - 1))
         scale = WIDEST * 10 ** (TWILIGHT * max(0.0, -(sun - np.degrees(horizon))))
