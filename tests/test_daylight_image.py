@@ -13,9 +13,11 @@ from airlight.cli import main
 from airlight.daylight import Atmosphere, hoffman_preetham
 from airlight.daylight.camera import Camera, angle_between, direction_of, solve_pitch
 from airlight.daylight.picture import displayed, irradiance_of_white, sky_strength, within_white
+from airlight.detect.sky import find_sky
 from airlight.errors import AirlightError
 from airlight.files import exif, read_image, write_image
 from airlight.files.planes_of import plane_of_file
+from airlight.jobs import daylight_picture
 from airlight.jobs.daylight_depth import from_map
 from airlight.jobs.daylight_shadows import dark_share
 from airlight.jobs.daylight_text import read_when
@@ -66,13 +68,15 @@ def truth(camera: Camera, metres: np.ndarray, sun: float, azimuth: float, **air:
     return radiance * irradiance_of_white(model, sun, 2000.0), through
 
 
-def test_a_picture_without_shadows_is_the_library(files: Path) -> None:
+@pytest.mark.parametrize("multiple", ["none", pytest.param("orders", marks=pytest.mark.slow)])
+def test_a_picture_without_shadows_is_the_library(files: Path, multiple: str) -> None:
     """The sun behind the camera: D is 0, and each pixel that has a depth is L0 T + L1 + Lms; the sky stays as it was, to the bit."""
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "3", "--altitude", "2000",
-        "--visibility", "30")  # fmt: skip
+        "--visibility", "30", "--multiple", multiple)  # fmt: skip
     metres = plane_of_file("depth.exr", "R")
     sky = metres > 1e9
-    added, through = truth(Camera(WIDTH, HEIGHT, FOV, 3.0, 0.0, 200.0), np.where(sky, 1e5, metres), 15.0, 40.0, visibility=30)
+    camera = Camera(WIDTH, HEIGHT, FOV, 3.0, 0.0, 200.0)
+    added, through = truth(camera, np.where(sky, 1e5, metres), 15.0, 40.0, visibility=30, multiple=multiple)
     out = read_image("out.exr").codes[..., :3]
     assert np.array_equal(out[sky], read_image("in.exr").codes[..., :3][sky])
     wanted = 0.25 * through + added
@@ -81,6 +85,29 @@ def test_a_picture_without_shadows_is_the_library(files: Path) -> None:
     assert np.abs(channels("airlight")[~sky] / added[~sky] - 1).max() < 0.01
     z = plane_of_file("out.exr", "Z")
     assert np.allclose(z[~sky], metres[~sky], rtol=1e-5) and (z[sky] >= 1e10).all()
+
+
+def test_the_sky_of_a_photograph_is_found() -> None:
+    """Smooth, to the top, above an edge as fine as it is; clouds are of it, and what is below something is not."""
+    y, x = np.mgrid[:240, :320] + 0.5
+    land = y > 120 + 20 * np.sin(x / 25)
+    image = np.where(land, 0.08 + 0.05 * ((np.floor(x) + np.floor(y)) % 2), 0.3 + 0.001 * y)[..., None] * np.array([0.8, 1.0, 1.3])
+    image[30:50, 100:160] = 0.9
+    image[150:200, 100:200] = 0.7
+    found = find_sky(image)
+    assert np.abs(found - ~land).mean() < 0.015 and found[155:].max() == 0 and (found[25:55, 90:170] == 1).all()
+    for other in (image[:1], image[::-1], np.random.default_rng(1).random((60, 80, 3))):
+        assert not find_sky(other).any()
+
+
+def test_parts_of_a_picture_join(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    args = ("--depth", "depth.exr", "--fov", str(FOV), "--sun-elevation", "9", "--light", "0.8,0.2", "--multiple", "none",
+            "--sky", "replace", "--ground-albedo", "0.1,0.2,0.3")  # fmt: skip
+    run(*args)
+    whole = read_image("out.exr").codes
+    monkeypatch.setattr(daylight_picture, "PART", 5 * WIDTH)
+    run(*args)
+    assert np.allclose(read_image("out.exr").codes, whole, rtol=2e-3, atol=1e-5) and whole[..., :3].max() > 1
 
 
 @pytest.mark.parametrize(("kind", "adds"), [("air", True), ("replace", False)])
@@ -98,10 +125,10 @@ def test_a_soft_mask_mixes_sky_and_land(files: Path) -> None:
     write_image("mask.png", grey(np.linspace(0, 1, HEIGHT)[::-1, None] ** 2.2))
     share = read_image("mask.png").codes[..., 0] / 255.0
     args = ("--mask", "mask.png", "--distance", "5000", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--altitude", "2000")
-    run(*args, "--visibility", "30")
+    run(*args, "--visibility", "30", "--multiple", "none")
     out = read_image("out.exr").codes[..., 1]
     along = Camera(WIDTH, HEIGHT, FOV).lengths(0, 0, WIDTH, HEIGHT)
-    added, through = truth(Camera(WIDTH, HEIGHT, FOV, 0.0, 0.0, 200.0), 5000 / along, 15.0, 40.0, visibility=30)
+    added, through = truth(Camera(WIDTH, HEIGHT, FOV, 0.0, 0.0, 200.0), 5000 / along, 15.0, 40.0, visibility=30, multiple="none")
     land = 0.25 * through[..., 1] + added[..., 1]
     assert np.abs(out - (share * 0.25 + (1 - share) * land)).max() < 0.01 * out.max()
 
@@ -186,7 +213,7 @@ FAR = ("--distance", "3000", "--fov", "50")
         ((*SUN, "--fov", "50", "--depth", "below.exr"), "holds negative depths, down to -3"),
         ((*SUN, "--fov", "50", "--depth", "nan.exr"), "of the depths are no number (NaN)"),
         ((*SUN, *FAR, "--visibility", "20", "--turbidity", "3"), "--visibility and --turbidity both say how hazy the air is"),
-        ((*SUN, *FAR, "--visibility", "300"), "--visibility"),
+        ((*SUN, *FAR, "--visibility", "300"), "300.0 is not in the range 0.05<=x<=280; clean air has 289 km"),
         ((*FAR, "--sun", "10,-19"), "the sun is -19.0 degrees high, and below -18 no daylight is left"),
         ((*FAR, "--sun", "10"), "write azimuth and elevation in degrees, as in --sun 240,12"),
         ((*SUN, *FAR, "--pitch", "30"), "degrees away from the sun, which this camera has "),
@@ -318,8 +345,10 @@ def test_light_that_is_added_bends_towards_white() -> None:
 
 
 def test_strengths() -> None:
-    air = Atmosphere()
+    air = Atmosphere(multiple="none")
     assert irradiance_of_white(air, 45.0, 2.0) * (air.sun(45.0) @ LUMINANCE) == pytest.approx(math.pi)
+    hazy = Atmosphere(visibility=3, multiple="none")  # where the sky lights more than the sun
+    assert irradiance_of_white(hazy, 8.0, 2.0) * (hazy.irradiance(8.0)[1] @ LUMINANCE) == pytest.approx(math.pi)
     assert irradiance_of_white(air, -10.0, 2.0) == irradiance_of_white(air, 5.0, 2.0)
     up, turn = np.array([20.0, 40.0, 60.0]), np.array([10.0, 90.0, 170.0])
     assert sky_strength(air, 3.5 * (air.sky(up, turn, 30.0) @ LUMINANCE), up, turn, 30.0, 2.0) == pytest.approx(3.5)

@@ -235,7 +235,8 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...], of: Callabl
     unknown = sorted(set(named) - set(known))
     if unknown:
         if unknown[0] in OF_DAYLIGHT:
-            raise AirlightError(f"{unknown[0]} is for daylight: airlight.daylight.Atmosphere computes it, `airlight image` puts it on pictures")
+            there = "airlight.daylight.Atmosphere computes it, and `airlight image` puts it on pictures"
+            raise AirlightError(f"{unknown[0]} is for daylight: {there}")
         refuse_medium(unknown, lambda one: one.name)
         raise AirlightError(f"unknown parameter {unknown[0]!r}{nearest(unknown[0], known, ': there is ' + ', '.join(known))}")
 

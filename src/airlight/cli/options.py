@@ -35,6 +35,20 @@ class _Choice(Choice):
         return super().convert(value, param, ctx)
 
 
+class _Bounded(click.FloatRange):
+    """A number within bounds, with an end of the message that refuses another."""
+
+    def __init__(self, *bounds: Any, beyond: str, **more: Any) -> None:
+        super().__init__(*bounds, **more)
+        self.beyond = beyond
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            self.fail(error.message.rstrip(".") + self.beyond, param, ctx)
+
+
 class _Numbers(click.ParamType):
     """Three numbers, or one for all three; or a number or a word: each within the bounds of `of`. form: of three."""
 
@@ -86,6 +100,8 @@ def _option(p: Option) -> Callable[[F], F]:
     elif p.kind in (int, float):
         kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
         kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
+        if p.beyond:
+            kind = _Bounded(p.low, p.high, min_open=p.low_open, max_open=p.high_open, beyond=p.beyond)
         if p.is_triple or p.words:
             kind = _Numbers(kind, p.axes if p.is_triple else "", p.words)
     return click.option(

@@ -13,8 +13,13 @@ LOWEST_METERED = 5.0  # degrees: a lower sun leaves a picture as bright as one o
 
 
 def irradiance_of_white(air: Atmosphere, sun_elevation: float, altitude: float) -> float:
-    """Compute the sun's irradiance above the air with which white that faces the sun has a luminance of 1: pi / Y(Ts)."""
-    return float(math.pi / (air.sun(max(sun_elevation, LOWEST_METERED), altitude) @ REC709))
+    """Compute the sun's irradiance above the air with which white that faces the sun has a luminance of 1: pi / Y(Ts).
+
+    Where haze leaves less of the sun than comes from the sky, it is white under the sky.
+    """
+    sun = max(sun_elevation, LOWEST_METERED)
+    direct, sky = air.sun(sun, altitude) @ REC709, air.irradiance(sun, altitude)[1] @ REC709
+    return float(math.pi / max(direct, sky))
 
 
 def sky_strength(air: Atmosphere, own: Any, elevation: Any, azimuth: Any, sun_elevation: float, altitude: float) -> float:

@@ -118,6 +118,7 @@ class DaylightWork(ImageWork):
 
     def _distances(self, task: PictureTask, loaded: Loaded, view: View, p: Parameters, tell: Callable[[str], object]) -> "Distances":
         """Find how far things are, and what is sky."""
+        from airlight.detect.sky import find_sky
         from airlight.jobs.daylight_depth import at_one_distance, from_map, with_sky
         from airlight.luminance import luminance
         from airlight.planes import smoothstep
@@ -129,9 +130,12 @@ class DaylightWork(ImageWork):
             found = from_map(values, whole, self.where, self._span, lengths, task.depth or task.source)
             return found if mask is None else with_sky(found, checked_mask(mask, picture))
         if mask is None:
-            mask = smoothstep(luminance(picture.rec709(picture.linear())), *p.knee).astype(np.float32)
+            light = picture.rec709(picture.linear())
+            mask = find_sky(light)
+            if not mask.any():  # what is seen of it may be gaps
+                mask = smoothstep(luminance(light), *p.knee).astype(np.float32)
             share = percent(float(mask.mean()))
-            tell(f"{picture.path}: {share} of it is taken as sky, by its brightness; --mask FILE, white where it is sky, says it better")
+            tell(f"{picture.path}: {share} of it is taken as sky; --mask FILE, white where it is sky, says it better")
         assert self.where.distance is not None
         return at_one_distance(checked_mask(mask, picture), self.where.distance)
 

@@ -36,7 +36,7 @@ class Daylight(Options, group="daylight"):
     visibility: float | None = real(
         None,
         "distance at which a contrast of 2 % is left, by an aerosol that is grey; unset: very clear air, of some 217. Not with turbidity",
-        "Koschmieder 1924", "km", ge=0.05, le=280, log=True,
+        "Koschmieder 1924", "km", ge=0.05, le=280, log=True, beyond="; clean air has 289 km",
     )
     turbidity: float | None = real(
         None, "how hazy the air is, instead of visibility: 2 clear, 10 very hazy", "Preetham et al. 1999", ge=1, le=10

@@ -31,6 +31,7 @@ class Option:
     a text; form: how a text is written, as AZ,EL. words: that may stand for a number, or of a text those that are
     always known. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
     usually moved by hand, its bounds if nothing else is said; or its only values, three or more. is_log: moved in ratios.
+    beyond: how a message ends that refuses a number out of bounds.
     """
 
     default: Any
@@ -50,6 +51,7 @@ class Option:
     pattern: str | None = None
     slider: tuple[float, ...] | None = None
     is_log: bool = False
+    beyond: str = ""
     group: str = ""
     name: str = ""
 
@@ -96,7 +98,7 @@ class Option:
     def cure(self, value: Any) -> str:
         """Say, to end a message, which word is most like a wrong value, or which there are; nothing of a number."""
         known = self.choices or self.words
-        return nearest(value, known, f"; use {', '.join(known)}") if known and isinstance(value, str) else ""
+        return nearest(value, known, f"; use {', '.join(known)}") if known and isinstance(value, str) else self.beyond
 
     def convert(self, value: Any, strict: bool = True) -> Any:
         """Check a value, or with strict False read it from a text. Raises msgspec.ValidationError."""
@@ -107,7 +109,7 @@ class Option:
 
 
 def real(default: Any, description: str, source: str, unit: str = "", **more: Any) -> Any:
-    """Declare a number; None: unset. more: bounds ge, gt, le, lt; slider, log, group."""
+    """Declare a number; None: unset. more: bounds ge, gt, le, lt; slider, log, beyond, group."""
     return _option(default, description, source, unit, float, **more)
 
 
