@@ -108,6 +108,7 @@ def view(
     if of_scene:
         from airlight.jobs.sun_of_scene import check_view, with_daylight
 
+        values |= {"sun": others["sun"]} if others["sun"] is not None else {}
         check_view(values)
         values.update(with_daylight(values, bool(volume or particles)))
     more |= {"animation": animation, "scene": scene_of_file, "up": up, "densities": (volume, particles), "shapes": shapes}

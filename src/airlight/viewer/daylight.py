@@ -129,7 +129,7 @@ class DaylightOfView:
         daylight = Daylight(self._air, lambda _: (azimuth, elevation)) if new else stage.daylight
         where = None if state.daylight.when is None else read_where(state.daylight.where or PLACE)
         daylight.air, daylight.track = self._air, lambda _: (azimuth, elevation)
-        daylight.altitude = altitude_of(state.daylight, where)
+        daylight.altitude = state.automatic["altitude"] = altitude_of(state.daylight, where)
         daylight.lux = SUN_LUX if state.daylight.sun_strength is None else state.daylight.sun_strength
         if new:
             daylight.put(stage)
