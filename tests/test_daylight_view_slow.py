@@ -36,7 +36,7 @@ def test_twilight_is_that_of_the_library(table: ViewTable, sun: float) -> None:
     air = Atmosphere()
     table.update(air, sun, 2)
     found = differences(table, air, sun, 2, ELEVATIONS, [40.0, 900, 2e4, SKY])
-    assert found["luminance"] < 0.04 and found["typical"] < 0.005, found
+    assert found["luminance"] < 0.06 and found["typical"] < 0.005, found
 
 
 @pytest.mark.parametrize(
