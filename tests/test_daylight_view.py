@@ -164,10 +164,14 @@ def directions(elevation: Any, azimuth: Any) -> np.ndarray:
 def test_a_ray_finds_its_place(table: ViewTable) -> None:
     record, view = table.record([1, 0, 0], [0, 0, 1]), units()
     found = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})
-    at, phases, way = twins.daylight_ray(view, record)
+    at, phases, way, end = twins.daylight_ray(view, record)
     np.testing.assert_allclose(found["at"], at, atol=1e-3)
     np.testing.assert_allclose(found["phases"], phases, rtol=1e-4)
     np.testing.assert_allclose(found["ground"], way, rtol=1e-3)
+    np.testing.assert_allclose(found["end"], end, rtol=1e-3)
+    record["height"] = 9000
+    high = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})["end"]
+    assert (high == twins.daylight_ray(view, record)[3]).all() and (high == twins.NO_END).all()
 
 
 def differences(table: ViewTable, air: Atmosphere, sun: float, altitude: float, elevation: Any, distances: Any) -> dict[str, float]:

@@ -21,7 +21,7 @@ def table() -> ViewTable:
     return ViewTable(open_device())
 
 
-@pytest.mark.parametrize("altitude, most, through", [(2, 0.01, 0.003), (3000, 0.015, 0.005), (10_000, 0.02, 0.01), (40_000, 0.06, 0.05)])
+@pytest.mark.parametrize("altitude, most, through", [(2, 0.01, 0.002), (3000, 0.012, 0.002), (10_000, 0.018, 0.002), (40_000, 0.05, 0.005)])
 @pytest.mark.parametrize("sun", [90.0, 45, 20, 6, 2, 0.5])
 def test_table_is_that_of_the_library(table: ViewTable, sun: float, altitude: float, most: float, through: float) -> None:
     air = Atmosphere()
@@ -36,10 +36,12 @@ def test_twilight_is_that_of_the_library(table: ViewTable, sun: float) -> None:
     air = Atmosphere()
     table.update(air, sun, 2)
     found = differences(table, air, sun, 2, ELEVATIONS, [40.0, 900, 2e4, SKY])
-    assert found["luminance"] < 0.04 and found["typical"] < 0.005, found
+    assert found["luminance"] < 0.06 and found["typical"] < 0.005, found
 
 
-@pytest.mark.parametrize("settings", [{"visibility": 5}, {"visibility": 0.3}, {"turbidity": 8}, {"wavelengths": "rgb"}, {"multiple": "psi"}])
+@pytest.mark.parametrize(
+    "settings", [{"visibility": 5}, {"visibility": 0.3}, {"turbidity": 8}, {"wavelengths": "rgb"}, {"multiple": "psi"}]
+)
 def test_airs_are_those_of_the_library(table: ViewTable, settings: dict[str, Any]) -> None:
     air = Atmosphere(**settings)
     table.update(air, 25, 100)

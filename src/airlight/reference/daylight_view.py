@@ -16,6 +16,7 @@ from airlight.reference.daylight import (
 ELEVATIONS, AZIMUTHS, DISTANCES = 96, 32, 48  # of the table
 BELOW = 32  # of the elevations, below the horizon
 NO_END = 1e9  # m: the way of a ray that meets nothing
+HIGH = 4000.0  # m, of the eye, beyond which sky below the horizon is read at the table's last node
 
 
 def way_to_ground(height: Any, mu: Any) -> Array:
@@ -116,19 +117,21 @@ def air_phases(a: Any, b: Any, g: Any) -> Array:
     return np.stack([turned, turned * 2 * (1 - g * g) / ((2 + g * g) * (1 + g * g - 2 * g * cosine) ** 1.5)], axis=-1)
 
 
-def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array]:
-    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways to the ground (...).
+def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array, Array]:
+    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways (...).
 
-    record: of view_table.wgsl's Daylight; the way, m, is NO_END for rays that miss the ground.
+    record: of view_table.wgsl's Daylight. The ways, m, are that to the ground, NO_END for rays that miss it, and that at which the table
+    holds all of the ray.
     """
     direction = np.asarray(direction, float)
     up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
     mu = (direction * up).sum(axis=-1)
     row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]), record["rows"])
     column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
-    way = distance_to_ground(float(record["height"]), mu)
+    way = np.minimum(distance_to_ground(float(record["height"]), mu), NO_END)
+    end = way if record["height"] <= HIGH else np.full(way.shape, NO_END)
     at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
-    return at, air_phases(direction, to_sun, float(record["anisotropy"])), np.minimum(way, NO_END)
+    return at, air_phases(direction, to_sun, float(record["anisotropy"])), way, end
 
 
 def way_in_even_air(mu: Any) -> Array:

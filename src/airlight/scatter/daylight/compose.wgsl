@@ -63,7 +63,7 @@ fn way_seen(p: vec2u, direction: vec3f) -> f32 {
 fn in_the_air(direction: vec3f, t: f32) -> Air {
     if (!EVEN_AIR) {
         let ray = daylight_ray(direction);
-        let end = select(t, ray.ground, t >= NO_END);
+        let end = select(t, ray.end, t >= NO_END);
         let through = daylight_transmittance(ray, end);
         if (!SHADOWED) { return Air(vec3f(0.0), daylight_whole(ray, end), through, ray.ground); }
         return Air(daylight_single(ray, end), daylight_whole(ray, end), through, ray.ground);

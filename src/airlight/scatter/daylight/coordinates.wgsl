@@ -3,7 +3,9 @@
 const ELEVATIONS = 96u;
 const BELOW = 32u;              // of them, below the horizon
 const AZIMUTHS = 32u;
-const DISTANCES = 48u;
+const DISTANCES = 48u;          // the last is the end of the ray
+const NO_END = 1e9;             // m: of a ray that meets nothing
+const HIGH = 4000.0;            // m, of the eye, beyond which sky below the horizon is read at the last node
 
 /// Evaluate where along the table's texture, 0 to 1, a way of t m lies. Nodes stand evenly in ln(1 + t / near); between two it goes as t does.
 /// step: that logarithm from node to node. Twin: reference/daylight_view.py:way_coordinate.

@@ -89,8 +89,17 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
     var aerosol = vec4f(0.0);
     var multiple = vec4f(0.0);
     var start = 0.0;
+    var ground = way_to_ground(fill.height, ray.mu);
+    if (id.y >= BELOW || ground == 0.0) { ground = NO_END; }
+    var grounded = array<vec4f, 4>(); // what is gathered up to the ground: rayleigh, aerosol, multiple, depth
     for (var k = 0u; k < DISTANCES; k++) {
         let at = vec3u(k, id.xy);
+        if (k == DISTANCES - 1u && start > ground) { // the last node is the end of the ray
+            rayleigh = grounded[0];
+            aerosol = grounded[1];
+            multiple = grounded[2];
+            depth = grounded[3];
+        }
         textureStore(by_rayleigh, at, vec4f(fill.scale * (fill.to_channels * rayleigh), 0.0));
         textureStore(by_aerosol, at, vec4f(fill.scale * (fill.to_channels * aerosol), 0.0));
         textureStore(together, at, vec4f(fill.scale * (fill.to_channels * (multiple + phase * rayleigh)), 0.0));
@@ -103,9 +112,10 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         let low = height_along(fill.height, ray.mu, start);
         let high = height_along(fill.height, ray.mu, next);
         let wanted = select(ceil(max(abs(high - low) / RISE, (next - start) / REACH)), 0.0, min(low, high) > TOP_HEIGHT);
-        let steps = clamp(wanted, STEPS.x, STEPS.y);
-        for (var i = 1.0; i <= steps; i += 1.0) {
-            let end = way_at(f32(k) + i / steps, fill.near, fill.step);
+        let stride = (next - start) / clamp(wanted, STEPS.x, STEPS.y);
+        while (start < next) {
+            var end = select(start + stride, next, start + 1.5 * stride > next);
+            if (start < ground) { end = min(end, ground); }
             let height = max(height_along(fill.height, ray.mu, 0.5 * (start + end)), 0.0);
             let density = select(air_density(height), vec3f(0.0), height > TOP_HEIGHT);
             let extinction = density.x * fill.rayleigh + density.y * fill.extinct + density.z * fill.ozone;
@@ -123,6 +133,7 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
             aerosol += density.y * fill.aerosol * light;
             multiple += whole * (density.x * fill.rayleigh * turned.rayleigh + density.y * fill.aerosol * turned.aerosol);
             depth += extinction * (end - start);
+            if (end == ground) { grounded = array<vec4f, 4>(rayleigh, aerosol, multiple, depth); }
             start = end;
         }
     }

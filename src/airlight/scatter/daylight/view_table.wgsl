@@ -24,8 +24,6 @@ struct Daylight {
 @group(0) @binding(44) var daylight_through: texture_2d<f32>;
 @group(0) @binding(45) var daylight_linear: sampler;
 
-const NO_END = 1e9;             // m: of a ray that meets nothing
-
 struct Gathered {
     single: vec3f,              // radiance of sunlight scattered once: what shadows take
     multiple: vec3f,            // radiance of light scattered more than once
@@ -36,6 +34,7 @@ struct DaylightRay {
     at: vec2f,                  // azimuth and elevation, in the table
     phases: vec2f,              // 1/sr, of Rayleigh's air and the aerosol
     ground: f32,                // m, to the ground; NO_END above the horizon
+    end: f32,                   // m, at which the table holds all of the ray
 }
 
 /// Place a view ray in the table. direction: unit. Twin: reference/daylight_view.py:daylight_ray.
@@ -44,10 +43,12 @@ fn daylight_ray(direction: vec3f) -> DaylightRay {
     let row = elevation_row(arc_sine(mu), daylight.horizon, daylight.warp, daylight.rows);
     let column = azimuth_column(mu, dot(direction, daylight.ahead));
     let way = way_to_ground(daylight.height, mu);
+    let ground = select(NO_END, way, way > 0.0);
     return DaylightRay(
         (vec2f(column, row) + 0.5) / vec2f(f32(AZIMUTHS), f32(ELEVATIONS)),
         air_phases(direction, daylight.to_sun, daylight.anisotropy),
-        select(NO_END, way, way > 0.0),
+        ground,
+        select(ground, NO_END, daylight.height > HIGH),
     );
 }
 
@@ -92,6 +93,6 @@ fn daylight_transmittance(ray: DaylightRay, t: f32) -> vec3f {
 /// Read all that a ray of a direction gathers up to t m; NO_END for one that ends at the ground, or not.
 fn daylight_at(direction: vec3f, t: f32) -> Gathered {
     let ray = daylight_ray(direction);
-    let end = select(t, ray.ground, t >= NO_END);
+    let end = select(t, ray.end, t >= NO_END);
     return Gathered(daylight_single(ray, end), daylight_multiple(ray, end), daylight_transmittance(ray, end));
 }
