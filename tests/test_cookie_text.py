@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from airlight.errors import AirlightError, AirlightWarning
-from airlight.jobs.cookies import read_cookie
+from airlight.jobs.cookies import open_cookie, read_cookie
+from airlight.jobs.projector_text import make_projector
 from airlight.jobs.shape_text import put_cookies, read_shape_text, shaped
 
 gfx = pytest.importorskip("pygfx")
@@ -144,6 +145,12 @@ def test_up_along_its_light_is_told_where_somebody_gave_it() -> None:
         punctual_lights([SceneLight(lamp)])
 
 
+def test_a_cookie_is_written_in_a_line(tmp_path: Path) -> None:
+    Image.new("RGB", (3, 2)).save(tmp_path / "film.0001.png")
+    assert repr(Cookie(np.ones((400, 300, 3)), size=2.5)) == "Cookie(300 x 400 pixels, size=2.5)"
+    assert repr(open_cookie(str(tmp_path / "film.####.png"))) == f"FilmCookie({str(tmp_path / 'film.####.png')!r}, frame=1, size=1)"
+
+
 def test_cookies_without_pixels_and_of_many(tmp_path: Path) -> None:
     for shape in ((0, 4, 3), (4, 0, 3), (4, 4), (4, 4, 4)):
         with pytest.raises(AirlightError, match="with a pixel at least"):
@@ -171,6 +178,21 @@ def test_what_shapes_a_light_is_read_without_its_file() -> None:
         read_shape_text("sun=gobo.png;size=0", COOKIE)
 
 
+def test_a_file_that_is_no_cookie_is_told_with_its_option(tmp_path: Path) -> None:
+    from airlight.jobs.light_text import SUN, read_scene_light
+
+    path = tmp_path / "junk.png"
+    path.write_bytes(b"junk")
+    for option, read in (
+        ("--projector", lambda: make_projector(f"0,1,2;cookie={path}")),
+        ("--cookie", lambda: shaped(open_scene("slats"), {"cookie": [f"spot={path}"]})),
+        ("--ies", lambda: shaped(open_scene("slats"), {"ies": [f"spot={path}"]})),
+        ("--sun", lambda: read_scene_light(f"60,30;cookie={path}", SUN)),
+    ):
+        with pytest.raises(AirlightError, match=f"^{option}: .*junk.png: is no"):
+            read()
+
+
 def test_lights_and_suns_of_texts_take_cookies(slide: str) -> None:
     from airlight.jobs.light_text import PLACE, SUN, read_scene_light
     from airlight.scenes.lamps import lighting
@@ -193,6 +215,7 @@ def test_lights_and_suns_of_texts_take_cookies(slide: str) -> None:
         ("60,30;size=2", "azimuth,elevation", "goes with cookie.*write cookie=FILE;size=2"),
         ("60,30;cookie=a.png;size=0", "azimuth,elevation", "size is 0.001 to 1e.06 m"),
         ("60,30;ies=a.ies", "azimuth,elevation", "cannot read 'ies=a.ies'"),
+        ("lamp;cookie=", "x,y,z", "cookie has no value .*: give a file"),
         ("lamp;size=2;cookie=a.png", "x,y,z", "cannot read 'size=2'"),
         ("lamp;cookie=a.png;ies=a.ies", "x,y,z", "has two shapes"),
     ],

@@ -19,7 +19,7 @@ INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
 GRAMMAR = Grammar(
     what="projector",
     form=FORM,
-    texts=("cookie",),
+    texts={"cookie": "file"},
     words={"falloff": FALLOFFS},
     numbers={**LIMITS, "position": (-MOST, MOST), "target": (-MOST, MOST)},
     vectors={"position": "x,y,z", "target": "x,y,z", "up": "x,y,z", "fov": "h,v", "intensity": "r,g,b", "clip": "a,b,c,d"},
@@ -77,7 +77,7 @@ def make_projector(text: str) -> "Projector":
     power = known.get("intensity", INTENSITY)
     top = max(power) or 1.0
     kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
-    cookie = open_cookie(known["cookie"]) if "cookie" in known else None
+    cookie = open_cookie(known["cookie"], option="--projector") if "cookie" in known else None
     made = Projector(gfx.Color.from_physical(*(v / top for v in power)), max(power), cookie=cookie, **kept)
     made.local.position, made.written = at, text
     made.target.world.position = known.get("target", [a + b for a, b in zip(at, AHEAD, strict=True)])
@@ -96,7 +96,7 @@ def change_projector(projector: "Projector", text: str) -> None:
     whole = {"target": tuple(float(v) for v in projector.target.world.position), "near": near, "up": projector.upwards}
     _check(text, place, {**whole, **({} if far is None else {"far": far}), **known})
     if "cookie" in known:
-        projector.cookie = open_cookie(known["cookie"])
+        projector.cookie = open_cookie(known["cookie"], option="--projector")
     projector.world.position = place
     if "target" in known:
         projector.target.world.position = known["target"]

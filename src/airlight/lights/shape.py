@@ -34,6 +34,11 @@ class Cookie:
         if not (is_finite(self.size) and self.size > 0):
             raise AirlightError(f"a cookie's size must be above 0 m, not {self.size!r}")
 
+    def __repr__(self) -> str:
+        """Write its size, not its pixels."""
+        height, width = self.pixels.shape[:2]
+        return f"Cookie({width} x {height} pixels, size={self.size:g})"
+
     def at(self, uv: Any, repeats: bool = False) -> Array:
         """Interpolates (..., 3) between the centres of pixels at places uv (..., 2), 0..1 from the left and from the top; beyond the
         outermost centres it is as there, or repeats."""
