@@ -77,7 +77,7 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     """Judge the medium of a frame that was just drawn, see `doubt_of_medium`, and what lights it. depth: (H, W) of 0..1."""
     import numpy as np
 
-    from airlight.jobs.thin_air import doubt_of_lamps, lamp_heights
+    from airlight.jobs.thin_air import doubt_of_lamps
     from airlight.medium.resolve import VISIBLE_CONTRAST
 
     shafts = studio.shafts
@@ -171,3 +171,10 @@ def name_of(light: Any) -> str:
     if light.position is not None:
         return f"the light at {','.join(f'{v:g}' for v in light.position)}"
     return f"the light {light.target.name}" if light.target.name else "the scene's light"
+
+def lamp_heights(lights: Any) -> dict[str, float]:
+    """List the world's heights, m, of the lamps among lights of a scene, pygfx.SceneLight, that shine, by name."""
+    from airlight.pygfx.punctual import punctual_lights
+
+    lamps = [(light, [one for one in punctual_lights([light]) if hasattr(one, "position")]) for light in lights]
+    return {name_of(light): float(one.position[1]) for light, found in lamps for one in found}

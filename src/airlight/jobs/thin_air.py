@@ -1,7 +1,7 @@
 """Judges whether the light of a scene's lamps is seen in its air, which over a room is thin where kilometres of it are thick."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from airlight.medium.resolve import ResolvedMedium, as_suits
 from airlight.messages import number
@@ -51,12 +51,3 @@ def doubt_of_lamps(
     if medium.settings.fog != "none":
         return f"{told} {over}: --fog-depth {number(size / 2, 2)} lets the fog reach it, or leave out --fog"
     return f"{told} {over}: --sigma-t {as_suits(medium, size)} shows it, or --medium smoke"
-
-
-def lamp_heights(lights: Any) -> dict[str, float]:
-    """List the world's heights, m, of the lamps among lights of a scene, pygfx.SceneLight, that shine, by name."""
-    from airlight.jobs.seen import name_of
-    from airlight.pygfx.punctual import punctual_lights
-
-    lamps = [(light, [one for one in punctual_lights([light]) if hasattr(one, "position")]) for light in lights]
-    return {name_of(light): float(one.position[1]) for light, found in lamps for one in found}
