@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from airlight.errors import AirlightError, AirlightWarning
-from airlight.jobs.cookies import read_cookie
+from airlight.jobs.cookies import open_cookie, read_cookie
+from airlight.jobs.projector_text import make_projector
 from airlight.jobs.shape_text import put_cookies, read_shape_text, shaped
 
 gfx = pytest.importorskip("pygfx")
@@ -87,20 +88,51 @@ def test_a_projector_of_a_scene_is_changed_by_its_name(slide: str) -> None:
 @pytest.mark.parametrize(
     ("known", "told"),
     [
-        ({"fov": (0, 30)}, "above 0 and below 180"),
-        ({"fov": (40, 180)}, "above 0 and below 180"),
+        ({"fov": (0, 30)}, "0.001 to 179 degrees"),
+        ({"fov": (40, 180)}, "0.001 to 179 degrees"),
         ({"fov": 40}, "two angles"),
+        ({"fov": (10**400, 1)}, "two angles"),
+        ({"near": 10**400}, "near must be 1e-06 to 1e.09 m"),
+        ({"near": 10**5000}, "not a number of thousands of digits"),
+        ({"far": 1e300}, "far must be 1e-06 to 1e.09 m"),
+        ({"intensity": float("nan")}, "intensity must be 0 to 1e.09 candela"),
+        ({"intensity": 10**400}, "intensity must be 0 to 1e.09 candela"),
+        ({"near": True}, "near must be .* not True"),
+        ({"up": (True, False, False)}, "up must be three finite numbers"),
+        ({"clip": 3}, "clip must be a list of planes"),
+        ({"clip": ((1e-300, 0, 0, 1),)}, "is more than 1e.09 m away"),
         ({"near": 3, "far": 2}, "near must be above 0 and its far beyond it"),
         ({"near": 2, "far": 2}, "near must be above 0 and its far beyond it"),
         ({"up": (0, 0, 0)}, "up must be three finite numbers, not all 0"),
         ({"up": (0, 1)}, "up must be three finite numbers"),
-        ({"ambient": -1}, "ambient must be 0 or more"),
+        ({"ambient": -1}, "ambient must be 0 to 1e.09"),
         ({"cookie": "slide.png"}, "cookie must be a Cookie, as read_cookie gives it"),
     ],
 )
 def test_what_no_projector_can_be_is_told(known: dict[str, Any], told: str) -> None:
     with pytest.raises(AirlightError, match=told):
         Projector(**known)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e300])
+def test_vectors_of_any_length_give_their_directions(size: float) -> None:
+    lamp = Projector(up=(size, size, 0), clip=((0, size, size, 2 * size), (1e300, 1e300, 0, 1)))
+    (light,) = punctual_lights([SceneLight(lamp)])
+    root = 0.5**0.5
+    assert light.axes()[1] == pytest.approx((root, root, 0))
+    assert light.planes()[-2:] == pytest.approx(np.array([(0, root, root, 2 * root), (root, root, 0, 0)]))
+    (sun,) = punctual_lights([SceneLight(direction=(0, size, 0))])
+    assert np.isfinite(sun.in_view(np.eye(4))).all()
+
+
+def test_lights_take_no_integer_beyond_floats() -> None:
+    from airlight.lights import ImageLight
+
+    for make in (lambda: SceneLight(position=(0, 10**400, 0)), lambda: SceneLight(position=(0, 0, 0), intensity=10**400)):
+        with pytest.raises(AirlightError, match="not"):
+            make()
+    with pytest.raises(AirlightError, match="finite number"):
+        ImageLight((0.5, 0.5), strength=10**400)
 
 
 def test_up_along_its_light_is_told_where_somebody_gave_it() -> None:
@@ -111,6 +143,12 @@ def test_up_along_its_light_is_told_where_somebody_gave_it() -> None:
     lamp.upwards = (0, -2, 0)
     with pytest.raises(AirlightError, match="lies along its light"):
         punctual_lights([SceneLight(lamp)])
+
+
+def test_a_cookie_is_written_in_a_line(tmp_path: Path) -> None:
+    Image.new("RGB", (3, 2)).save(tmp_path / "film.0001.png")
+    assert repr(Cookie(np.ones((400, 300, 3)), size=2.5)) == "Cookie(300 x 400 pixels, size=2.5)"
+    assert repr(open_cookie(str(tmp_path / "film.####.png"))) == f"FilmCookie({str(tmp_path / 'film.####.png')!r}, frame=1, size=1)"
 
 
 def test_cookies_without_pixels_and_of_many(tmp_path: Path) -> None:
@@ -140,6 +178,21 @@ def test_what_shapes_a_light_is_read_without_its_file() -> None:
         read_shape_text("sun=gobo.png;size=0", COOKIE)
 
 
+def test_a_file_that_is_no_cookie_is_told_with_its_option(tmp_path: Path) -> None:
+    from airlight.jobs.light_text import SUN, read_scene_light
+
+    path = tmp_path / "junk.png"
+    path.write_bytes(b"junk")
+    for option, read in (
+        ("--projector", lambda: make_projector(f"0,1,2;cookie={path}")),
+        ("--cookie", lambda: shaped(open_scene("slats"), {"cookie": [f"spot={path}"]})),
+        ("--ies", lambda: shaped(open_scene("slats"), {"ies": [f"spot={path}"]})),
+        ("--sun", lambda: read_scene_light(f"60,30;cookie={path}", SUN)),
+    ):
+        with pytest.raises(AirlightError, match=f"^{option}: .*junk.png: is no"):
+            read()
+
+
 def test_lights_and_suns_of_texts_take_cookies(slide: str) -> None:
     from airlight.jobs.light_text import PLACE, SUN, read_scene_light
     from airlight.scenes.lamps import lighting
@@ -162,6 +215,7 @@ def test_lights_and_suns_of_texts_take_cookies(slide: str) -> None:
         ("60,30;size=2", "azimuth,elevation", "goes with cookie.*write cookie=FILE;size=2"),
         ("60,30;cookie=a.png;size=0", "azimuth,elevation", "size is 0.001 to 1e.06 m"),
         ("60,30;ies=a.ies", "azimuth,elevation", "cannot read 'ies=a.ies'"),
+        ("lamp;cookie=", "x,y,z", "cookie has no value .*: give a file"),
         ("lamp;size=2;cookie=a.png", "x,y,z", "cannot read 'size=2'"),
         ("lamp;cookie=a.png;ies=a.ies", "x,y,z", "has two shapes"),
     ],

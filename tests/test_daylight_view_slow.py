@@ -68,11 +68,11 @@ def test_coming_suns_are_solved_meanwhile() -> None:
         air, tables = Atmosphere(ozone=280 + len(moves) + moves[-1] / 100), further.Further(open_device())
         for sun in moves:
             tables.update(air, sun)
-        if tables._solving is not None:
-            tables._solving.join()
-        solved = kept(Orders, air.coefficients)._suns._kept
+        if tables.solving is not None:
+            tables.solving.join()
+        solved = kept(Orders, air.coefficients).suns.solved
         needed = {i for sun in moves for i in range(further.needed(sun)[0], further.needed(sun)[1] + 1)}
-        assert sorted(set(solved) - needed) == sorted(coming)
+        assert sorted(solved - needed) == sorted(coming)
 
 
 def test_suns_move_without_jumps(table: ViewTable) -> None:

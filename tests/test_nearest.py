@@ -28,7 +28,8 @@ def test_nearest_file(tmp_path, monkeypatch):
             assert nearest_file(str(tmp_path / wrong)) == meant
     monkeypatch.chdir(tmp_path / "photos")
     assert nearest_file("bech.jpg") == "; did you mean 'beach.jpg'?"
-    for nothing in ("mountain.png", "/nosuch/bech.jpg", "", "a\0b"):
+    (tmp_path / "photos" / "opening.jpg").touch()
+    for nothing in ("nothing.jpg", "bright.jpg", "mountain.png", "/nosuch/bech.jpg", "", "a\0b"):
         assert nearest_file(nothing, "; no") == "; no"
 
 

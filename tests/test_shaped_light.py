@@ -179,6 +179,11 @@ def test_a_projector_is_read_as_written() -> None:
         ("1,2,3;falloff=cubic", "use inverse-square, inverse, constant"),
         ("1,2,3;clip=0,0,0,1", "has no direction"),
         ("1,2,3" + ";clip=0,1,0,1" * 7, "more than 6 clip planes"),
+        ("1,2,3;clip=1e-300,0,0,1", "is more than 1e.09 m away"),
+        ("1,2,3;target=1e300,0,0", "target is 1e300,0,0"),
+        ("1,2,3;cookie=", "cookie has no value .*: give a file, cookie=FILE"),
+        ("1,2,3;fov", "fov has no value .*: give fov=h,v, numbers"),
+        ("1,2,3;falloff=", "give one of inverse-square, inverse"),
         ("1,2,3;foo=1", "cannot read 'foo=1'"),
         ("1,2,3;intensity=-1,0,0", "intensity is -1,0,0"),
     ],
@@ -186,6 +191,11 @@ def test_a_projector_is_read_as_written() -> None:
 def test_what_a_projector_cannot_be_is_told(text: str, told: str) -> None:
     with pytest.raises(AirlightError, match=told):
         read_projector(text)
+
+
+def test_an_up_of_any_length_is_one() -> None:
+    for up in ("1e300,1e300,0", "0,1e-300,0"):
+        assert read_projector(f"1,2,3;up={up}")[1]["up"] == tuple(float(v) for v in up.split(","))
 
 
 def test_cookies_of_files(tmp_path: Any) -> None:

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterable
 
+LIKE_NAMES = 0.7  # how alike names of files are, without their endings, that one is taken for a slip of
 MOST_NAMES = 5000  # of a folder's files, that are looked through for one like a name
 
 
@@ -55,6 +56,8 @@ def nearest_file(path: str, otherwise: str = "") -> str:
         there = sorted(itertools.islice(os.listdir(folder or "."), MOST_NAMES))
     except (OSError, ValueError):
         return otherwise
-    found = (os.path.join(folder, one, rest) if rest else os.path.join(folder, one) for one in close(name, there, 5))
+    stem = os.path.splitext(name)[0]  # an ending that many have makes no two names alike
+    alike = (one for one in close(name, there, 5) if len(stem) < 3 or close(stem, [os.path.splitext(one)[0]], least=LIKE_NAMES))
+    found = (os.path.join(folder, one, rest) if rest else os.path.join(folder, one) for one in alike)
     real = next((one for one in found if os.path.exists(one)), None)
     return f"; did you mean {real!r}?" if real is not None else otherwise

@@ -42,7 +42,7 @@ def test_extras_make_a_projector(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("extras", "told"),
     [
-        ({"fov": [0, 20]}, "fov must be above 0"),
+        ({"fov": [0, 20]}, "fov must be 0.001 to 179 degrees"),
         ({"fov": 5}, "is shown as a spot"),
         ({"fov": ["a", 2]}, "its numbers are none"),
         ({"angle": 5}, "it has no angle; there is fov, near"),
@@ -51,6 +51,16 @@ def test_extras_make_a_projector(tmp_path: Path) -> None:
         ({"cookie": "slide.png"}, "which the file has not"),
         ([1], "its extras are no object"),
         ({"clip": [[0, 0, 0, 1]]}, "planes of four finite numbers"),
+        ({"near": 10**400}, "its numbers are none"),
+        ({"fov": [True, True]}, "its numbers are none"),
+        ({"cookie": True}, "its cookie is image True"),
+        ({"near": 1e-300}, "near must be 1e-06 to 1e.09 m"),
+        ({"near": 1e300}, "near must be 1e-06 to 1e.09 m"),
+        ({"far": 1e300}, "far must be 1e-06 to 1e.09 m"),
+        ({"ambient": 1e300}, "ambient must be 0 to 1e.09 1/m.2"),
+        ({"fov": [1e-300, 20]}, "fov must be 0.001 to 179"),
+        ({"clip": 3}, "a list of planes a, b, c, d, not 3"),
+        ({"clip": [[1e-300, 0, 0, 1]]}, "more than 1e.09 m away"),
         ({"falloff": "cubic"}, "falloff must be inverse-square"),
     ],
 )

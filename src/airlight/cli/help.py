@@ -57,7 +57,8 @@ SCREENS = {
     ),
     "render": Screen(
         "Render a 3-D scene with light shafts: a picture, numbered frames, a film.\n"
-        "SCENE: table, flying, valley, slats ... or a .glb, .gltf, .obj, .ply, .stl file.\n-: as SCENE a .glb from stdin; as FILE stdout.",
+        "SCENE: table, flying, valley, slats ... or a .glb, .gltf, .obj, .ply, .stl file.\n-: as SCENE a .glb from stdin; as FILE stdout.\n"
+        "Lights with a shape: --projector, --cookie, --ies; see --help-all.",
         {
             "output": "out.png, .exr ...; shot.####.png: frames; .mp4: film",
             "medium": "what fills the air: haze, mist, smoke ...",

@@ -1,11 +1,13 @@
 """Reads the pictures that lights send out, and of films the one of a frame."""
 
+import contextlib
 import functools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from airlight.errors import warn
+from airlight.errors import AirlightError, warn
 from airlight.files.sequence import numbered
 from airlight.files.volumes import file_of_frame
 from airlight.lights.shape import Cookie
@@ -26,9 +28,19 @@ def kept_cookie(path: str) -> Cookie:
     return read_cookie(path)
 
 
-def open_cookie(path: str, size: float = 1.0) -> Cookie:
-    """Read an image as `read_cookie` does; of numbered files give a FilmCookie. Raises AirlightError."""
-    return read_cookie(path, size=size) if numbered(path) is None else FilmCookie(path, size)
+def open_cookie(path: str, size: float = 1.0, option: str = "") -> Cookie:
+    """Read an image as `read_cookie` does; of numbered files give a FilmCookie. option: that asks for it. Raises AirlightError."""
+    with of_option(option):
+        return read_cookie(path, size=size) if numbered(path) is None else FilmCookie(path, size)
+
+
+@contextlib.contextmanager
+def of_option(option: str) -> Iterator[None]:
+    """Let errors of files name the option that gave them. Raises AirlightError."""
+    try:
+        yield
+    except AirlightError as error:
+        raise type(error)(f"{option}: {error}" if option else str(error)) from None
 
 
 class FilmCookie(Cookie):
@@ -44,6 +56,10 @@ class FilmCookie(Cookie):
         file_of_frame(path, 1, self._there)
         self._known, self._count, self._held = "", 0, np.zeros((1, 1, 3), np.float32)
         self._told: set[str] = set()
+
+    def __repr__(self) -> str:
+        """Write its pattern and frame, and read no file."""
+        return f"FilmCookie({self.path!r}, frame={self.frame!r}, size={self.size:g})"
 
     @property
     def pixels(self) -> Any:

@@ -19,14 +19,14 @@ FACTOR, SCALE = (0.0, 1e9), (1e-9, 1e9)
 class Grammar:
     """Describes what may stand behind the source of a density.
 
-    what: the density, in words. form: how it is written. texts: keys whose values are kept as they are. words: those of a few values.
-    numbers: those of a number, with the least and the greatest. vectors: those of several numbers, with their form, `x,y,z`. several: those
-    that may stand more than once.
+    what: the density, in words. form: how it is written. texts: keys whose values are kept as they are, with what these are. words: those
+    of a few values. numbers: those of a number, with the least and the greatest. vectors: those of several numbers, with their form,
+    `x,y,z`. several: those that may stand more than once.
     """
 
     what: str
     form: str
-    texts: tuple[str, ...]
+    texts: Mapping[str, str]
     words: Mapping[str, tuple[str, ...]]
     numbers: Mapping[str, tuple[float, float]]
     vectors: Mapping[str, str] = field(default_factory=dict)
@@ -42,7 +42,9 @@ class Grammar:
         known: dict[str, Any] = {}
         for part in filter(None, rest):
             name, _, value = (word.strip() for word in part.partition("="))
-            if name not in self.keys or not value:
+            if name in self.keys and not value:
+                raise AirlightError(f"{name} has no value in the {self.what} {text!r}: give {self._form(name)}")
+            if name not in self.keys:
                 hint = nearest(name, self.keys, f": write {self.form}")
                 raise AirlightError(f"cannot read {part!r} in the {self.what} {text!r}{hint}")
             if name in self.several:
@@ -54,6 +56,14 @@ class Grammar:
         if not source:
             raise AirlightError(f"cannot read the {self.what} {text!r}: write {self.form}")
         return source, known
+
+    def _form(self, name: str) -> str:
+        """Write a key with what it takes, for who left that out."""
+        if name in self.texts:
+            return f"a {self.texts[name]}, {name}={self.texts[name].upper()}"
+        if name in self.words:
+            return f"one of {', '.join(self.words[name])}"
+        return f"{name}={self.vectors.get(name, 'N')}, numbers" if name in self.vectors else f"a number, {name}=N"
 
     def _value(self, name: str, value: str, text: str) -> Any:
         if name in self.texts:

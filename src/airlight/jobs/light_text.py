@@ -101,13 +101,13 @@ def split_light(text: str, form: str) -> tuple[str, dict[str, Any]]:
             elif name == "strength" and (found := _QUANTITY.fullmatch(value)):
                 known["intensity"] = float(found[1]) * _unit(found[2], text, form)
             elif name in _shaping(form) and name != "size":
-                known[name] = value
+                known[name] = _file(name, value, text)
             elif name in ("strength", *_shaping(form)) or (name in OF_MEDIUM and form in SCENE_FORMS):
                 known[name] = float(value)
             elif name == "kind" and form == "X,Y":
                 known[name] = _kind(value, text)
             elif name == "cookie" and form == "X,Y":
-                known[name] = value
+                known[name] = _file(name, value, text)
             else:
                 keys = ("color", "strength", *(("kind", "cookie") if form == "X,Y" else ()), *(OF_MEDIUM if form in SCENE_FORMS else ()))
                 keys += _shaping(form)
@@ -133,6 +133,12 @@ def _unit(unit: str, text: str, form: str) -> float:
 def _shaping(form: str) -> tuple[str, ...]:
     """List the keys that shape a light of a form."""
     return OF_LAMP if form == PLACE.upper() else OF_SUN if form == SUN.upper() else ()
+
+
+def _file(name: str, value: str, text: str) -> str:
+    if not value and name in ("ies", "cookie"):
+        raise AirlightError(f"{name} has no value in the light {text!r}: give a file, {name}=FILE")
+    return value
 
 
 def _kind(value: str, text: str) -> str:
@@ -176,9 +182,10 @@ def place(written: LightText, picture: "Picture", origin: str = "top", cookie: s
     path = written.cookie or cookie
     if path is None:
         return made
-    from airlight.jobs.cookies import kept_cookie
+    from airlight.jobs.cookies import kept_cookie, of_option
 
-    return replace(made, cookie=kept_cookie(path))
+    with of_option("--light" if written.cookie else "--cookie"):
+        return replace(made, cookie=kept_cookie(path))
 
 
 PLACE, SUN = "x,y,z", "azimuth,elevation"  # forms in which a scene's lights are written
@@ -243,17 +250,18 @@ def read_scene_light(text: str, form: str) -> "SceneLight | NamedLight":
     `;color=R,G,B;strength=S;density=D;extinction=E`, `;cookie=FILE` of a spot or a sun, of a sun with `;size=M`, and of a lamp
     `;ies=FILE;absolute=1` too. Raises AirlightError."""
     from airlight.files.photometry import read_photometry
-    from airlight.jobs.cookies import open_cookie
+    from airlight.jobs.cookies import of_option, open_cookie
     from airlight.pygfx import SceneLight
     from airlight.scenes.lamps import NamedLight
 
     at, known = light_numbers(text, form)
     absolute = known.pop("absolute", "0") == "1"
     if "ies" in known:
-        known["photometry"] = photometry = read_photometry(known.pop("ies"))
+        with of_option("--light"):
+            known["photometry"] = photometry = read_photometry(known.pop("ies"))
         known |= {"intensity": photometry.own_candela((0.0, -1.0, 0.0))} if absolute else {}
     if "cookie" in known:
-        known["cookie"] = open_cookie(known["cookie"], known.pop("size", 1.0))
+        known["cookie"] = open_cookie(known["cookie"], known.pop("size", 1.0), "--light" if form == PLACE else "--sun")
     if not at:
         return NamedLight(split_light(text, form.upper())[0], **known)
     if form == PLACE:

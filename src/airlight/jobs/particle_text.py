@@ -16,7 +16,7 @@ from airlight.messages import nearest, nearest_file
 
 FORM = "FILE or NAME, then ;radius=0.2;density=1;sprite=FILE;blend=add;factor=1, of a file ;scale=1;up=z, of a scene's points ;draw=0"
 GRAMMAR = Grammar(
-    "particles", FORM, ("sprite",), {"blend": BLENDS, "up": UP, "draw": ("0", "1")},
+    "particles", FORM, {"sprite": "file"}, {"blend": BLENDS, "up": UP, "draw": ("0", "1")},
     {"radius": (0.0, 1e9), "density": (0.0, 1e12), "factor": FACTOR, "scale": SCALE},
 )  # fmt: skip
 OF_FILES, OF_POINTS = ("scale", "up"), ("draw",)

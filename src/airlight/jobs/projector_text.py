@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.jobs.density_text import Grammar
-from airlight.lights.projector import FALLOFFS, MOST_CLIPS, NEAR
+from airlight.lights.numbers import unit, unit_plane
+from airlight.lights.projector import FALLOFFS, LIMITS, MOST, MOST_CLIPS, NEAR
 
 if TYPE_CHECKING:
     from airlight.pygfx.projector import Projector
@@ -15,14 +16,12 @@ if TYPE_CHECKING:
 FORM = "x,y,z;target=x,y,z;fov=40,30;intensity=100,100,100"
 AHEAD = (0.0, 0.0, -1.0)  # where one shines without a target
 INTENSITY = (100.0, 100.0, 100.0)  # cd: unset
-MOST = 1e9
-ANGLES = (1e-3, 179.0)  # degrees
 GRAMMAR = Grammar(
     what="projector",
     form=FORM,
-    texts=("cookie",),
+    texts={"cookie": "file"},
     words={"falloff": FALLOFFS},
-    numbers={"near": (1e-6, MOST), "far": (1e-6, MOST), "ambient": (0.0, MOST), "fov": ANGLES, "intensity": (0.0, MOST)},
+    numbers={**LIMITS, "position": (-MOST, MOST), "target": (-MOST, MOST)},
     vectors={"position": "x,y,z", "target": "x,y,z", "up": "x,y,z", "fov": "h,v", "intensity": "r,g,b", "clip": "a,b,c,d"},
     several=("clip",),
 )
@@ -48,14 +47,16 @@ def _check(text: str, at: Sequence[float], known: dict[str, Any]) -> None:
     if not any(ahead):
         raise AirlightError(f"the target of the projector {text!r} is its own position; give another")
     up = known.get("up", (0.0, 1.0, 0.0))
-    (a, b, c), (d, e, f) = ahead, up
-    if "up" in known and math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= 1e-6 * math.hypot(*ahead) * math.hypot(*up):
+    (a, b, c), (d, e, f) = unit(ahead), unit(up)
+    if "up" in known and math.hypot(b * f - c * e, c * d - a * f, a * e - b * d) <= 1e-6:
         raise AirlightError(f"up of the projector {text!r} lies along its light, or is 0; give another direction, as in up=0,0,-1")
     near, far = known.get("near", NEAR if "far" in known else 0.0), known.get("far", math.inf)
     if not near < far:
         raise AirlightError(f"far={far:g} of the projector {text!r} is not beyond near={near:g}; give a greater one")
     if any(not any(plane[:3]) for plane in known.get("clip", ())):
         raise AirlightError(f"a clip plane of the projector {text!r} has no direction: a, b, c are 0; give its normal and d")
+    if any(abs(unit_plane(plane)[3]) > MOST for plane in known.get("clip", ())):
+        raise AirlightError(f"a clip plane of the projector {text!r} is more than {MOST:g} m away: give a greater normal or less d")
     if len(known.get("clip", ())) > MOST_CLIPS:
         raise AirlightError(f"the projector {text!r} has more than {MOST_CLIPS} clip planes; leave some out")
 
@@ -76,7 +77,7 @@ def make_projector(text: str) -> "Projector":
     power = known.get("intensity", INTENSITY)
     top = max(power) or 1.0
     kept = {name: known[name] for name in ("up", "fov", "near", "far", "falloff", "ambient", "clip") if name in known}
-    cookie = open_cookie(known["cookie"]) if "cookie" in known else None
+    cookie = open_cookie(known["cookie"], option="--projector") if "cookie" in known else None
     made = Projector(gfx.Color.from_physical(*(v / top for v in power)), max(power), cookie=cookie, **kept)
     made.local.position, made.written = at, text
     made.target.world.position = known.get("target", [a + b for a, b in zip(at, AHEAD, strict=True)])
@@ -95,7 +96,7 @@ def change_projector(projector: "Projector", text: str) -> None:
     whole = {"target": tuple(float(v) for v in projector.target.world.position), "near": near, "up": projector.upwards}
     _check(text, place, {**whole, **({} if far is None else {"far": far}), **known})
     if "cookie" in known:
-        projector.cookie = open_cookie(known["cookie"])
+        projector.cookie = open_cookie(known["cookie"], option="--projector")
     projector.world.position = place
     if "target" in known:
         projector.target.world.position = known["target"]

@@ -77,6 +77,7 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     """Judge the medium of a frame that was just drawn, see `doubt_of_medium`, and what lights it. depth: (H, W) of 0..1."""
     import numpy as np
 
+    from airlight.jobs.thin_air import doubt_of_lamps
     from airlight.medium.resolve import VISIBLE_CONTRAST
 
     shafts = studio.shafts
@@ -94,7 +95,8 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     light = picture = own = None
     thin = float((length.max() * medium.sigma_t).max()) < -np.log(1 - VISIBLE_CONTRAST)
     dense = is_dense(medium, length[drawn][:, None] * medium.sigma_t)
-    if (thin or dense) and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in these cases alone
+    lamps = lamp_heights(shafts.lights) if METHODS[shafts.parameters.method].lights_medium else {}
+    if (thin or dense or lamps) and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in these cases alone
         factor = np.float32(2.0**studio.ev / studio.exposure.pre)
         mix = np.float32(1 if shafts.composite.mix is None else shafts.composite.mix)
         light = (studio.read(shafts.layer, np.float32)[at][..., :3] * (factor * mix)).reshape(-1, 3)
@@ -103,6 +105,8 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
             through = np.exp(-length[..., None] * medium.sigma_t).astype(np.float32)
             own = (studio.surfaces()[at] * through * factor).reshape(-1, 3)
     line = doubt_of_medium(medium, length.ravel(), drawn.ravel(), light, picture, own)
+    if line is None and light is not None and picture is not None:
+        line = doubt_of_lamps(medium.seen_from([-v for v in medium.origin]), studio.stage.radius, lamps, light, picture)
     return line or doubt_of_pass(shafts, medium, depth.shape[0], thin_told=True)
 
 
@@ -167,3 +171,10 @@ def name_of(light: Any) -> str:
     if light.position is not None:
         return f"the light at {','.join(f'{v:g}' for v in light.position)}"
     return f"the light {light.target.name}" if light.target.name else "the scene's light"
+
+def lamp_heights(lights: Any) -> dict[str, float]:
+    """List the world's heights, m, of the lamps among lights of a scene, pygfx.SceneLight, that shine, by name."""
+    from airlight.pygfx.punctual import punctual_lights
+
+    lamps = [(light, [one for one in punctual_lights([light]) if hasattr(one, "position")]) for light in lights]
+    return {name_of(light): float(one.position[1]) for light, found in lamps for one in found}

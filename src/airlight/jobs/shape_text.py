@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
-from airlight.jobs.cookies import open_cookie
+from airlight.jobs.cookies import of_option, open_cookie
 from airlight.jobs.density_text import Grammar
 from airlight.jobs.projector_text import change_projector, make_projector, name_of
 from airlight.messages import nearest
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from airlight.scenes.lamps import NamedLight
     from airlight.scenes.stage import Stage
 
-IES = Grammar("photometry", "NAME=FILE, then ;absolute=1", (), {"absolute": ("0", "1")}, {})
-COOKIE = Grammar("cookie", "NAME=FILE, then ;size=M", (), {}, {"size": (1e-3, 1e6)})
+IES = Grammar("photometry", "NAME=FILE, then ;absolute=1", {}, {"absolute": ("0", "1")}, {})
+COOKIE = Grammar("cookie", "NAME=FILE, then ;size=M", {}, {}, {"size": (1e-3, 1e6)})
 NAMES_TOLD = 12
 DOWN = (0.0, -1.0, 0.0)
 
@@ -94,7 +94,7 @@ def put_cookies(stage: "Stage", texts: Sequence[str], requested: "Sequence[Scene
     lights: list[Any] = list(requested)
     for text in texts:
         written = read_shape_text(text, COOKIE)
-        cookie = open_cookie(written.path, written.known.get("size", 1.0))
+        cookie = open_cookie(written.path, written.known.get("size", 1.0), "--cookie")
         own, asked = _of_name(stage, lights, written.name, "--cookie")
         for light in own:
             lamps = [] if light.target is None else [thing for thing in light.target.iter() if isinstance(thing, gfx.Light)]
@@ -124,7 +124,9 @@ def put_photometry(stage: "Stage", texts: Sequence[str], requested: "Sequence[Sc
     lights: list[Any] = list(requested)
     for text in texts:
         written = read_shape_text(text)
-        photometry, absolute = read_photometry(written.path), written.known.get("absolute") == "1"
+        with of_option("--ies"):
+            photometry = read_photometry(written.path)
+        absolute = written.known.get("absolute") == "1"
         own, asked = _of_name(stage, lights, written.name, "--ies")
         for light in own:
             _shape(light, photometry, absolute, written.name)

@@ -14,7 +14,7 @@ from airlight.medium.field import BLENDS, Field
 
 FORM = "FILE, then ;blend=add;factor=1;grid=density;bounds=x0,y0,z0,x1,y1,z1;scale=1;up=y"
 GRAMMAR = Grammar(
-    "volume", FORM, ("grid",), {"blend": BLENDS, "up": UP}, {"factor": FACTOR, "scale": SCALE}, {"bounds": "x0,y0,z0,x1,y1,z1"}
+    "volume", FORM, {"grid": "name"}, {"blend": BLENDS, "up": UP}, {"factor": FACTOR, "scale": SCALE}, {"bounds": "x0,y0,z0,x1,y1,z1"}
 )
 
 

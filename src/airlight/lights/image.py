@@ -62,7 +62,7 @@ class ImageLight:
         for name, value, size in (("position", self.position, 2), ("color", self.color, 3)):
             try:
                 numbers = tuple(float(v) for v in value)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):  # the last of integers beyond all floats
                 numbers = ()
             if len(numbers) != size or not all(math.isfinite(v) for v in numbers):
                 raise AirlightError(f"light {name} must be {size} finite numbers, not {value!r}")
@@ -78,8 +78,8 @@ class ImageLight:
             raise AirlightError(f"light position {self.position} is too far away: at most {FAR_LIMIT:g} image sizes")
         try:
             object.__setattr__(self, "strength", float(self.strength + 0))  # texts do not add up
-        except (TypeError, ValueError):
-            raise AirlightError(f"light strength must be a number, not {self.strength!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise AirlightError(f"light strength must be a finite number, not {str(self.strength)[:80]!r}") from None
         if not (math.isfinite(self.strength) and self.strength >= 0 and min(self.color) >= 0):
             raise AirlightError("light color and strength must be finite and not negative")
         if max(self.rgb) > BRIGHTEST:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from airlight.lights.numbers import unit_plane
 from airlight.lights.punctual import Array, PositionalLight, Triple
 from airlight.lights.shape import axes_along
 from airlight.medium.resolve import ResolvedMedium
@@ -14,6 +15,8 @@ from airlight.shadows import ShadowView
 from airlight.shadows.fit import perspective_view
 
 NEAR = 0.1  # m: unset
+MOST = 1e9  # m, candela, 1/m^2
+LIMITS = {"near": (1e-6, MOST), "far": (1e-6, MOST), "fov": (1e-3, 179.0), "ambient": (0.0, MOST), "intensity": (0.0, MOST)}  # fov: degrees
 MOST_CLIPS = 6  # beside the frustum's planes, as shape.wgsl holds 12
 FALLOFFS = ("inverse-square", "inverse", "constant")  # with the distance; only the first is physical
 
@@ -64,7 +67,7 @@ class ProjectorLight(PositionalLight):
         found.append(np.append(ahead, -ahead @ position - self.near))
         if self.far:
             found.append(np.append(-ahead, ahead @ position + self.far))
-        return np.array([*found, *(np.asarray(one, float) / np.linalg.norm(one[:3]) for one in self.clip)])
+        return np.array([*found, *map(unit_plane, self.clip)])
 
     def shadow_layers(self, medium: ResolvedMedium) -> int:
         return 1

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.errors import AirlightError
+from airlight.lights.numbers import is_finite, unit
 
 Array = npt.NDArray[np.floating[Any]]
 
@@ -30,8 +31,13 @@ class Cookie:
         shape = np.shape(self.pixels)
         if len(shape) != 3 or shape[2] != 3 or not min(shape):
             raise AirlightError(f"a cookie's pixels must be (H, W, 3) with a pixel at least, not {shape}; read_cookie reads a file's")
-        if not self.size > 0:
+        if not (is_finite(self.size) and self.size > 0):
             raise AirlightError(f"a cookie's size must be above 0 m, not {self.size!r}")
+
+    def __repr__(self) -> str:
+        """Write its size, not its pixels."""
+        height, width = self.pixels.shape[:2]
+        return f"Cookie({width} x {height} pixels, size={self.size:g})"
 
     def at(self, uv: Any, repeats: bool = False) -> Array:
         """Interpolates (..., 3) between the centres of pixels at places uv (..., 2), 0..1 from the left and from the top; beyond the
@@ -66,9 +72,9 @@ def _mixed(a: Any, b: Any, share: Any) -> Array:
 
 def axes_along(ahead: Any, up: Any) -> Array:
     """Makes axes (3, 3), right, up, ahead, whose up is as near to `up` (3,) as can be; where that lies along `ahead`, as near to -Z."""
-    z = np.asarray(ahead, float) / np.linalg.norm(ahead)
-    right = np.cross(z, np.asarray(up, float))
-    if np.linalg.norm(right) < 1e-9 * max(float(np.linalg.norm(up)), 1e-30):
+    z = unit(ahead)
+    right = np.cross(z, unit(up))
+    if np.linalg.norm(right) < 1e-9:
         right = np.cross(z, (0.0, 0.0, -1.0))
     x = right / np.linalg.norm(right)
     return np.stack([x, np.cross(x, z), z])

@@ -211,12 +211,12 @@ def hardly_seen(depth: float, cure: str) -> str | None:
 def hides(medium: ResolvedMedium, path_length: float) -> str:
     """Words that a medium hides what lies behind so many metres of it."""
     beyond = f"{_across(medium, path_length)}, and beyond {HIDING_DEPTH:.1f} nothing is seen"
-    return f"the medium hides the scene: {beyond}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+    return f"the medium hides the scene: {beyond}; it would be seen with a sigma_t of about {as_suits(medium, path_length)} 1/m"
 
 
 def is_too_thin(medium: ResolvedMedium, path_length: float, unless: str = "") -> str:
     """Words that a medium is not seen over so many metres of it. unless: by what, where the light in it is not known."""
-    seen = f"{_across(medium, path_length)}; it would be seen with a sigma_t of about {_suiting(medium, path_length)} 1/m"
+    seen = f"{_across(medium, path_length)}; it would be seen with a sigma_t of about {as_suits(medium, path_length)} 1/m"
     return f"the medium is too thin to be seen{unless and ' '}{unless}: {seen}"
 
 
@@ -224,7 +224,7 @@ def _across(medium: ResolvedMedium, path_length: float) -> str:
     return f"an optical depth of {number(float((medium.sigma_t * path_length).mean()), 2)} over {number(path_length, 3)} m"
 
 
-def _suiting(medium: ResolvedMedium, path_length: float) -> str:
-    """Writes the extinction that gives OPTICAL_DEPTH over so many metres, in the medium's own hue."""
+def as_suits(medium: ResolvedMedium, path_length: float) -> str:
+    """Write the extinction that gives OPTICAL_DEPTH over so many metres, in the medium's own hue."""
     scale = OPTICAL_DEPTH / (medium.sigma_t * path_length).mean()
     return as_text(tuple(float(f"{v:.2g}") for v in medium.sigma_t * scale))

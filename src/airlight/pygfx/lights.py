@@ -1,8 +1,6 @@
 """Describes what casts shafts in a scene."""
 
-import math
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,6 +11,7 @@ import pygfx as gfx
 from airlight.errors import AirlightError
 from airlight.files.photometry import read_photometry
 from airlight.lights import ImageLight
+from airlight.lights.numbers import are_finite, is_finite
 from airlight.lights.shape import Cookie
 
 BODY = 1.05  # of a body's radius: how far from its centre a pixel may lie
@@ -69,15 +68,15 @@ class SceneLight:
             raise AirlightError(f"a SceneLight's target is an object of the scene, not {type(self.target).__name__}")
         for name in ("position", "direction"):
             value = getattr(self, name)
-            if value is not None and not _finite(value, 3):
+            if value is not None and not are_finite(value, 3):
                 raise AirlightError(f"a SceneLight's {name} must be 3 finite numbers, not {value!r}")
         if self.direction is not None and not np.any(self.direction):
             raise AirlightError("a SceneLight's direction must not be 0, 0, 0")
-        if not (math.isfinite(self.disc_half_angle) and 0 <= self.disc_half_angle < 90):
+        if not (is_finite(self.disc_half_angle) and 0 <= self.disc_half_angle < 90):
             raise AirlightError(f"a SceneLight's disc_half_angle must be 0 to 90 degrees, not {self.disc_half_angle!r}")
         for color in (self.color, self.screen_tint):
             ImageLight((0.5, 0.5), color, self.strength)  # raises for these
-        if self.intensity is not None and not (math.isfinite(self.intensity) and self.intensity >= 0):
+        if self.intensity is not None and not (is_finite(self.intensity) and self.intensity >= 0):
             raise AirlightError(f"a SceneLight's intensity must be 0 or more, candela or lux, not {self.intensity!r}")
         for name in ("density", "extinction"):
             if not 0 <= getattr(self, name) <= 1e6:
@@ -88,7 +87,7 @@ class SceneLight:
             raise AirlightError(f"a SceneLight's photometry must be a file's path or have at(q), not {type(self.photometry).__name__}")
         if self.turned is not None and not _turns(self.turned):
             raise AirlightError("a SceneLight's turned must be unit vectors right, up and ahead at right angles, right x up = -ahead")
-        if self.anisotropy is not None and not (math.isfinite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
+        if self.anisotropy is not None and not (is_finite(self.anisotropy) and abs(self.anisotropy) <= 0.99):
             raise AirlightError(f"a SceneLight's anisotropy must be -0.99 to 0.99, not {self.anisotropy!r}")
 
     def distribution(self) -> Any:
@@ -151,10 +150,3 @@ def _turns(axes: Any) -> bool:
     except (TypeError, ValueError):
         return False
     return found.shape == (3, 3) and np.allclose(found @ found.T, np.eye(3), atol=1e-4) and float(np.linalg.det(found)) < 0
-
-
-def _finite(value: Sequence[float], size: int) -> bool:
-    try:
-        return len(value) == size and all(math.isfinite(v) for v in value)
-    except TypeError:
-        return False

@@ -9,6 +9,7 @@ import pygfx as gfx
 
 from airlight.errors import AirlightError
 from airlight.lights.directional import DirectionalLight
+from airlight.lights.numbers import unit
 from airlight.lights.point import PointLight
 from airlight.lights.projector import ProjectorLight
 from airlight.lights.punctual import PunctualLight, Triple, triple
@@ -59,8 +60,7 @@ def shaped_lights(lights: Sequence[SceneLight]) -> dict[int, PunctualLight]:
 
 def _unit(v: Any) -> Triple:
     """Normalises a vector; (0, 0, 1) of nothing."""
-    length = float(np.linalg.norm(v))
-    return triple(np.asarray(v, float) / length) if length > 0 else (0.0, 0.0, 1.0)
+    return triple(unit(v)) if np.any(v) else (0.0, 0.0, 1.0)
 
 
 def _shines(light: Any) -> bool:
@@ -128,7 +128,7 @@ def _spot(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualL
 def _projector(gfx_light: Any, intensity: Triple, near: float, own: Any) -> PunctualLight:
     position, direction = triple(np.asarray(gfx_light.world.position, float)), _unit(beam(gfx_light))
     upwards = np.asarray(gfx_light.upwards, float)
-    if not np.array_equal(upwards, UP) and np.linalg.norm(np.cross(direction, upwards)) <= 1e-6 * np.linalg.norm(upwards):
+    if not np.array_equal(upwards, UP) and np.linalg.norm(np.cross(direction, unit(upwards))) <= 1e-6:
         raise AirlightError(f"a projector's up, {', '.join(f'{v:g}' for v in upwards)}, lies along its light; give another direction")
     _, up, _ = axes_along(direction, upwards)
     across, along = (math.radians(v) for v in gfx_light.fov)

@@ -4,8 +4,7 @@ import os
 
 from imgui_bundle import imgui
 
-from airlight.jobs.projector_text import ANGLES
-from airlight.lights.projector import FALLOFFS
+from airlight.lights.projector import FALLOFFS, LIMITS
 from airlight.viewer import state as st
 from airlight.viewer.rows import Rows
 from airlight.viewer.state import LightControl
@@ -39,7 +38,7 @@ class LightRows(Rows):
         changed, angles = imgui.slider_float2("##angles", list(control.fov), 1, 170, "%.1f")
         self._seen(f"fov {i}")
         if changed:
-            low, high = ANGLES
+            low, high = LIMITS["fov"]
             across, along = (float(f"{min(max(v, low), high):.4g}") for v in angles)
             control.fov = across, along
         self._label("Falloff", "with the distance; only inverse-square is physical")

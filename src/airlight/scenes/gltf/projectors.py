@@ -1,6 +1,5 @@
 """Makes projectors of spot lights of glTF files whose extras say so: `"extras": {"projector": {"fov": [40, 30], "cookie": 0}}`."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,6 +8,8 @@ import pygfx as gfx
 
 from airlight.colour import srgb_decode
 from airlight.errors import AirlightError
+from airlight.lights.numbers import is_finite
+from airlight.lights.projector import MOST
 from airlight.lights.shape import Cookie
 from airlight.pygfx.projector import Projector
 from airlight.scenes.gltf import images, schema
@@ -28,7 +29,7 @@ def projector_of(gltf: Gltf, described: schema.Light) -> gfx.Light | None:
         known = _known(extras)
         cookie = None if extras.get("cookie") is None else _cookie(gltf, extras["cookie"])
         top = max(described.color)
-        made = Projector(colour(tuple(v / top for v in described.color)), min(described.intensity * top, 1e9), cookie=cookie, **known)
+        made = Projector(colour(tuple(v / top for v in described.color)), min(described.intensity * top, MOST), cookie=cookie, **known)
     except (AirlightError, TypeError, ValueError, IndexError) as error:
         gltf.tell("projector", f"{what} is shown as a spot: {error}")
         return None
@@ -42,10 +43,10 @@ def _known(extras: Any) -> dict[str, Any]:
         raise ValueError("its extras are no object")
     unknown = [name for name in extras if name not in (*KEYS, "cookie")]
     if unknown:
-        raise ValueError(f"it has no {unknown[0]}; there is {', '.join((*KEYS, 'cookie'))}")
+        raise ValueError(f"it has no {unknown[0][:80]}; there is {', '.join((*KEYS, 'cookie'))}")
     known = {name: extras[name] for name in KEYS if extras.get(name) is not None}
     numbers = [*_flat([value for name, value in known.items() if name != "falloff"])]
-    if not all(isinstance(v, int | float) and math.isfinite(v) for v in numbers):
+    if not all(is_finite(v) for v in numbers):
         raise ValueError("its numbers are none")
     return known
 
@@ -59,8 +60,8 @@ def _flat(values: Sequence[Any]) -> list[Any]:
 
 def _cookie(gltf: Gltf, index: Any) -> Cookie:
     """Read an image of the file as a cookie: sRGB codes, of which what is not opaque lets less through."""
-    if not isinstance(index, int) or not 0 <= index < len(gltf.document.images):
-        raise ValueError(f"its cookie is image {index!r}, which the file has not")
+    if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(gltf.document.images):
+        raise ValueError(f"its cookie is image {repr(index)[:80]}, which the file has not")
     data, kind = gltf.image(index)
     codes = images.pixels(data, kind, f"image {index}").astype(np.float32) / 255
     return Cookie((srgb_decode(codes[..., :3]) * codes[..., 3:]).astype(np.float32))
