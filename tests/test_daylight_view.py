@@ -242,12 +242,16 @@ def scene() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return projection, metres, picture
 
 
-def drawn(table: ViewTable, dark: float | None = None, parts: bool = False, **settings: Any) -> list[np.ndarray]:
-    """What the pass makes of `scene`, sun ahead; with parts: what is added and let through."""
+def drawn(
+    table: ViewTable, dark: float | None = None, parts: bool = False, is_axial: bool = False, **settings: Any
+) -> list[np.ndarray]:  # fmt: skip
+    """What the pass makes of `scene`, sun ahead; with parts: what is added and let through; is_axial: of metres along the view's axis."""
     device, (projection, metres, picture) = open_device(), scene()
-    one = DaylightPass(device, SIZE, "ray", **{k: v for k, v in settings.items() if k in ("sky", "even_air", "attenuate")})
-    rest = {k: v for k, v in settings.items() if k not in ("sky", "even_air", "attenuate")}
-    one.update(table, np.eye(4), projection, [0, 0.2, -1], [0, 1, 0], **{"irradiance": 3.0} | rest)
+    if is_axial:
+        metres = (metres * -pixel_rays()[..., 2]).astype("f4")
+    planned = {name: settings.pop(name) for name in ("sky", "even_air", "attenuate") if name in settings}
+    one = DaylightPass(device, SIZE, "axis" if is_axial else "ray", **planned)
+    one.update(table, np.eye(4), projection, [0, 0.2, -1], [0, 1, 0], **{"irradiance": 3.0} | settings)
     depth, source, shadow = device.texture(*SIZE, "r32float"), device.texture(*SIZE, "rgba16float"), device.texture(*SIZE, "rgba16float")
     device.write(depth, metres, 4 * SIZE[0])
     device.write(source, picture, 8 * SIZE[0])
@@ -257,6 +261,20 @@ def drawn(table: ViewTable, dark: float | None = None, parts: bool = False, **se
     device.submit(encoder)
     targets = [(one.radiance, "f4"), (one.transmittance, "f4")] if parts else [(one.picture, "f2")]
     return [np.frombuffer(device.read(t, 4 * np.dtype(k).itemsize), k).reshape(*SIZE[::-1], 4)[..., :3].astype(float) for t, k in targets]
+
+
+def pixel_rays() -> np.ndarray:
+    """The unit rays of the scene's pixels, view space."""
+    projection, metres, _ = scene()
+    y, x = np.indices(metres.shape)
+    across, down = (x + 0.5) / SIZE[0] * 2 - 1, (y + 0.5) / SIZE[1] * 2 - 1
+    ray = np.stack([across / projection[0, 0], -down / projection[1, 1], -np.ones(x.shape)], axis=-1)
+    return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+
+def test_metres_along_the_axis_are_those_along_rays(table: ViewTable) -> None:
+    for one, two in zip(drawn(table, parts=True), drawn(table, parts=True, is_axial=True)):
+        np.testing.assert_allclose(one, two, rtol=1e-4, atol=1e-6)
 
 
 def test_no_shadow_is_the_atmosphere_alone_to_the_bit(table: ViewTable) -> None:
@@ -287,11 +305,8 @@ def test_shadow_takes_light_scattered_once_only(table: ViewTable) -> None:
 
 
 def test_even_air_is_eq_1(table: ViewTable) -> None:
-    projection, metres, picture = scene()
-    y, x = np.indices(metres.shape)
-    across, down = (x + 0.5) / SIZE[0] * 2 - 1, (y + 0.5) / SIZE[1] * 2 - 1
-    ray = np.stack([across / projection[0, 0], -down / projection[1, 1], -np.ones(x.shape)], axis=-1)
-    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    _, metres, picture = scene()
+    ray = pixel_rays()
     sun = np.array([0, np.sin(np.radians(12)), -np.cos(np.radians(12))])
     theta, seen = np.degrees(np.arccos(ray @ sun)), np.isfinite(metres)
     beta = {"beta_rayleigh": (7e-6, 1.2e-5, 2.4e-5), "beta_mie": (2e-5, 3e-5, 4e-5)}

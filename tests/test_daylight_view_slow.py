@@ -9,7 +9,9 @@ from calling import call
 from test_daylight_view import ELEVATIONS, LUMINANCE, SKY, bound, differences, directions, read_solid
 
 from airlight.daylight import Atmosphere
+from airlight.daylight.multiple import Orders, kept
 from airlight.gpu.device import open_device
+from airlight.scatter.daylight import further
 from airlight.scatter.daylight.table import VIEW, ViewTable
 
 pytestmark = pytest.mark.slow
@@ -58,6 +60,19 @@ def test_a_moving_sun_is_that_which_stands(table: ViewTable) -> None:
     fresh.update(air, 12.0, 2)
     for one, two in zip(table.textures, fresh.textures):
         assert bytes(read_solid(one)) == bytes(read_solid(two))
+
+
+def test_coming_suns_are_solved_meanwhile() -> None:
+    """Of a sun that moves up those above, and down those below; of one that stands none."""
+    for moves, coming in (((20.0,), []), ((20.0, 20.4), [37, 38, 39]), ((20.0, 19.6), [31, 30, 29])):
+        air, tables = Atmosphere(ozone=280 + len(moves) + moves[-1] / 100), further.Further(open_device())
+        for sun in moves:
+            tables.update(air, sun)
+        if tables.solving is not None:
+            tables.solving.join()
+        solved = kept(Orders, air.coefficients).suns.solved
+        needed = {i for sun in moves for i in range(further.needed(sun)[0], further.needed(sun)[1] + 1)}
+        assert sorted(solved - needed) == sorted(coming)
 
 
 def test_suns_move_without_jumps(table: ViewTable) -> None:

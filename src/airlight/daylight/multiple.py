@@ -35,6 +35,11 @@ class Suns:
         self._kept: dict[int, Array] = {}
         self._lock = threading.Lock()
 
+    @property
+    def solved(self) -> set[int]:
+        """Give which suns of the lattice are solved."""
+        return set(self._kept)
+
     def at(self, first: int, last: int) -> Array:
         """Stack the logarithms of the tables of suns first to last of the lattice, both included."""
         if any(i not in self._kept for i in range(first, last + 1)):  # what is there does not wait for another thread's suns
@@ -73,7 +78,7 @@ class Orders:
 
     def __init__(self, air: Coefficients) -> None:
         self.air, self._operators = air, make_operators(air)
-        self._suns = Suns(SUNS, self._solve)
+        self.suns = Suns(SUNS, self._solve)
 
     def _solve(self, sun: float) -> Array:
         return np.moveaxis(solve_orders(self.air, self._operators, sun), 0, -2)  # (H, E, A, 2, W)
@@ -81,13 +86,13 @@ class Orders:
     def table(self, sun: float) -> Array:
         """Interpolate the table (heights, elevations, azimuths, 2, W) float32, 1/sr, for a sun at an elevation, degrees."""
         first = int(np.clip(np.searchsorted(SUNS, sun) - 1, 0, len(SUNS) - 2))
-        low, high = self._suns.at(first, first + 1)
+        low, high = self.suns.at(first, first + 1)
         share = np.float32((sun - SUNS[first]) / (SUNS[first + 1] - SUNS[first]))
         return np.exp(low * (1 - share) + high * share)
 
     def logarithms(self, first: int, last: int) -> Array:
         """Give (suns, heights, elevations, azimuths, 2, W) logarithms of the tables of SUNS[first] to SUNS[last], both included."""
-        return self._suns.at(first, last)
+        return self.suns.at(first, last)
 
     def further(self, height: Array, elevation: Array, azimuth: Array, sun: Array, eye_sun: Array) -> Array:
         """Evaluate (..., W) what a metre scatters into rays after more than one turn: see `march.Further`."""
@@ -95,7 +100,7 @@ class Orders:
         local = np.clip(np.degrees(sun), near - reach(near), near + reach(near))
         which = np.clip(np.searchsorted(SUNS, local) - 1, 0, len(SUNS) - 2)
         offset = int(which.min())
-        tables = self._suns.at(offset, int(which.max()) + 1)
+        tables = self.suns.at(offset, int(which.max()) + 1)
         share = ((local - SUNS[which]) / (SUNS[which + 1] - SUNS[which])).astype(np.float32)[..., None]
         shape = tables.shape[1:4]
         flat = tables.reshape(len(tables), -1, 2 * len(self.air.nm))

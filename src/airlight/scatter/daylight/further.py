@@ -38,7 +38,10 @@ def logarithms(air: Coefficients, multiple: str, first: int, last: int) -> np.nd
 
 
 class Further:
-    """Holds tables of light scattered before, of one air by its kind of multiple scattering, in a buffer of SLOTS suns."""
+    """Holds tables of light scattered before, of one air by its kind of multiple scattering, in a buffer of SLOTS suns.
+
+    solving: the thread that solves suns in the background, or has done so; None before.
+    """
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -46,7 +49,7 @@ class Further:
         self._held = [-1] * SLOTS  # suns
         self._air: tuple[Any, ...] = ()
         self._sun: float | None = None
-        self._solving: threading.Thread | None = None
+        self.solving: threading.Thread | None = None
 
     def update(self, air: Atmosphere, sun: float) -> None:
         """Write what a sun at an elevation, degrees, needs. Waits for what is not solved; of a sun that moves, solves what comes next."""
@@ -69,12 +72,12 @@ class Further:
     def _look_ahead(self, air: Atmosphere, suns: range) -> None:
         """Solve suns in the background, unless others are being solved."""
         kind = KINDS[air.multiple]
-        if kind is None or not suns or (self._solving is not None and self._solving.is_alive()):
+        if kind is None or not suns or (self.solving is not None and self.solving.is_alive()):
             return
 
         def solve() -> None:
             for i in suns:
                 kept(kind, air.coefficients).logarithms(i, i)
 
-        self._solving = threading.Thread(target=solve, name="daylight", daemon=True)
-        self._solving.start()
+        self.solving = threading.Thread(target=solve, name="daylight", daemon=True)
+        self.solving.start()

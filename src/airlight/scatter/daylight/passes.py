@@ -47,6 +47,7 @@ class DaylightPass:
         self._daylight: Any = None
         self._table: ViewTable | None = None
         self._made: dict[str, Any] = {}
+        self._bound: tuple[tuple[Any, ...], Any] | None = None  # resources, and their bind group
 
     def _texture(self, name: str, format: str) -> Any:
         if name not in self._made:
@@ -104,12 +105,13 @@ class DaylightPass:
         formats = "+".join(texture.format for texture in targets)
         constants = {"SHADOWED": shadow is not None, **self._constants}
         pipeline = self.device.raster(self._file, "cover", "parts" if parts else "compose", formats, **constants)
-        given = depth, source, source if shadow is None else shadow
-        bind = self.device.bind(self._file, self._record, *given, self._daylight, *self._table.resources)
+        given = depth, source, source if shadow is None else shadow, self._daylight, *self._table.resources
+        if self._bound is None or any(one is not other for one, other in zip(self._bound[0], given)):
+            self._bound = given, self.device.bind(self._file, self._record, *given)
         attachments = [{"view": one.create_view(), "load_op": "load", "store_op": "store"} for one in targets]
         run = encoder.begin_render_pass(color_attachments=attachments, **timing(timer, "daylight", encoder))
         run.set_pipeline(pipeline)
-        run.set_bind_group(0, bind)
+        run.set_bind_group(0, self._bound[1])
         run.draw(3)
         run.end()
         divide(encoder)
