@@ -110,6 +110,18 @@ def test_parts_of_a_picture_join(files: Path, monkeypatch: pytest.MonkeyPatch) -
     assert np.allclose(read_image("out.exr").codes, whole, rtol=2e-3, atol=1e-5) and whole[..., :3].max() > 1
 
 
+def test_a_sky_that_is_drawn_goes_on_below_the_horizon(files: Path) -> None:
+    """As from a hill whose height is not told: no ground is drawn where the user has sky, and no line."""
+    metres = np.full((HEIGHT, WIDTH), 1e10)
+    metres[-1] = 100.0
+    write_image("depth.exr", grey(metres), bits=32, overwrite=True)
+    run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "230,15", "--heading", "200", "--pitch", "0", "--sky", "replace",
+        "--multiple", "none")  # fmt: skip
+    sky = read_image("out.exr").codes[: HEIGHT - 1, :, :3] @ LUMINANCE
+    horizon = HEIGHT // 2
+    assert np.allclose(sky[horizon + 1 :], sky[horizon], rtol=0.02) and (np.abs(sky[horizon] / sky[horizon - 1] - 1) < 0.35).all()
+
+
 @pytest.mark.parametrize(("kind", "adds"), [("air", True), ("replace", False)])
 def test_skies(files: Path, kind: str, adds: bool) -> None:
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "8", "--altitude", "2000",

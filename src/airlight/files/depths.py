@@ -55,7 +55,8 @@ def _values(path: str | None, layer: str | None, picture: Picture, on_damage: st
         values /= np.float32(np.iinfo(colour.dtype).max)
     if values.shape[2] == 1 or (values[..., :1] == values).all():  # grey: as it is, infinities too
         return np.ascontiguousarray(values[..., 0]), whole
-    return values @ REC709_F32, whole
+    with np.errstate(invalid="ignore", over="ignore"):  # of NaN and infinities, which the caller tells apart
+        return values @ REC709_F32, whole
 
 
 def _index(name: str, names: list[str]) -> int | None:

@@ -139,10 +139,6 @@ class DaylightWork(ImageWork):
         assert self.where.distance is not None
         return at_one_distance(checked_mask(mask, picture), self.where.distance)
 
-    def _ground(self, view: View) -> np.ndarray:
-        """Compute the radiance of the ground below a sky that is drawn anew, of an irradiance of 1."""
-        return np.asarray(self.day.ground_albedo) / np.pi * sum(self._air.irradiance(view.sun.elevation, view.altitude))
-
     def _dark(self, picture: "Picture", found: "Distances", view: View, settled: Settled, is_map: bool) -> np.ndarray:
         """Estimate D, (H, W)."""
         if view.light is None:
@@ -179,7 +175,7 @@ class DaylightWork(ImageWork):
             raise MachineError("daylight on a picture is computed by a graphics adapter, and there is none; one in software will do")
         on = OnPicture(
             self._where.device, self._air, view.camera, view.azimuth, view.sun.elevation, view.altitude, strength,
-            day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even, strength * self._ground(view),
+            day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even,
         )  # fmt: skip
         light = picture.rec709(picture.linear())
         through, added = np.empty_like(light), np.empty_like(light)
