@@ -232,6 +232,7 @@ def test_daylight_is_lit_by_march_in_air_alone_unless_a_medium_is_given() -> Non
     assert with_daylight({"daylight": "air"}, False) == {"daylight": "air", "method": "march", "sigma_t": (0.0, 0.0, 0.0)}
     assert "sigma_t" not in with_daylight({"daylight": "air"}, True)
     assert with_daylight({"daylight": "air", "fog": "linear", "method": "radial"}, False)["method"] == "radial"
+    assert with_daylight({"daylight": "air", "method": "epipolar"}, False) == {"daylight": "air", "method": "epipolar"}
     assert with_daylight({"fog": "linear"}, False) == {"fog": "linear"}
     for values in ({"daylight": "hoffman-preetham"}, {"daylight": "air", "sky": "keep"}, {"ozone": 200.0}):
         with pytest.raises(AirlightError):

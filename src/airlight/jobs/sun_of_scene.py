@@ -13,7 +13,7 @@ from airlight.errors import AirlightError, warn
 from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, atmosphere, is_daylight
 from airlight.jobs.daylight_text import check_elevation, read_sun, read_when, read_where
 from airlight.options import Daylight, DaylightScene, Medium, declared
-from airlight.scatter.methods import FOR_MEDIUM
+from airlight.scatter.methods import FOR_MEDIUM, METHODS
 
 if TYPE_CHECKING:
     from airlight.scenes.daylight import Daylight as SceneDaylight
@@ -51,8 +51,9 @@ def with_daylight(values: dict[str, Any], has_densities: bool) -> dict[str, Any]
     for one in declared(scenes=True):
         if one.name in OF_PICTURES and values.get(one.name, one.default) != one.default:
             raise AirlightError(f"{one.flag} is for pictures: leave it out; a scene's sky is drawn anew, and shadows take sunlight alone")
+    lit = {"method": FOR_MEDIUM} | values
     has_medium = has_densities or any(one.name in values for one in Medium.options())
-    return {"method": FOR_MEDIUM} | ({} if has_medium else {"sigma_t": (0.0, 0.0, 0.0)}) | values
+    return lit if has_medium or not METHODS[lit["method"]].lights_medium else {"sigma_t": (0.0, 0.0, 0.0)} | lit
 
 
 def check_view(values: dict[str, Any]) -> None:

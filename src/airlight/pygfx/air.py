@@ -12,6 +12,7 @@ from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import ResolvedMedium, resolve
 from airlight.options import March, Medium
 from airlight.pygfx.origin import current_origin
+from airlight.scatter.daylight.table import ViewTable
 from airlight.scatter.march.daylight import AirLayer, Sun
 from airlight.scatter.march.march import GROUP
 from airlight.scatter.methods import METHODS
@@ -55,7 +56,8 @@ class AirOfScene:
             self.layer = self._air = None
             return
         if self._air is None:
-            self._air = AirLayer(self.device, self.size)
+            shafts.view_table = shafts.view_table or ViewTable(self.device)
+            self._air = AirLayer(self.device, self.size, shafts.view_table)
         view, projection = (np.asarray(m, np.float64) for m in (shafts.camera.view_matrix, shafts.camera.projection_matrix))
         suns = [one for one in lights if isinstance(one[0], DirectionalLight)]
         found = [one for one in suns if np.allclose(one[0].direction, daylight.direction, atol=SAME)]

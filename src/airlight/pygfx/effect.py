@@ -115,6 +115,7 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self._encoder: Any = None  # which was recorded on last
         self._surfaces = SurfaceShadows(self)
         self._air: AirOfScene | None = None  # of methods of the screen
+        self.view_table: Any = None  # of daylight, for pictures of any size
         self.panes = Panes(self)
 
     @property

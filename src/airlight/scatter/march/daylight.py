@@ -57,9 +57,10 @@ class AirLayer:
     layer, transmittance: textures of that size, rgba32float: radiance that is added, in alpha the ray's length, m; RGB, 0..1.
     """
 
-    def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
+    def __init__(self, device: Device, pixels: tuple[int, int], table: ViewTable | None = None) -> None:
+        """table: of view rays, that pictures of other sizes have too; None: its own."""
         self.device, self.pixels = device, pixels
-        self.table = ViewTable(device)
+        self.table = table or ViewTable(device)
         self.layer, self.transmittance = device.texture(*pixels, "rgba32float"), device.texture(*pixels, "rgba32float")
         sizes = FRAME.itemsize, LIGHT.itemsize, HEAVEN.itemsize, DAYLIGHT.itemsize
         self._frame, self._light, self._heaven, self._daylight = (device.buffer(size=size, uniform=True) for size in sizes)
