@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.bench import measure, process
+from airlight.bench.daylight import daylight
 from airlight.bench.look import look
 from airlight.bench.media import EVEN, media
 from airlight.bench.scenes import scenes
@@ -67,12 +68,13 @@ def _telling(say: Any, work: Work, lines: int) -> Callable[[str], None]:
 Part = tuple[Callable[..., list[dict[str, Any]]], float, int]
 WHOLE: tuple[Part, ...] = (
     (measure.methods, 160, 60), (measure.rivals, 40, 6), (measure.extras, 60, 12), (look, 30, 12), (scenes, 60, 12), (world, 150, 18),
-    (media, 50, 10), (shaped, 25, 3),
+    (media, 50, 10), (shaped, 25, 3), (daylight, 10, 5),
 )  # fmt: skip
 QUICK: tuple[Part, ...] = (
     (partial(measure.methods, runs=3, lights=["inside"], lengths=[(0.926, 3.24)]), 12, 5),
     (partial(look, runs=2), 6, 12),
     (partial(scenes, runs=2, names=["table"]), 8, 6),
+    (partial(daylight, runs=3), 4, 5),
     (partial(media, runs=2, suns=["beside"], cases=[EVEN, "exponential fog"]), 5, 2),
     (partial(world, runs=1, chosen=["slats, a spot"], variants=[EXACT, SHORT]), 8, 2),
 )

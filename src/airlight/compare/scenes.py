@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from airlight.bench.measure import Passes
 from airlight.compare import rule
+from airlight.compare.fine_cookies import doubt_of_cookies
 from airlight.compare.measure import fit
 from airlight.compare.result import SceneComparison, SceneRow, Truth
 from airlight.compare.variants import Variant
@@ -148,7 +149,11 @@ class ComparedView:
         shown = layer.radiance, self.surfaces, self.surfaces * layer.transmittance
         light, picture, own = ((factor * pixels).reshape(-1, 3) for pixels in shown)
         seen = self.camera.view_matrix, self.camera.projection_matrix
-        return doubt_of_medium(medium, length, drawn, light, picture, own) or doubt_of_suns(medium, self.punctual, *seen)
+        return (
+            doubt_of_medium(medium, length, drawn, light, picture, own)
+            or doubt_of_suns(medium, self.punctual, *seen)
+            or doubt_of_cookies(self.punctual, *seen, layer.path_length, medium.max_distance)
+        )
 
     # ------------------------------------------------------------ truths
 

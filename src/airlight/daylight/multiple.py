@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from airlight.daylight.coefficients import Coefficients
-from airlight.daylight.orders import make_operators, solve_orders
+from airlight.daylight.orders import make_operators, solve_orders, table_heights
 from airlight.daylight.psi import psi_heights, psi_sphere, solve_psi
 from airlight.reference.daylight import TOP_HEIGHT, Array, air_density, orders_position
 
@@ -35,12 +35,21 @@ class Suns:
         self._kept: dict[int, Array] = {}
         self._lock = threading.Lock()
 
+    @property
+    def solved(self) -> set[int]:
+        """Give which suns of the lattice are solved."""
+        return set(self._kept)
+
     def at(self, first: int, last: int) -> Array:
         """Stack the logarithms of the tables of suns first to last of the lattice, both included."""
-        with self._lock:
-            new = [i for i in range(first, last + 1) if i not in self._kept]
-            with ThreadPoolExecutor(2) as pool:  # NumPy leaves the other core to the second
-                self._kept |= zip(new, pool.map(self._logarithm, new))
+        if any(i not in self._kept for i in range(first, last + 1)):  # what is there does not wait for another thread's suns
+            with self._lock:
+                new = [i for i in range(first, last + 1) if i not in self._kept]
+                if len(new) == 1:
+                    self._kept[new[0]] = self._logarithm(new[0])
+                else:
+                    with ThreadPoolExecutor(2) as pool:  # NumPy leaves the other core to the second
+                        self._kept |= zip(new, pool.map(self._logarithm, new))
         return np.stack([self._kept[i] for i in range(first, last + 1)])
 
     def _logarithm(self, i: int) -> Array:
@@ -69,7 +78,7 @@ class Orders:
 
     def __init__(self, air: Coefficients) -> None:
         self.air, self._operators = air, make_operators(air)
-        self._suns = Suns(SUNS, self._solve)
+        self.suns = Suns(SUNS, self._solve)
 
     def _solve(self, sun: float) -> Array:
         return np.moveaxis(solve_orders(self.air, self._operators, sun), 0, -2)  # (H, E, A, 2, W)
@@ -77,9 +86,13 @@ class Orders:
     def table(self, sun: float) -> Array:
         """Interpolate the table (heights, elevations, azimuths, 2, W) float32, 1/sr, for a sun at an elevation, degrees."""
         first = int(np.clip(np.searchsorted(SUNS, sun) - 1, 0, len(SUNS) - 2))
-        low, high = self._suns.at(first, first + 1)
+        low, high = self.suns.at(first, first + 1)
         share = np.float32((sun - SUNS[first]) / (SUNS[first + 1] - SUNS[first]))
         return np.exp(low * (1 - share) + high * share)
+
+    def logarithms(self, first: int, last: int) -> Array:
+        """Give (suns, heights, elevations, azimuths, 2, W) logarithms of the tables of SUNS[first] to SUNS[last], both included."""
+        return self.suns.at(first, last)
 
     def further(self, height: Array, elevation: Array, azimuth: Array, sun: Array, eye_sun: Array) -> Array:
         """Evaluate (..., W) what a metre scatters into rays after more than one turn: see `march.Further`."""
@@ -87,7 +100,7 @@ class Orders:
         local = np.clip(np.degrees(sun), near - reach(near), near + reach(near))
         which = np.clip(np.searchsorted(SUNS, local) - 1, 0, len(SUNS) - 2)
         offset = int(which.min())
-        tables = self._suns.at(offset, int(which.max()) + 1)
+        tables = self.suns.at(offset, int(which.max()) + 1)
         share = ((local - SUNS[which]) / (SUNS[which + 1] - SUNS[which])).astype(np.float32)[..., None]
         shape = tables.shape[1:4]
         flat = tables.reshape(len(tables), -1, 2 * len(self.air.nm))
@@ -122,6 +135,11 @@ class Psi:
         for i, j in np.ndindex(4, 4):
             out = out + (by_height[..., i] * by_sun[..., j])[..., None] * logs[column - offset + j, row + i]
         return np.asarray(np.exp(out))
+
+    def logarithms(self, first: int, last: int) -> Array:
+        """Give (suns, heights, 1, 1, 1, W) logarithms at the heights of the table of orders, for SUNS[first] to SUNS[last]."""
+        sun = np.radians(SUNS[first : last + 1])[:, None]
+        return np.log(np.maximum(self.psi(table_heights(), sun), LEAST))[:, :, None, None, None, :]
 
     def further(self, height: Array, elevation: Array, azimuth: Array, sun: Array, eye_sun: Array) -> Array:
         """Evaluate (..., W) what a metre scatters into rays after more than one turn: see `march.Further`."""

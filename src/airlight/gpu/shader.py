@@ -47,6 +47,8 @@ def bindings(code: str) -> list[dict[str, Any]]:
             entry["storage_texture"] = {"access": "write-only", "format": argument}
         elif kind == "texture_storage_2d_array":
             entry["storage_texture"] = {"access": "write-only", "format": argument, "view_dimension": "2d-array"}
+        elif kind == "texture_storage_3d":
+            entry["storage_texture"] = {"access": "write-only", "format": argument, "view_dimension": "3d"}
         elif kind == "texture_depth_2d":
             entry["texture"] = {"sample_type": "depth"}
         elif kind == "texture_3d":

@@ -48,16 +48,13 @@ def around_table(cookie: Cookie | None) -> npt.NDArray[np.float32] | None:
 
 
 def _table(pixels: Array) -> npt.NDArray[np.float32] | None:
-    shape = np.shape(pixels)
-    if len(shape) != 3 or shape[2] != 3 or 0 in shape:
-        raise AirlightError(f"a cookie of shape {shape}: give pixels (H, W, 3)")
     if not (np.isfinite(pixels).all() and np.min(pixels) >= 0):
         raise AirlightError("a cookie's pixels must be finite and 0 or more")
     if (pixels == 1).all():
         return None
-    factor = -(-min(shape[:2]) // SIDE)
-    side = min(shape[:2]) // factor * factor  # of the square in the middle, of which no more counts
-    y, x = ((n - side) // 2 for n in shape[:2])
+    factor = -(-min(pixels.shape[:2]) // SIDE)
+    side = min(pixels.shape[:2]) // factor * factor  # of the square in the middle, of which no more counts
+    y, x = ((n - side) // 2 for n in pixels.shape[:2])
     level = wedges(Cookie(block_means(pixels[y : y + side, x : x + side], factor)))
     table = np.zeros((ENTRIES, 4), np.float32)
     at = 0

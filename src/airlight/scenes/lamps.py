@@ -50,13 +50,15 @@ class Lighting:
     """Says what shines in a stage, and what has to be done for it.
 
     lights: what casts shafts. moved: lamps of the stage, and where they go. added: lamps, and the object that each one hangs on.
-    bodies: meshes around lamps, which hide nothing.
+    bodies: meshes around lamps, which hide nothing. own: projectors that a program or another lighting may have too, their intensities, and
+    the stage, whose exposure scales them only while they shine in it.
     """
 
     lights: list[SceneLight]
     moved: list[tuple[Any, Any]] = field(default_factory=list)
     added: list[tuple[Any, Any]] = field(default_factory=list)
     bodies: list[Any] = field(default_factory=list)
+    own: list[tuple[Any, float, Stage]] = field(default_factory=list)
 
     def move(self) -> None:
         for lamp, position in self.moved:
@@ -72,6 +74,8 @@ class Lighting:
         finally:
             for lamp, parent in self.added:
                 parent.remove(lamp)
+            for projector, intensity, _ in self.own:
+                projector.intensity = intensity
             for mesh, cast in casting:
                 mesh.cast_shadow = cast
 
@@ -79,6 +83,8 @@ class Lighting:
         """Let the added lamps shine from now on."""
         for lamp, parent in self.added:
             parent.add(lamp)
+        for projector, intensity, stage in self.own:
+            projector.intensity = intensity * stage.pre_exposure
         for mesh in self.bodies:
             mesh.cast_shadow = False
 
@@ -95,6 +101,7 @@ def lighting(stage: Stage, requested: Sequence[SceneLight | NamedLight | Project
     for projector in projectors:
         cast_shadow(projector, stage.center, stage.radius)
         made.added.append((projector, stage.scene))
+        made.own.append((projector, projector.intensity, stage))
         made.lights.append(SceneLight(projector))
     if not others:
         return made
