@@ -44,7 +44,7 @@ def test_what_is_written() -> None:
         ("", "cannot read the volume '': write FILE"),
         ("a.vdb;blnd=add", "cannot read 'blnd=add' .*did you mean 'blend'"),
         ("a.vdb;qwerty=1", "cannot read 'qwerty=1' .*: write FILE"),
-        ("a.vdb;factor=", "cannot read 'factor='"),
+        ("a.vdb;factor=", "factor has no value"),
         ("a.vdb;blend=plus", "blend is 'plus' .*use add, multiply, replace, min, max"),
         ("a.vdb;up=x", "up is 'x' .*use y, z"),
         ("a.vdb;factor=-1", "factor is -1 .*give a number of 0 to 1e.09"),

@@ -21,6 +21,7 @@ VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is define
 HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
 SEEN_DEPTH = 2.0  # optical depth of the densest way through volumes and particles, where no extinction is said
 LEAST_DEPTH = 0.3  # of it, below which one is told that they are hardly seen
+AMID = "where in the air glass stands (before a far sky its colours are pale)"
 EMPTY_DEPTH = 1e-3  # optical depth across a scene up to which only a very strong light shows in it: some 10 times white, at g = 0
 FOGS = ("none", "exponential", "linear")  # numbered as in medium/height.wgsl
 FOG_SHARE = 0.1  # of the scene's height, where fog_depth is unset
@@ -193,9 +194,10 @@ def without_air(medium: ResolvedMedium) -> str | None:
     return "fog and noise are of the air, of which there is none beside volumes and particles: give it a density, air = 1, for both"
 
 
-def left_out(method: str, noise: bool, fields: bool, glass: bool = False) -> str | None:
-    """Words what of a scene a method leaves out: noise in the air, densities on grids, what glass takes from light; else None."""
-    named = "noise in the air" * noise, "volumes, particles and lowlands" * fields, "what glass takes from light" * glass
+def left_out(method: str, noise: bool, fields: bool, glass: bool = False, between: bool = False) -> str | None:
+    """Words what of a scene a method leaves out: noise in the air, densities on grids, what glass takes from light, between: that it stands
+    amid the air; else None."""
+    named = "noise in the air" * noise, "volumes, particles and lowlands" * fields, "what glass takes from light" * glass, AMID * between
     lacks = [what for what in named if what]
     return f"method {method} leaves out {' and '.join(lacks)}, which this scene has: method march follows all of it" if lacks else None
 

@@ -78,7 +78,8 @@ class MediumState:
         glass, hulls = self.glass.gather(shafts.scene, shafts.exclude, shafts.lights) if passes else ([], None)
         method, varies = METHODS[p.method], settled.varies and not medium.varies
         noise = varies and settled.settings.noise_amount > 0 and settled.air > 0
-        self.lacks = left_out(p.method, noise, varies and bool(settled.fields), bool(glass) and not method.follows_glass)
+        lacks = bool(glass) and not method.follows_glass, bool(glass) and method.follows_glass and not method.follows_fields
+        self.lacks = left_out(p.method, noise, varies and bool(settled.fields), *lacks)
         if ball is not None and shafts.doubts:
             more = self.lacks
             if method.has_units:
