@@ -282,6 +282,7 @@ def _status(field: str) -> int:
 TOLD = "light at |beyond the picture, by a guess: |.*: (no light found|unsure), left as it is: |.*: hardly changed: "
 TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+ |.*: what lies round the light is black.*; brighten "
 TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
+TOLD += "|camera looks |sun at azimuth |angle of view |the sun is behind the camera|.* of it is taken as sky|.*: the air is .* times "
 TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
 TOLD += "|.*: it is dark, nearly all of it below |.* lies? (behind the camera|beside the view): method "

@@ -20,7 +20,7 @@ from airlight.planes import shrink
 
 PHOTOS = Path(__file__).parent.parent / "examples" / "photos"
 GOLDENS = Path(__file__).parent / "data" / "look" / "changes.npz"
-LOOKS = tuple(name for name in presets.names() if chosen_look(presets.load(name)) == "smart")
+LOOKS = tuple(name for name in presets.names() if "daylight" not in presets.load(name) and chosen_look(presets.load(name)) == "smart")
 STEPS = 64  # of a code
 COLUMNS, ROWS = 32, 24
 LIGHTS = {

@@ -14,7 +14,8 @@ from airlight.cli.options import gather
 from airlight.compare.variants import variant
 from airlight.errors import AirlightError
 from airlight.medium.resolve import EMPTY_DEPTH, HIDING_DEPTH, doubt, resolve
-from airlight.options import ALL, OF_PICTURES, OF_SCENES, March, Medium, SceneOptions, build, declared, presets
+from airlight.options import ALL, OF_PICTURES, OF_SCENES, DaylightScene, March, Medium, SceneOptions, build, declared, presets
+from airlight.options.daylight import OF_PICTURE
 from airlight.options.declare import as_text
 from airlight.scatter.methods import of_medium, of_screen
 
@@ -32,7 +33,7 @@ def asked(*words: str, command: Any = render.render) -> dict[str, Any]:
 
 
 def test_a_medium_belongs_to_scenes() -> None:
-    assert set(ALL) - set(OF_PICTURES) == {SceneOptions, Medium, March} == set(OF_SCENES)
+    assert set(ALL) - set(OF_PICTURES) == {SceneOptions, Medium, March, DaylightScene} == set(OF_SCENES)
     method = next(d for d in declared() if d.name == "method")
     assert method.choices == of_screen() and set(of_screen()).isdisjoint(of_medium())
     assert next(d for d in declared(scenes=True) if d.name == "method").choices == (*of_screen(), *of_medium())
@@ -86,8 +87,8 @@ def test_one_number_for_all_three(text: str) -> None:
 def test_defaults_are_what_is_declared() -> None:
     assert asked() == asked(command=view.view) == {}
     with render.render.make_context("render", ["table", "-o", "a.png"]) as ctx:
-        assert {d.name: d.default for d in declared(scenes=True) if d.name in ctx.params} == {
-            d.name: ctx.params[d.name] for d in declared(scenes=True) if d.name in ctx.params
+        assert {d.name: d.default for d in declared(scenes=True) if d.name in ctx.params.keys() - OF_PICTURE} == {
+            d.name: ctx.params[d.name] for d in declared(scenes=True) if d.name in ctx.params.keys() - OF_PICTURE
         }
         assert {f.name for s in (Medium, March) for f in msgspec.structs.fields(s)} <= set(ctx.params)
 

@@ -10,7 +10,7 @@ import thumbs
 import airlight
 from airlight.errors import AirlightError
 from airlight.files import read_image, write_image
-from airlight.options import Composite, Look, Parameters, build, chosen_look, presets
+from airlight.options import Composite, Daylight, Look, Parameters, build, chosen_look, presets
 
 SUM = {*Parameters.__struct_fields__, *Composite.__struct_fields__}
 
@@ -20,7 +20,9 @@ def test_our_presets_load(name):
     values = presets.load(name)
     assert values and presets.description(name)
     built = build(values)
-    if chosen_look(values, values.get("look")) == "classic":
+    if built[Daylight] != Daylight():
+        assert built[Daylight].daylight == "air" and {one.name for one in Daylight.options()} >= values.keys()
+    elif chosen_look(values, values.get("look")) == "classic":
         assert built[Parameters] != Parameters()
     else:
         assert built[Look] != Look()
@@ -28,7 +30,7 @@ def test_our_presets_load(name):
 
 def test_looks_and_sums_by_their_names():
     """Those that were sums are looks now, and the sums have names that say so."""
-    looks = {name for name in presets.names() if chosen_look(presets.load(name)) == "smart"}
+    looks = {name for name in presets.names() if "daylight" not in presets.load(name) and chosen_look(presets.load(name)) == "smart"}
     assert looks == {"natural", "subtle", "dramatic", "long", "soft", "misty", "golden"}
     assert {f"classic-{name}" for name in ("subtle", "dramatic", "long", "soft")} <= set(presets.names()) - looks
     for name in presets.names():

@@ -28,6 +28,7 @@ from airlight.messages import nearest
 from airlight.notebook_image import shown
 from airlight.occlusion.automatic import auto_threshold
 from airlight.options import OF_PICTURES, Composite, Look, March, Medium, Parameters, chosen_look, presets, refuse_medium
+from airlight.options.daylight import OF_DAYLIGHT
 from airlight.options.words import in_python
 from airlight.reference.field import density as density_at
 from airlight.scatter.methods import METHODS
@@ -233,6 +234,9 @@ def _refuse_unknown(named: dict[str, Any], structs: tuple[Any, ...], of: Callabl
     known += [field for struct in structs for field in struct.__struct_fields__]
     unknown = sorted(set(named) - set(known))
     if unknown:
+        if unknown[0] in OF_DAYLIGHT:
+            there = "airlight.daylight.Atmosphere computes it, and `airlight image` puts it on pictures"
+            raise AirlightError(f"{unknown[0]} is for daylight: {there}")
         refuse_medium(unknown, lambda one: one.name)
         raise AirlightError(f"unknown parameter {unknown[0]!r}{nearest(unknown[0], known, ': there is ' + ', '.join(known))}")
 

@@ -34,6 +34,8 @@ class Rendered:
     encoded: npt.NDArray[np.uint8] | None = None
     held: CompositeSettings | ResolvedLook | None = None  # what was measured: for the next frame
     message: str = ""  # one line for the user
+    transmittance: FloatArray | None = None  # of the air of daylight, (H, W, 3)
+    z: FloatArray | None = None  # m along the view's axis, (H, W)
 
 
 def render_picture(

@@ -31,11 +31,12 @@ if TYPE_CHECKING:
 WIDTH = 480  # of a scene
 _PICTURES = {"angles", "origin", "mask", "mask_layer", "mask_invert", "depth", "depth_near", "input_layer", "view", "colorspace"}
 _PICTURES |= {"on_damage"}
-_PICTURES |= NOT_IN_SCENES - OF_LOOK
+_DAYLIGHT = {p.name for p in declared(scenes=True) if p.group == "daylight"}  # what is compared is shafts
+_PICTURES |= NOT_IN_SCENES - OF_LOOK - _DAYLIGHT
 _SCENES = {"camera", "eye", "target", "fov", "width", "height", "turn", "time", "seed", "sun", "environment", "up", "exclude"}
 _SCENES |= {"animation", "scene_of_file", "volume", "particles", "ies", "cookie", "projector"}
-_SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()})
-_BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES)
+_SCENES |= {"medium", "list_media"} | ({p.name for p in declared(scenes=True)} - {p.name for p in declared()} - _DAYLIGHT)
+_BOTH = {"preset", "list_presets", "overwrite", "device"} | ({p.name for p in declared()} - NOT_IN_SCENES - _DAYLIGHT)
 
 
 def _shared() -> list[click.Parameter]:

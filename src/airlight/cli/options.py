@@ -11,6 +11,7 @@ from airlight.cli.types import Choice
 from airlight.errors import AirlightError
 from airlight.messages import nearest
 from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
+from airlight.options.daylight import OF_PICTURE
 from airlight.options.declare import as_text
 from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_picture
 
@@ -32,6 +33,20 @@ class _Choice(Choice):
             except AirlightError as error:
                 self.fail(str(error), param, ctx)
         return super().convert(value, param, ctx)
+
+
+class _Bounded(click.FloatRange):
+    """A number within bounds, with an end of the message that refuses another."""
+
+    def __init__(self, *bounds: Any, beyond: str, **more: Any) -> None:
+        super().__init__(*bounds, **more)
+        self.beyond = beyond
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            self.fail(error.message.rstrip(".") + self.beyond, param, ctx)
 
 
 class _Numbers(click.ParamType):
@@ -85,6 +100,8 @@ def _option(p: Option) -> Callable[[F], F]:
     elif p.kind in (int, float):
         kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
         kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
+        if p.beyond:
+            kind = _Bounded(p.low, p.high, min_open=p.low_open, max_open=p.high_open, beyond=p.beyond)
         if p.is_triple or p.words:
             kind = _Numbers(kind, p.axes if p.is_triple else "", p.words)
     return click.option(
@@ -92,7 +109,7 @@ def _option(p: Option) -> Callable[[F], F]:
         p.name,
         cls=rich_click.RichOption,
         type=kind,
-        metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words else None,
+        metavar="|".join((*p.words, "NAME") if p.kind is str else ("N", *p.words)) if p.words and not p.form else p.form or None,
         default=as_text(p.default) if p.is_triple and p.default is not None else p.default,
         show_default=p.default is not None,
         panel="Exposure" if p.name in _EXPOSURE else p.group.capitalize(),
@@ -110,7 +127,8 @@ def gather(ctx: click.Context, preset: str | None, medium: str | None = None) ->
 
     A medium, or an option of one, is lit by march if no method is said. Raises AirlightError.
     """
-    options = [p.name for p in declared(scenes=True) if p.name in ctx.params]
+    others = frozenset() if ctx.command.name == "image" else OF_PICTURE  # scenes have a --sun and a --fov of their own
+    options = [p.name for p in declared(scenes=True) if p.name in ctx.params and p.name not in others]
     recalled = {name: ctx.params[name] for name in options if name in (ctx.default_map or {})}
     values = recalled | (presets.load(preset) if preset is not None else {})
     written = {name: ctx.params[name] for name in options if given(ctx, name)}

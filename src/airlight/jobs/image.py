@@ -10,6 +10,7 @@ from typing import Any
 from airlight.errors import AirlightError
 from airlight.jobs import outputs, tasks
 from airlight.jobs.clips import Clips, looked_at
+from airlight.jobs.daylight_sun import is_daylight
 from airlight.jobs.finding import show_candidates
 from airlight.jobs.foreseen import PICTURE_S, foreseen
 from airlight.jobs.image_work import ImageWork
@@ -20,7 +21,7 @@ from airlight.jobs.run import run
 from airlight.jobs.settings import Settings
 from airlight.jobs.tasks import PictureTask
 from airlight.messages import say
-from airlight.options import OF_SUM, Composite, Look, Parameters, build, chosen_look, declared
+from airlight.options import OF_SUM, Composite, Daylight, DaylightPicture, Look, Parameters, build, chosen_look, declared
 from airlight.options.storage import Storage
 from airlight.process import standard
 from airlight.progress import showing
@@ -171,8 +172,15 @@ def run_image(request: ImageRequest) -> bool:
     if request.output is None:
         show_candidates(request.sources, str(request.candidates), request.reading, request.overwrite)
         return True
-    request = request.with_occlusion()
-    built, chosen = build(request.values), request.look()
+    built = build(request.values)
+    is_day = is_daylight(request.values)
+    if is_day:
+        from airlight.jobs.daylight_picture import DaylightWork, check_request
+
+        check_request(request, built[Daylight], built[DaylightPicture])
+    else:
+        request = request.with_occlusion()
+    built, chosen = build(request.values), "daylight" if is_day else request.look()
     with contextlib.ExitStack() as folders:
         todo, references, many = _tasks(request, folders)
         if not todo:
@@ -180,7 +188,8 @@ def run_image(request: ImageRequest) -> bool:
         if request.recalled:
             say("the light is that of the settings; --light auto finds each picture's own", prefix="")
         clips = Clips({clip: looked_at(frames) for clip, frames in references.items()})
-        work = ImageWork(request, built[Parameters], built[Composite], built[Look] if chosen == "smart" else None, many, clips)
+        shared = request, built[Parameters], built[Composite], built[Look] if chosen == "smart" else None, many, clips
+        work = DaylightWork(*shared, built[Daylight], built[DaylightPicture]) if is_day else ImageWork(*shared)
         failed: list[tuple[PictureTask, AirlightError]] = []
         if many:
             failed = run(todo, work.read, work.render, work.write)

@@ -33,7 +33,7 @@ class Loaded:
 
     picture: "Picture"
     emits: "np.ndarray | None"
-    far: "np.ndarray | None"
+    far: Any  # of daylight, with whether they are whole numbers
     subject: "np.ndarray | None"
 
 
@@ -61,18 +61,26 @@ class ImageWork:
 
     def read(self, task: PictureTask) -> Loaded:
         """Read the picture and its planes."""
-        begun, reading = time.perf_counter(), self.request.reading
-        picture = reading.picture(task.source)
-        planes = reading.mask(task.mask, picture), reading.depth(task.depth, picture), reading.subject(task.subject, picture)
-        loaded = Loaded(picture, *planes)
+        begun = time.perf_counter()
+        picture = self.request.reading.picture(task.source)
+        loaded = Loaded(picture, *self.planes(task, picture))
         self.spent.add("read", begun)
         return loaded
 
-    def render(self, task: PictureTask, loaded: Loaded) -> Any:
-        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for."""
+    def planes(self, task: PictureTask, picture: "Picture") -> tuple[Any, ...]:
+        """Read the mask, the depths and the subject of a picture."""
+        reading = self.request.reading
+        return reading.mask(task.mask, picture), reading.depth(task.depth, picture), reading.subject(task.subject, picture)
+
+    def open_device(self) -> None:
+        """Open the renderer, once."""
         self._start.join()
         if self._where is None:
             self._where = _renderer(self.request.device)
+
+    def render(self, task: PictureTask, loaded: Loaded) -> Any:
+        """Give (pictures.Rendered, the occlusion fraction or None, the settings), or the view that --debug asks for."""
+        self.open_device()
         picture = loaded.picture
         settled = self.clips.settled(task, loaded, self.read, self._settled)
         lights = [place(light, picture, cookie=task.cookie) for light in settled.lights]
@@ -176,6 +184,8 @@ class ImageWork:
             picture,
             changed=done.changed,
             layer=beside,
+            transmittance=done.transmittance if beside is not None else None,
+            z=done.z if beside is not None else None,
             overwrite=self.overwrite,
             encoded=done.encoded,
             settings=settings,

@@ -148,7 +148,7 @@ def _kind(value: str, text: str) -> str:
     return value
 
 
-def _windows(picture: "Picture") -> "tuple[Window, Window]":
+def windows(picture: "Picture") -> "tuple[Window, Window]":
     """Read display and data window; the user counts in the first, of which the pixels may be a part."""
     shown, data = picture.display_window, picture.data_window
     if min(shown[2:]) <= 0:
@@ -160,14 +160,14 @@ def resolved(written: LightText, picture: "Picture", origin: str) -> LightText:
     """Write the light in numbers that need no picture: a part of the display window's size, from its top left."""
     if written.angle is not None:
         return written
-    shown, _ = _windows(picture)
+    shown, _ = windows(picture)
     x, y = parse_position(written.position, shown[2], shown[3])
     return replace(written, position=f"{x!r},{1 - y if origin == 'bottom' else y!r}")
 
 
 def found_at(picture: "Picture", position: tuple[float, float]) -> tuple[float, ...]:
     """Count a position of the picture's own pixels as the user does: (x, y) normalised, and in pixels of the display window."""
-    shown, data = _windows(picture)
+    shown, data = windows(picture)
     pixels = [data[i] + position[i] * data[2 + i] - shown[i] for i in (0, 1)]
     return pixels[0] / shown[2], pixels[1] / shown[3], *pixels
 
@@ -176,7 +176,7 @@ def place(written: LightText, picture: "Picture", origin: str = "top", cookie: s
     """Place the light in the picture's own pixels. cookie: a file, of a light that has none of its own."""
     if written.angle is not None:
         return ImageLight.parallel(written.angle, written.color, written.strength)
-    shown, data = _windows(picture)
+    shown, data = windows(picture)
     x, y = parse_position(resolved(written, picture, origin).position, 1, 1)
     made = written.light((shown[0] + x * shown[2] - data[0]) / data[2], (shown[1] + y * shown[3] - data[1]) / data[3])
     path = written.cookie or cookie

@@ -6,6 +6,7 @@ from typing import Any
 
 from airlight.errors import AirlightError
 from airlight.options.composite import Composite
+from airlight.options.daylight import OF_PICTURE, Daylight, DaylightPicture, DaylightScene
 from airlight.options.declare import Option, Options
 from airlight.options.look import OF_LOOK, OF_SUM, Look, chosen_look, refuse_look
 from airlight.options.march import March
@@ -15,16 +16,16 @@ from airlight.options.shafts import Parameters
 from airlight.scatter import methods
 
 __all__ = [
-    "ALL", "NOT_IN_SCENES", "OF_LOOK", "OF_SCENES", "OF_SUM", "Composite", "Look", "March", "Medium", "Option", "Options", "Parameters",
-    "SceneOptions", "build", "chosen_look", "declared", "of_medium_alone",
+    "ALL", "NOT_IN_SCENES", "OF_LOOK", "OF_SCENES", "OF_SUM", "Composite", "Daylight", "DaylightPicture", "DaylightScene", "Look", "March",
+    "Medium", "Option", "Options", "Parameters", "SceneOptions", "build", "chosen_look", "declared", "of_medium_alone",
     "refuse_look", "refuse_medium",
 ]  # fmt: skip
 
-OF_PICTURES: tuple[type[Options], ...] = (Look, Parameters, Composite)
-OF_SCENES: tuple[type[Options], ...] = (SceneOptions, Medium, March)  # which a picture has no use for
+OF_PICTURES: tuple[type[Options], ...] = (Look, Parameters, Composite, Daylight, DaylightPicture)
+OF_SCENES: tuple[type[Options], ...] = (SceneOptions, Medium, March, DaylightScene)  # which a picture has no use for
 ALL = OF_PICTURES + OF_SCENES
 # What a picture's own light and border need; a scene knows what emits, and is added to before its tone curve.
-NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"}) | OF_LOOK
+NOT_IN_SCENES = frozenset({"occlusion", "threshold", "smoothness", "border", "scale", "blend", "veil"}) | OF_LOOK | OF_PICTURE
 
 
 def declared(scenes: bool = False) -> tuple[Option, ...]:

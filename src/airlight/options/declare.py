@@ -28,9 +28,10 @@ class Option:
 
     kind: int, float, bool or str. is_triple: three numbers, of red, green and blue, where one stands for three that are equal; or of
     `axes` x, y, z. choices: of
-    a text. words: that may stand for a number, or of a text those that are
+    a text; form: how a text is written, as AZ,EL. words: that may stand for a number, or of a text those that are
     always known. low, high: bounds, of each of three; open: excluded. slider: the range in which it is
     usually moved by hand, its bounds if nothing else is said; or its only values, three or more. is_log: moved in ratios.
+    beyond: how a message ends that refuses a number out of bounds.
     """
 
     default: Any
@@ -40,6 +41,7 @@ class Option:
     kind: type = float
     is_triple: bool = False
     axes: str = "r,g,b"
+    form: str = ""
     choices_of: tuple[str, ...] | Callable[[], tuple[str, ...]] = ()
     words: tuple[str, ...] = ()
     low: float | None = None
@@ -49,6 +51,7 @@ class Option:
     pattern: str | None = None
     slider: tuple[float, ...] | None = None
     is_log: bool = False
+    beyond: str = ""
     group: str = ""
     name: str = ""
 
@@ -73,7 +76,7 @@ class Option:
             return ", ".join(self.choices or ("true", "false"))
         low = "" if self.low is None else f"{'>' if self.low_open else '≥'} {self.low:g}"
         high = "" if self.high is None else f"{'<' if self.high_open else '≤'} {self.high:g}"
-        form = self.axes if self.is_triple else ""
+        form = self.axes if self.is_triple else self.form
         return ", ".join(part for part in (form, low, high, *self.words) if part)
 
     @property
@@ -95,7 +98,7 @@ class Option:
     def cure(self, value: Any) -> str:
         """Say, to end a message, which word is most like a wrong value, or which there are; nothing of a number."""
         known = self.choices or self.words
-        return nearest(value, known, f"; use {', '.join(known)}") if known and isinstance(value, str) else ""
+        return nearest(value, known, f"; use {', '.join(known)}") if known and isinstance(value, str) else self.beyond
 
     def convert(self, value: Any, strict: bool = True) -> Any:
         """Check a value, or with strict False read it from a text. Raises msgspec.ValidationError."""
@@ -106,7 +109,7 @@ class Option:
 
 
 def real(default: Any, description: str, source: str, unit: str = "", **more: Any) -> Any:
-    """Declare a number; None: unset. more: bounds ge, gt, le, lt; slider, log, group."""
+    """Declare a number; None: unset. more: bounds ge, gt, le, lt; slider, log, beyond, group."""
     return _option(default, description, source, unit, float, **more)
 
 
@@ -131,7 +134,7 @@ def choice(default: Any, of: tuple[str, ...] | Callable[[], tuple[str, ...]], de
 
 
 def text(default: Any, pattern: str, description: str, source: str, **more: Any) -> Any:
-    """Declare a text of a pattern; more: group, and words that are always known."""
+    """Declare a text of a pattern; more: group, form, and words that are always known."""
     return _option(default, description, source, "", str, pattern=pattern, **more)
 
 

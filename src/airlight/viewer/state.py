@@ -18,6 +18,9 @@ from airlight.options import (
     OF_LOOK,
     OF_SUM,
     Composite,
+    Daylight,
+    DaylightPicture,
+    DaylightScene,
     Look,
     March,
     Medium,
@@ -92,6 +95,9 @@ class ViewerState:
     medium: Medium = field(default_factory=Medium)
     march: March = field(default_factory=March)
     look: Look = field(default_factory=Look)
+    daylight: Daylight = field(default_factory=Daylight)
+    daylight_picture: DaylightPicture = field(default_factory=DaylightPicture)
+    daylight_scene: DaylightScene = field(default_factory=DaylightScene)
     candidates: tuple[Any, ...] = ()  # `detect.Candidate`s: where the light of a picture may be, likeliest first
     candidates_shown: bool = True
     current: int = 0  # the light that was moved last
@@ -136,8 +142,9 @@ class ViewerState:
     requests: list[tuple[str, str]] = field(default_factory=list)
 
     @property
-    def structs(self) -> tuple[Parameters, Composite, SceneOptions, Medium, March, Look]:
-        return self.parameters, self.composite, self.in_scene, self.medium, self.march, self.look
+    def structs(self) -> tuple[Any, ...]:
+        shafts = self.parameters, self.composite, self.in_scene, self.medium, self.march, self.look
+        return *shafts, self.daylight, self.daylight_picture, self.daylight_scene
 
     @property
     def is_smart(self) -> bool:
@@ -158,7 +165,7 @@ def shown(state: ViewerState) -> tuple[Option, ...]:
         found = tuple(d for d in declared() if d.name == "look" or d.group != "look")
     else:
         found = tuple(d for d in declared(scenes=True) if d.name not in NOT_IN_SCENES)
-    return tuple(d for d in found if not d.methods or state.parameters.method in d.methods)
+    return tuple(d for d in found if d.group != "daylight" and (not d.methods or state.parameters.method in d.methods))
 
 
 def value(state: ViewerState, name: str) -> Any:
@@ -193,8 +200,11 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
         new = {**new, "look": "classic"}
     built = build(state.scene_defaults | {name: v for name, v in new.items() if v is not None or name not in state.scene_defaults})
     check_view(built[SceneOptions].view_transform)
+    if state.is_image and built[Daylight].daylight != "none":
+        raise AirlightError("daylight is put on pictures by `airlight image`; the viewer shows it in scenes: choose another preset")
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
+    state.daylight, state.daylight_picture, state.daylight_scene = built[Daylight], built[DaylightPicture], built[DaylightScene]
 
 
 def change(state: ViewerState, name: str, new: Any) -> None:

@@ -29,7 +29,8 @@ class Snapshot:
 
     def restore(self, state: ViewerState) -> None:
         """Set a state to what it was."""
-        state.parameters, state.composite, state.in_scene, state.medium, state.march, state.look = self.structs
+        state.parameters, state.composite, state.in_scene, state.medium, state.march, state.look, *day = self.structs
+        state.daylight, state.daylight_picture, state.daylight_scene = day
         state.lights = [replace(control) for control in self.lights]
         state.preset, state.current, state.ask, state.unplaced = self.preset, self.current, self.ask, self.unplaced
 

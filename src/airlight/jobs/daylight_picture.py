@@ -1,0 +1,206 @@
+"""Puts daylight on pictures: what `airlight image --daylight` asks for."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from airlight.errors import AirlightError, MachineError
+from airlight.jobs import outputs
+from airlight.jobs.clips import Settled
+from airlight.jobs.daylight_doubts import Doubts
+from airlight.jobs.daylight_sun import PRINTED, atmosphere, check_sun
+from airlight.jobs.daylight_text import read_span
+from airlight.jobs.daylight_view import View, find_view
+from airlight.jobs.image_work import ImageWork, Loaded
+from airlight.jobs.light_text import place
+from airlight.jobs.tasks import PictureTask
+from airlight.jobs.verdict import percent
+from airlight.options import Composite, Daylight, DaylightPicture, Look, Parameters
+
+if TYPE_CHECKING:
+    from airlight.files import Picture
+    from airlight.jobs.daylight_depth import Distances
+    from airlight.jobs.image import ImageRequest
+
+PART = 1 << 21  # pixels that are on the device at a time
+HALF_MOST = 65504.0
+NO_DEPTHS = ("depth_range", "depth_unit", "depth_kind")  # which describe a map
+
+
+def check_request(request: "ImageRequest", day: Daylight, where: DaylightPicture) -> None:
+    """Refuse what does not go with daylight, before any file is read. Raises AirlightError."""
+    check_sun(day, where)
+    if where.fov is None:
+        raise AirlightError("--daylight needs the camera's angle of view: add --fov DEGREES, of the picture's smaller side, or --fov exif")
+    if not request.has_depth and where.distance is None:
+        raise AirlightError("--daylight needs to know how far things are: add --depth FILE, or --distance METRES for all that is not sky")
+    if request.has_depth and where.distance is not None:
+        raise AirlightError("--depth and --distance both say how far things are: give one of them")
+    if where.depth_range is not None:
+        read_span(where.depth_range)
+    if not request.has_depth:
+        for name in NO_DEPTHS:
+            if name in request.values and request.values[name] != getattr(DaylightPicture(), name):
+                raise AirlightError(f"--{name.replace('_', '-')} describes the depths: add --depth FILE, or leave it out")
+    elif where.depth_range is not None and where.depth_unit != 1:
+        raise AirlightError("--depth-range and --depth-unit both say what depths stand for: give one of them")
+    unused = {one.name: one for group in (Look, Composite) for one in group.options()}
+    for name, value in request.values.items():
+        if name in unused and value != unused[name].default and value != "classic":
+            raise AirlightError(f"{unused[name].flag} shapes shafts that are added, and daylight has its own measure: leave it out")
+    for name in ("subject", "subject_layer", "cookie", "debug"):
+        if getattr(request, name) is not None:
+            raise AirlightError(f"--{name.replace('_', '-')} does not go with --daylight: leave it out")
+    for name in ("depth_near", "near_range", "depth_hides"):
+        if name in request.explicit:
+            option = "depth-aware" if name == "depth_hides" else name.replace("_", "-")
+            instead = "with --daylight, --depth-kind and --depth-range say what depths are"
+            raise AirlightError(f"--{option} is for shafts that are added: {instead}")
+    for light in request.lights:
+        if light.color != (1.0, 1.0, 1.0) or light.strength != 1 or light.kind is not None or light.cookie is not None:
+            raise AirlightError(f"--light {light.text}: the sun's colour and strength come of the air: leave all but its place out")
+        if light.angle is not None:
+            raise AirlightError("--angle has no place in the picture: with --daylight give --light X,Y, or --sun AZ,EL with --heading")
+    if len(request.lights) != 1:
+        raise AirlightError("--daylight has one sun: give one --light")
+
+
+@dataclass
+class DaylightWork(ImageWork):
+    """Reads, renders, writes each picture with its daylight."""
+
+    day: Daylight
+    where: DaylightPicture
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._span = read_span(self.where.depth_range) if self.where.depth_range is not None else None
+        self._air = atmosphere(self.day)
+
+    def planes(self, task: PictureTask, picture: "Picture") -> tuple[Any, ...]:
+        """Read the mask of the sky, and depths as they are stored with whether they are whole numbers."""
+        from airlight.files.depths import read_depths
+
+        r = self.request
+        depths = read_depths(task.depth, r.depth_layer, picture, r.on_damage, r.view) if r.has_depth else None
+        return r.reading.mask(task.mask, picture), depths, None
+
+    def render(self, task: PictureTask, loaded: Loaded) -> Any:
+        """Give (pictures.Rendered, D or None, the settings)."""
+        self.open_device()
+        settled = self.clips.settled(task, loaded, self.read, self._settled)
+        done, dark = settled.done or self._placed(task, loaded, settled, lambda _: None)
+        return done, dark, self.request.settings.text(settled.lights)
+
+    def _settled(self, task: PictureTask, loaded: Loaded, tell: Callable[[str], object]) -> Settled:
+        """Find sun and camera of a picture, and render it."""
+        begun, picture = time.perf_counter(), loaded.picture
+        lines: list[str] = []  # told when all is well: what is refused is one line
+        view, written = find_view(self.request, self.day, self.where, picture, self.many, lines.append)
+        settled = Settled(written, self._knee(picture, written), view, None, True)
+        begun = self.spent.add("find the light", begun)
+        settled.done = self._placed(task, loaded, settled, lines.append)
+        self.spent.add("render", begun)
+        for line in lines:
+            tell(line)
+        return settled
+
+    def _knee(self, picture: "Picture", written: list[Any]) -> Parameters:
+        """Choose what is bright enough to be sky, where nothing else tells it."""
+        from airlight.occlusion.automatic import auto_threshold
+
+        coarse, integer = picture.rec709(picture.linear(coarse=True)), picture.codes.dtype.kind == "u"
+        found: Parameters = auto_threshold(self.parameters, coarse, [place(one, picture) for one in written], bounded=integer)
+        return found
+
+    def _distances(self, task: PictureTask, loaded: Loaded, view: View, p: Parameters, tell: Callable[[str], object]) -> "Distances":
+        """Find how far things are, and what is sky."""
+        from airlight.detect.sky import find_sky
+        from airlight.jobs.daylight_depth import at_one_distance, from_map, with_sky
+        from airlight.luminance import luminance
+        from airlight.planes import smoothstep
+
+        picture, mask = loaded.picture, loaded.emits
+        if loaded.far is not None:
+            values, whole = loaded.far
+            lengths = view.camera.lengths(*view.corner, picture.width, picture.height)
+            found = from_map(values, whole, self.where, self._span, lengths, task.depth or task.source)
+            return found if mask is None else with_sky(found, checked_mask(mask, picture))
+        if mask is None:
+            light = picture.rec709(picture.linear())
+            mask = find_sky(light)
+            if not mask.any():  # what is seen of it may be gaps
+                mask = smoothstep(luminance(light), *p.knee).astype(np.float32)
+            share = percent(float(mask.mean()))
+            tell(f"{picture.path}: {share} of it is taken as sky; --mask FILE, white where it is sky, says it better")
+        assert self.where.distance is not None
+        return at_one_distance(checked_mask(mask, picture), self.where.distance)
+
+    def _dark(self, picture: "Picture", found: "Distances", view: View, settled: Settled, is_map: bool) -> np.ndarray:
+        """Estimate D, (H, W)."""
+        if view.light is None:
+            return np.zeros(found.sky.shape, np.float32)
+        from airlight import api
+        from airlight.jobs.daylight_shadows import dark_share
+
+        p = settled.parameters
+        keys = {name: getattr(p, name) for name in p.__struct_fields__}
+        image, sun = picture.rec709(picture.linear()), place(settled.lights[0], picture)
+        if "occlusion" in self.request.values and p.occlusion != "depth":
+            return np.asarray(api.occlusion_fraction(image, sun, device=self._where, alpha=picture.alpha, **keys))
+
+        def fraction(mask: np.ndarray) -> np.ndarray:
+            return np.asarray(api.occlusion_fraction(image, sun, device=self._where, mask=mask, **(keys | {"occlusion": "none"})))
+
+        return dark_share(found, fraction, is_map)
+
+    def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:
+        """Render one picture, (pictures.Rendered, D)."""
+        from airlight.daylight.picture import displayed, irradiance_of_white
+        from airlight.pictures import Rendered
+        from airlight.scatter.daylight.on_picture import OnPicture
+        from airlight.scenes.offline import FAR_METRES
+
+        picture, day, view = loaded.picture, self.day, settled.held
+        found = self._distances(task, loaded, view, settled.parameters, tell)
+        dark = self._dark(picture, found, view, settled, loaded.far is not None)
+        is_even, strength = day.daylight == PRINTED, day.sun_strength
+        if strength is None:
+            strength = np.pi if is_even else irradiance_of_white(self._air, view.sun.elevation, view.altitude)
+        even = {"beta_rayleigh": day.beta_rayleigh, "beta_mie": day.beta_mie, "g": day.aerosol_anisotropy} if is_even else None
+        if not hasattr(self._where, "device"):
+            raise MachineError("daylight on a picture is computed by a graphics adapter, and there is none; one in software will do")
+        on = OnPicture(
+            self._where.device, self._air, view.camera, view.azimuth, view.sun.elevation, view.altitude, strength,
+            day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even,
+        )  # fmt: skip
+        light = picture.rec709(picture.linear())
+        through, added = np.empty_like(light), np.empty_like(light)
+        step = max(1, PART // picture.width)
+        left, top = view.corner
+        for first in range(0, picture.height, step):
+            some = slice(first, first + step)
+            through[some], added[some] = on.part(left, top + first, light[some], found.metres[some], found.sky[some], dark[some])
+        np.clip(added, -HALF_MOST, HALF_MOST, out=added)
+        Doubts(None if is_even else self._air, view, found, day, strength).tell(picture.path, light, through, tell)
+        axial = found.metres / view.camera.lengths(left, top, picture.width, picture.height)
+        z = np.where(np.isfinite(axial), axial, FAR_METRES).astype(np.float32)
+        changed = (through != 1).any(axis=2) | (added != 0).any(axis=2)
+        pixels, layer = picture.from_rec709(light * through), picture.from_rec709(added)
+        if outputs.is_float(task.output, picture):
+            pixels = pixels + layer
+        else:
+            pixels = displayed(pixels, layer, picture.luminance)
+        return Rendered(pixels, layer, changed, transmittance=through, z=z), dark
+
+
+def checked_mask(mask: np.ndarray, picture: "Picture") -> np.ndarray:
+    """Check the mask of the sky against the picture's size. Raises AirlightError."""
+    from airlight.layers import checked_plane
+
+    found = checked_plane("mask", mask, (picture.height, picture.width))
+    assert found is not None
+    return found
