@@ -1,6 +1,7 @@
 """Daylight of scenes: the air before a picture against the library, with shadows; sun and sky of a stage; what a user writes."""
 
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,9 @@ import pygfx as gfx
 import pytest
 
 from airlight.daylight import Atmosphere
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, AirlightWarning
 from airlight.gpu.device import Device, shared_device
-from airlight.jobs.sun_of_scene import SunRequest, check_view, scene_daylight, sun_up, with_daylight
+from airlight.jobs.sun_of_scene import SunRequest, check_view, put_daylight, scene_daylight, sun_up, with_daylight
 from airlight.lights.directional import DirectionalLight
 from airlight.medium.resolve import resolve
 from airlight.options import Daylight as DaylightOptions
@@ -239,6 +240,19 @@ def test_daylight_is_lit_by_march_in_air_alone_unless_a_medium_is_given() -> Non
             with_daylight(values, False)
     with pytest.raises(AirlightError, match="for daylight"):
         check_view({"sun": "1,2"})
+
+
+def test_a_sun_that_is_down_is_told() -> None:
+    def put(sun: str) -> None:
+        stage, (day, of_scene) = lit_stage(), options(multiple="none")
+        put_daylight(stage, {DaylightOptions: day, DaylightScene: of_scene}, SunRequest((sun,)))
+        assert stage.daylight is not None
+
+    with pytest.warns(AirlightWarning, match="3.0 degrees below the horizon"):
+        put("10,-3")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        put("10,3")
 
 
 def test_suns_of_a_track_below_the_dusk_count_as_there() -> None:

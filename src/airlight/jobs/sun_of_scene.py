@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
+from airlight.jobs.daylight_doubts import SUN_DOWN
 from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, atmosphere, is_daylight
 from airlight.jobs.daylight_text import check_elevation, read_sun, read_when, read_where
 from airlight.options import Daylight, DaylightScene, Medium, declared
@@ -74,8 +75,12 @@ def check_view(values: dict[str, Any]) -> None:
 def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest) -> None:
     """Light a stage by the daylight that is asked for, if one is. built: its options. Raises AirlightError."""
     daylight = scene_daylight(built[Daylight], built[DaylightScene], request)
-    if daylight is not None:
-        daylight.put(stage)
+    if daylight is None:
+        return
+    elevation = daylight.track(0.0)[1]
+    if daylight.middle is None and elevation < SUN_DOWN:
+        warn(f"the sun is {-elevation:.1f} degrees below the horizon: the sky lights the scene, and there are no shafts of it")
+    daylight.put(stage)
 
 
 def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -> SceneDaylight | None:
