@@ -85,6 +85,14 @@ scenes() { # README.md
     put jpeg $to/flying.jpg 1 "$work/flying.png"
 }
 
+daylight() { # README.md, docs/daylight.md
+    local sun
+    for sun in 5,3 60,50 5,-4; do
+        render valley --daylight air --visibility 30 --sigma-t 0.02 --sun $sun --width 640 --height 480 -o "$work/daylight$sun.png"
+    done
+    put jpeg $to/daylight-valley.jpg 3 "$work"/daylight5,3.png "$work"/daylight60,50.png "$work"/daylight5,-4.png
+}
+
 animation() { # docs/rendering.md
     render flying --time 17 --frames 1-84 --fps 12 --width 480 -o "$work/flying.####.png"
     put webp $to/flying.webp 12 "$work"/flying.????.png
@@ -175,7 +183,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer air fog glass lights scenes animation guide world validation vesper hx slices depth border turning streaks adaptation)
+all=(photographs comparison viewer air fog glass lights scenes daylight animation guide world validation vesper hx slices depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }
