@@ -6,6 +6,7 @@ import os
 import signal
 import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -22,6 +23,17 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # so a shell starts what 
 
 if not os.environ.get("XDG_RUNTIME_DIR"):  # or the graphics libraries complain on stderr
     os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="airlight-tests-")
+
+
+SLOW_TOO = frozenset(Path(__file__).with_name("slow_too.txt").read_text().split("\n"))  # of which others of the same test stay quick
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as slow what slow_too.txt names: tests' long values, and tests of which `make validate` is early enough."""
+    for item in items:
+        if item.nodeid in SLOW_TOO:
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session", autouse=True)

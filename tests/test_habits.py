@@ -153,3 +153,10 @@ def test_shaders_leave_sines_to_no_driver() -> None:
     found = [f"{path.relative_to(SOURCE)}: {line.strip()}" for path in SOURCE.rglob("*.wgsl")
              for line in path.read_text(encoding="utf-8").splitlines() if re.search(own, line.split("//")[0])]  # fmt: skip
     assert not found
+
+
+def test_slow_tests_that_are_named_are_there() -> None:
+    root = Path(__file__).parents[1]
+    for name in (root / "tests" / "slow_too.txt").read_text().split():
+        file, _, test = name.partition("::")
+        assert f"def {test.partition('[')[0]}(" in (root / file).read_text(), name

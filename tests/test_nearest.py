@@ -105,7 +105,10 @@ def test_what_was_meant(args, meant, tmp_path, monkeypatch, capsys):
         (["view", "table", "--screenshot", "a.jpgg"], "a.jpgg: unknown extension '.jpgg'; did you mean '.jpg'?"),
         (["view", "a.png", "--browsr"], "--browsr is no option of `airlight view`; did you mean '--browser'?"),
         (["info", "--qwertz"], "--qwertz is no option of `airlight info`; --help-all shows all"),
-        (["--sun"], "--sun is no option of `airlight`; `airlight image`, `airlight render`, `airlight view` and `airlight compare` have it"),
+        (
+            ["--sun"],
+            "--sun is no option of `airlight`; `airlight image`, `airlight render`, `airlight view` and `airlight compare` have it",
+        ),
         (["--qwertz"], "--qwertz is no option of `airlight`; --help shows all"),
         (["image", "-o", "a.png"], "Missing argument 'IN...'; `airlight image --help` shows examples"),
         (["fly"], "there is no command 'fly'; there is image, render, view, compare, info, bench"),
