@@ -19,7 +19,8 @@ from airlight.viewer.state import ViewerState
 def light_words(state: ViewerState) -> list[str]:
     """Write the lights as options, those of a scene only where they are not its own. Each is one word: it may begin with a minus."""
     plain = [pair for pair in zip(state.lights, state.lights_before) if pair[0].aim is None] if not state.is_image else []
-    own = not state.is_image and all(unshaped(control) == unshaped(before) for control, before in plain)
+    own = not state.is_image and len(state.lights) == len(state.lights_before)
+    own = own and all(unshaped(control) == unshaped(before) for control, before in plain)
     if (own and not any(control.written for control, _ in plain)) or (state.is_smart and state.unplaced):
         return []
     words = []
