@@ -86,14 +86,15 @@ def divided(text: str) -> list[tuple[str, str | None]]:
     for part in text.split(","):
         key, equals, value = (word.strip() for word in part.partition("="))
         last, before = found[-1] if found else ("", None)
-        if not equals and last in triples and before is not None and before.count("/") < 2 and _is_number(key):
+        if not equals and last in triples and before is not None and before.count("/") < 2 and is_number(key):
             found[-1] = last, f"{before}/{key}"
         else:
             found.append((key.replace("-", "_"), value) if equals else (key, None))
     return found
 
 
-def _is_number(word: str) -> bool:
+def is_number(word: str) -> bool:
+    """Tell whether a text is a number."""
     try:
         float(word)
     except ValueError:

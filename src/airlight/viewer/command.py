@@ -11,6 +11,7 @@ from airlight.files import OUTPUTS
 from airlight.jobs.light_text import OF_LAMP, OF_MEDIUM, LightText
 from airlight.jobs.projector_text import name_of
 from airlight.options.declare import as_text as value_as_text
+from airlight.options.presets import is_number
 from airlight.viewer import state as st
 from airlight.viewer.daylight import words as daylight_words
 from airlight.viewer.state import ViewerState
@@ -103,16 +104,8 @@ def _rewritten(control: st.LightControl, before: st.LightControl, path: str) -> 
 def _unseen(written: str) -> str:
     """Take of a light's option what the panel does not show: its own intensity, which has a unit, and its photometry."""
     parts = [tuple(word.strip() for word in part.split("=", 1)) for part in written.split(";")[1:]]
-    kept = (part for part in parts if part[0] in OF_LAMP or (part[0] == "strength" and not _plain(part[-1])))
+    kept = (part for part in parts if part[0] in OF_LAMP or (part[0] == "strength" and not is_number(part[-1])))
     return "".join(f";{'='.join(part)}" for part in kept)
-
-
-def _plain(value: str) -> bool:
-    try:
-        float(value)
-    except ValueError:
-        return False
-    return True
 
 
 def _made(control: st.LightControl) -> tuple[Any, ...]:

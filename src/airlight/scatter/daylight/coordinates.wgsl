@@ -1,4 +1,4 @@
-// Where the table of view rays holds them: over the way from the eye, the azimuth from the sun, and the elevation, split at the horizon.
+// Coordinates of view rays in their table: over the way from the eye, the azimuth from the sun, and the elevation, split at the horizon.
 //! include "scatter/daylight/atmosphere.wgsl"
 const ELEVATIONS = 96u;
 const BELOW = 32u;              // of them, below the horizon
