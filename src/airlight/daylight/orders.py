@@ -7,20 +7,18 @@ itself: as matrices, which only the air decides, and which serve all suns. The s
 the table interpolates between suns instead (`multiple.py`).
 """
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
-from airlight.daylight.columns import columns_table
 from airlight.daylight.march import phases
 from airlight.daylight.rays import gauss
 from airlight.daylight.sphere import Sphere, cosines_to_sun, make_sphere, scattered_sunlight, sunlit_ground
 from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, orders_position
 
 Single = np.float32  # is enough for tables of 1e-3
-HALF, COUNT, SHADOW_COUNT = 20, 10, 8  # elevations above and below the horizon; nodes of half a piece of a ray, and of one that night cuts
+HALF, COUNT = 20, 4  # elevations above and below the horizon; nodes of half a piece of a ray
 MOST_ORDERS, ENOUGH = 40, 2e-3  # after which, or below which part of the sum, the rest is summed as a geometric series
 HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
 
@@ -110,20 +108,21 @@ def _scatter(air: Coefficients, sphere: Sphere) -> Array:
 def _travel(air: Coefficients, sphere: Sphere) -> Array:
     """Integrate along rays what the table's nodes scatter: (W, H D, 2 H E)."""
     rays = sphere.elevation.size
-    at = orders_position(sphere.nodes.height, np.arcsin(sphere.local), 0.0)[..., :2]
+    at = orders_position(sphere.at, np.arcsin(sphere.local), 0.0)[..., :2]
     first = np.minimum(at.astype(int), (HEIGHTS - 2, ELEVATIONS - 2))
     share = at - first
-    ray = np.arange(rays).reshape(sphere.elevation.shape)[..., None]
-    out = np.zeros((len(air.nm), 2, rays * HEIGHTS * ELEVATIONS))
-    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        weight = np.abs(1 - i - share[..., 0]) * np.abs(1 - j - share[..., 1])
-        index = ((ray * HEIGHTS + first[..., 0] + i) * ELEVATIONS + first[..., 1] + j).ravel()
-        for kind in range(2):
-            scattered = weight * sphere.nodes.density[..., kind]
-            for w, beta in enumerate(air.scattering[kind]):
-                out[w, kind] += np.bincount(index, (scattered * sphere.left[..., w]).ravel() * beta, out.shape[-1])
-    parts = out.reshape(len(air.nm), 2, rays, HEIGHTS * ELEVATIONS)
-    return np.asarray(np.moveaxis(parts, 1, 2).reshape(len(air.nm), rays, -1))
+    ray = np.repeat(np.arange(rays), np.diff(sphere.first))
+    across = HEIGHTS * ELEVATIONS
+    out = np.zeros((len(air.nm), rays, 2, across), Single)
+    index = ((ray * HEIGHTS + first[..., 0]) * ELEVATIONS + first[..., 1])
+    corners = [(i * ELEVATIONS + j, np.abs(1 - i - share[..., 0]) * np.abs(1 - j - share[..., 1])) for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))]
+    touched, place = np.unique(np.concatenate([index + offset for offset, _ in corners]), return_inverse=True)
+    weights = np.concatenate([weight for _, weight in corners])
+    for kind in range(2):
+        for w in range(len(air.nm)):
+            total = np.bincount(place, weights * np.tile(sphere.weights[:, kind, w], 4))
+            out[w, touched // across, kind, touched % across] = total
+    return out.reshape(len(air.nm), rays, -1)
 
 
 def _bounce(air: Coefficients, sphere: Sphere) -> Array:
@@ -136,14 +135,9 @@ def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     sphere, azimuth = operators.sphere, table_azimuths()
     turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy)  # (H, D, A, 2)
     turned /= np.einsum("hdak,hd,a->hk", turned, sphere.solid, azimuth_weights())[:, None, None, :]  # sampled, they give off all they take
-    sunlit = scattered_sunlight(air, sphere, sun, azimuth, _single_table(), SHADOW_COUNT)
+    sunlit = scattered_sunlight(sphere, sun, azimuth)
     by_air = np.einsum("hdakw,hdak->hdaw", sunlit, turned.astype(Single))
     return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
-
-
-@cache
-def _single_table() -> Array:
-    return columns_table().astype(Single)
 
 
 def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:

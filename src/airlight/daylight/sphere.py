@@ -1,17 +1,22 @@
 """Holds directions and rays over the whole sphere at heights of one vertical, which the solvers of multiple scattering share.
 
-Elevations crowd on both sides of each height's own horizon, where radiance jumps; azimuths are even, from the sun's to the opposite.
+Elevations crowd on both sides of each height's own horizon, where radiance jumps; azimuths are even, from the sun's to the opposite. Rays
+and their nodes belong to the air and serve all suns: where the earth's shadow cuts a ray, nodes count by the part of their cells that is lit.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from airlight.daylight.coefficients import Coefficients
-from airlight.daylight.columns import sun_transmittance
-from airlight.daylight.rays import Nodes, earth_shadow, gauss, path_weights, place_nodes
+from airlight.daylight.columns import SIZE, columns_table, sun_transmittance
+from airlight.daylight.rays import earth_shadow, gauss, path_weights, place_nodes, reaching
 from airlight.reference.daylight import (
     GROUND_RADIUS,
+    LEVEL_TO_TOP,
+    TOP_HEIGHT,
+    TOP_RADIUS,
     Array,
     distance_to_ground,
     distance_to_top,
@@ -19,26 +24,34 @@ from airlight.reference.daylight import (
     view_cosine_along,
 )
 
+Single = np.float32  # is enough for tables of 1e-3
 LOW_SUN = np.radians(12)  # below which a ray may meet the earth's shadow
-CHUNK = 512  # of such rays at a time
+LEVELS = (10_000.0, 25_000.0, 40_000.0, 60_000.0)  # m, at which rays are cut: ozone has corners there, twilight's shadow ends between
+CHUNK = 64  # rays at a time, whose nodes stay in the cache
 
 
 class Sphere(NamedTuple):
-    """Holds H heights, D elevations at each, and N nodes along each ray.
+    """Holds H heights, D elevations at each, and K nodes along all these rays, one ray after the other.
 
-    height (H,), m; elevation (H, D), radians; solid (H, D): solid angle of a belt of elevations, sr, over all azimuths; nodes: (H, D, N);
-    local (H, D, N): cosine to the vertical at nodes; length (H, D), m; left (H, D, N, W): weights of nodes times transmittance to the eye;
-    ground (H, D, W): transmittance to the ground, 0 where it is missed.
+    height (H,), m; elevation (H, D), radians; solid (H, D): solid angle of a belt of elevations, sr, over all azimuths; length (H, D), m;
+    ground (H, D, W): transmittance to the ground, 0 where it is missed; first (H D + 1,): index of each ray's first node, and K;
+    t (K,), m; cells (2, K), m: from where to where on the ray a node stands for it; at (K,), m: its height; local (K,): cosine to the
+    vertical there; weights (K, 2, W): what Rayleigh's air and the aerosol scatter at the node of a light of 1, as it arrives;
+    depths (rows * columns, 4, W) float32: see `_depths`.
     """
 
     height: Array
     elevation: Array
     solid: Array
-    nodes: Nodes
-    local: Array
     length: Array
-    left: Array
     ground: Array
+    first: npt.NDArray[np.intp]
+    t: Array
+    cells: Array
+    at: Array
+    local: Array
+    weights: Array
+    depths: Array
 
 
 def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphere:
@@ -51,11 +64,36 @@ def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphe
     eyes, mu = np.broadcast_to(height[:, None], elevation.shape), np.sin(elevation)
     way = distance_to_ground(eyes, mu)
     length = np.minimum(way, distance_to_top(eyes, mu))
-    nodes = place_nodes(eyes, mu, length, [], air.extinction, count)
+    nodes = place_nodes(eyes, mu, length, [one for level in LEVELS for one in reaching(eyes, mu, level)], air.extinction, count)
     left, through = path_weights(nodes, air.extinction)
     ground = np.where(np.isfinite(way)[..., None], through, 0)
-    local = view_cosine_along(eyes[..., None], mu[..., None], nodes.t)
-    return Sphere(height, elevation, 2 * np.pi * belt * np.cos(elevation), nodes, local, length, left, ground)
+    order = np.argsort(nodes.t, axis=-1).reshape(length.size, -1)
+    t, at, weights, left, density = (
+        np.take_along_axis(one.reshape(*order.shape, -1), order[..., None], 1) for one in (nodes.t, nodes.height, nodes.weights, left, nodes.density)
+    )
+    ends = np.cumsum(weights, axis=1)
+    counts = weights[..., 0] > 0
+    counts[:, 0] |= ~counts.any(axis=1)  # of a ray of no length
+    ray = np.nonzero(counts)[0]
+    t, at, start, end, left, density = (one[counts] for one in (t, at, ends - weights, ends, left, density))
+    local = view_cosine_along(eyes.ravel()[ray], mu.ravel()[ray], t[:, 0])
+    scattered = density[:, :2, None] * air.scattering * left[:, None, :]
+    first = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
+    return Sphere(
+        height, elevation, 2 * np.pi * belt * np.cos(elevation), length, ground, first, t[:, 0], np.stack([start[:, 0], end[:, 0]]), at[:, 0],
+        local, scattered, _depths(air),
+    )
+
+
+def _depths(air: Coefficients) -> Array:
+    """Prepare the table of optical depth to the end of the air for bilinear reads: (rows * columns, 4, W) float32.
+
+    A cell holds the value at its corner, what x adds, what y adds, and what both do.
+    """
+    table = (columns_table() @ air.extinction).astype(Single)
+    corner, x = table[:-1, :-1], table[:-1, 1:] - table[:-1, :-1]
+    y, both = table[1:, :-1] - corner, table[1:, 1:] - table[1:, :-1] - x
+    return np.stack([corner, x, y, both], axis=-2).reshape(-1, 4, len(air.nm))
 
 
 def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
@@ -64,50 +102,63 @@ def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
     return np.asarray(mu * np.sin(sun) + level * np.cos(sun) * np.cos(azimuth))
 
 
-def scattered_sunlight(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array, table: Array, count: int) -> Array:
-    """Integrate (H, D, A, 2, W) sunlight that Rayleigh's air and the aerosol scatter into rays, for an irradiance of 1 above the air.
+def scattered_sunlight(sphere: Sphere, sun: float, azimuth: Array) -> Array:
+    """Integrate (H, D, A, 2, W) float32 sunlight that Rayleigh's air and the aerosol scatter into rays, for an irradiance of 1 above the air.
 
-    Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun;
-    table: of columns, as `columns_table` makes it, in the precision that is wanted; count: of nodes in half a piece of rays that the
-    earth's shadow cuts.
+    Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun.
     """
-    height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
     cosine = cosines_to_sun(sphere, sun, azimuth)
-    at = sun_cosine_along(height[..., None], mu[..., None], np.sin(sun), cosine[..., None], sphere.nodes.t[:, :, None, :])
-    heights = np.broadcast_to(sphere.nodes.height[:, :, None, :], at.shape)
-    light = sun_transmittance(heights, at, air.extinction, table)
-    out = np.empty((*cosine.shape, 2, len(air.nm)), table.dtype)
-    for w in range(len(air.nm)):
-        weights = sphere.left[..., w, None] * sphere.nodes.density[..., :2] * air.scattering[:, w]
-        out[..., w] = np.matmul(light[..., w], weights.astype(table.dtype))
+    shape, cosine = cosine.shape, cosine.reshape(-1, len(azimuth))
+    night = None
     if sun < LOW_SUN:
-        eyes, mu = (np.broadcast_to(one, cosine.shape) for one in (height, mu))
-        length = np.broadcast_to(sphere.length[..., None], cosine.shape)
+        eyes, mu = (np.broadcast_to(one, shape).reshape(cosine.shape) for one in (sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]))
         night = earth_shadow(eyes, mu, np.full(cosine.shape, np.sin(sun)), cosine)
-        cut = np.nonzero((night[1] > 0) & (night[0] < length))
-        rays = (eyes[cut], mu[cut], cosine[cut], length[cut], night[0][cut], night[1][cut])
-        for i in range(0, len(cut[0]), CHUNK):
-            part = tuple(index[i : i + CHUNK] for index in cut)
-            out[part] = _around_shadow(air, np.sin(sun), table, count, *(one[i : i + CHUNK] for one in rays))
-    return out
+    out = np.empty((len(cosine), len(azimuth), *sphere.weights.shape[1:]), Single)
+    eye = np.repeat(GROUND_RADIUS + sphere.height, sphere.elevation.shape[1])
+    for start in range(0, len(cosine), CHUNK):
+        end = min(start + CHUNK, len(cosine))
+        first = sphere.first[start : end + 1]
+        nodes = slice(first[0], first[-1])
+        ray = np.repeat(np.arange(start, end), np.diff(first))
+        light = _sunlight(sphere, nodes, eye[ray, None] * np.sin(sun) + sphere.t[nodes, None] * cosine[ray])
+        if night is not None:
+            low, high = sphere.cells[:, nodes, None]
+            dark = np.minimum(high, night[1][ray]) - np.maximum(low, night[0][ray])
+            light *= (1 - np.maximum(dark, 0) / np.maximum(high - low, 1e-9)).astype(Single)[..., None]
+        each = light[:, :, None, :] * sphere.weights[nodes].astype(Single)[:, None]
+        out[start:end] = np.add.reduceat(each, first[:-1] - first[0], axis=0)
+    return out.reshape(*shape, *out.shape[2:])
 
 
-def _around_shadow(
-    air: Coefficients, mu_sun: float, table: Array, count: int, height: Array, mu: Array, cosine: Array, length: Array, first: Array,
-    last: Array,
-) -> Array:  # fmt: skip
-    """Integrate (N, 2, W) as `scattered_sunlight` does, along rays that lie in the earth's shadow from the way first to last, m."""
-    nodes = place_nodes(height, mu, length, [first, last], air.extinction, count)
-    lit = ~((nodes.middles > first[:, None]) & (nodes.middles < last[:, None]))[:, nodes.piece]
-    at = sun_cosine_along(height[:, None], mu[:, None], mu_sun, cosine[:, None], nodes.t)
-    light = sun_transmittance(nodes.height, at, air.extinction, table) * path_weights(nodes, air.extinction)[0]
-    return np.einsum("nik,niw->nkw", lit[..., None] * nodes.density[..., :2], light) * air.scattering
+def _sunlight(sphere: Sphere, nodes: slice, towards: Array) -> Array:
+    """Read (N, A, W) float32 transmittance to the sun at nodes, by the table of optical depth.
+
+    towards (N, A), m: radius times cosine of the sun to the vertical. What the earth hides has the light of its horizon.
+    """
+    rows, columns = (n - 1 for n in SIZE)
+    height = sphere.at[nodes]
+    above = (TOP_HEIGHT - height) * (TOP_RADIUS + GROUND_RADIUS + height)
+    horizon = np.sqrt(height * (2 * GROUND_RADIUS + height))
+    least = TOP_HEIGHT - height
+    scale = columns / (horizon + LEVEL_TO_TOP - least)
+    y = horizon * (rows / LEVEL_TO_TOP)
+    row = np.minimum(y.astype(np.intp), rows - 1)
+    towards = towards.astype(Single)
+    above, least, scale, y = (one.astype(Single)[:, None] for one in (above, least, scale, y - row))
+    x = np.clip((np.sqrt(towards * towards + above) - towards - least) * scale, 0, columns - Single(1e-3))
+    column = x.astype(np.intp)
+    cell = np.take(sphere.depths, row[:, None] * columns + column, axis=0)
+    x, y = (x - column).astype(Single)[..., None], y[..., None]
+    return np.exp(-(cell[..., 0, :] + x * cell[..., 1, :] + y * (cell[..., 2, :] + x * cell[..., 3, :])))
 
 
 def sunlit_ground(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array) -> Array:
     """Evaluate (H, D, A, W) radiance of the ground in the sun, as rays that meet it bring it to the eye."""
-    height, mu = sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]
-    length = np.where(sphere.ground[..., :1] > 0, sphere.length[..., None], 0)
-    below = np.maximum(sun_cosine_along(height, mu, np.sin(sun), cosines_to_sun(sphere, sun, azimuth), length), 0)
+    half = sphere.elevation.shape[1] // 2  # of which the lower one meets it
+    height, mu = sphere.height[:, None, None], np.sin(sphere.elevation[:, :half])[..., None]
+    cosine = cosines_to_sun(sphere, sun, azimuth)
+    below = np.maximum(sun_cosine_along(height, mu, np.sin(sun), cosine[:, :half], sphere.length[:, :half, None]), 0)
     light = below[..., None] * sun_transmittance(np.zeros_like(below), below, air.extinction)
-    return np.asarray(light * (sphere.ground * air.ground_albedo / np.pi)[:, :, None, :])
+    out = np.zeros((*cosine.shape, len(air.nm)))
+    out[:, :half] = light * (sphere.ground[:, :half] * air.ground_albedo / np.pi)[:, :, None, :]
+    return out
