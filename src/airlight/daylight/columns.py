@@ -26,7 +26,10 @@ def columns_table(size: tuple[int, int] = SIZE) -> Array:
     """Tabulate (heights, cosines, 3) columns, m, at the nodes of `depth_table_ray`, both ends included."""
     y, x = np.meshgrid(np.linspace(0, 1, size[0]), np.linspace(0, 1, size[1]), indexing="ij")
     ray = depth_table_ray(np.stack([x, y], axis=-1))
-    table = np.stack([columns_to_top(row[:, 0], row[:, 1], 8) for row in ray])  # row by row, which stays in the cache
+    table = np.empty((*size, 3))
+    for values, height, mu in zip(table, ray[..., 0], ray[..., 1]):  # row by row, which stays in the cache
+        for some in (mu >= 0, mu < 0):
+            values[some] = columns_to_top(height[some], mu[some], 8)
     table.setflags(write=False)
     return table
 

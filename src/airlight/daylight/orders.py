@@ -20,19 +20,32 @@ from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SI
 Single = np.float32  # is enough for tables of 1e-3
 HALF, COUNT = 20, 4  # elevations above and below the horizon; nodes of half a piece of a ray
 MOST_ORDERS, ENOUGH = 40, 2e-3  # after which, or below which part of the sum, the rest is summed as a geometric series
+FAINT = 1e-4  # of the sum, below which cosines of the azimuth are left out of what is scattered on
 HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
 
 
 class Operators(NamedTuple):
     """Holds what turns light into light of the next order, in float32, for W wavelengths; M cosines of the azimuth.
 
-    scatter (2, M, H, E, D): L to A; travel (W, H D, 2 H E): A to L; bounce (W, H D): the ground's radiance, by irradiance, to L.
+    scatter (2, M, H, E, D): L to A; travel: A to L, of rays below the horizon and above it; bounce (H, D, W): the ground's radiance, by
+    irradiance, to L.
     """
 
     sphere: Sphere
     scatter: Array
-    travel: Array
+    travel: tuple["Travel", "Travel"]
     bounce: Array
+
+
+class Travel(NamedTuple):
+    """Holds what turns A into light along half of the rays of each height.
+
+    directions: which of D these are; elevations: which of E they meet; matrix (W, rays, 2 H elevations) float32.
+    """
+
+    directions: slice
+    elevations: slice
+    matrix: Array
 
 
 def table_heights() -> Array:
@@ -87,47 +100,49 @@ def from_cosines() -> Array:
 def make_operators(air: Coefficients) -> Operators:
     """Integrate both steps for an air: (H, D) rays at the table's heights, read at the table's nodes."""
     sphere = make_sphere(air, table_heights(), HALF, COUNT)
-    return Operators(sphere, _scatter(air, sphere).astype(Single), _travel(air, sphere).astype(Single), _bounce(air, sphere).astype(Single))
+    bounce = (sphere.ground * air.ground_albedo / np.pi).astype(Single)
+    return Operators(sphere, _scatter(air, sphere), (_travel(sphere, slice(0, HALF)), _travel(sphere, slice(HALF, 2 * HALF))), bounce)
 
 
 def _scatter(air: Coefficients, sphere: Sphere) -> Array:
-    """Integrate phase functions over the belts of elevation: (2, M, H, E, D).
+    """Integrate phase functions over the belts of elevation: (2, M, H, E, D) float32.
 
     Sampled phases are scaled so that each incident direction gives off as much as it takes.
     """
-    whole = np.linspace(0, 2 * np.pi, 2 * (AZIMUTHS - 1), endpoint=False)
-    out, into = table_elevations()[:, None, None], sphere.elevation[:, None, :, None]
-    cosine = np.sin(out) * np.sin(into) + np.cos(out) * np.cos(into) * np.cos(whole)  # (H, E, D, azimuths)
-    sampled = phases(np.clip(cosine, -1, 1), air.anisotropy)
-    given = np.einsum("hedas,e->hds", sampled, elevation_weights()) * 2 * np.pi / len(whole)
-    turned = sampled @ np.eye(2) / given[:, None, :, None, :]
-    waves = np.cos(np.outer(whole, np.arange(AZIMUTHS))) / len(whole)
-    return np.asarray(np.einsum("hedas,am->smhed", turned, waves, optimize=True) * sphere.solid[:, None, :])
+    azimuth = table_azimuths()
+    up, level = np.sin(table_elevations())[:, None, None], np.cos(table_elevations())[:, None, None] * np.cos(azimuth)
+    waves = azimuth_weights()[:, None] * from_cosines()
+    out = np.empty((2, AZIMUTHS, HEIGHTS, ELEVATIONS, 2 * HALF), Single)
+    for h, (into, solid) in enumerate(zip(sphere.elevation, sphere.solid)):  # one by one, which stay in the cache
+        cosine = up * np.sin(into)[:, None] + level * np.cos(into)[:, None]  # (E, D, A)
+        sampled = np.moveaxis(phases(np.clip(cosine, -1, 1), air.anisotropy), -1, 0)
+        turned = sampled @ waves  # (2, E, D, M)
+        given = 2 * np.pi * np.einsum("ked,e->kd", turned[..., 0], elevation_weights())
+        out[:, :, h] = np.moveaxis(turned * (solid / given)[:, None, :, None], -1, 1)
+    return out
 
 
-def _travel(air: Coefficients, sphere: Sphere) -> Array:
-    """Integrate along rays what the table's nodes scatter: (W, H D, 2 H E)."""
-    rays = sphere.elevation.size
-    at = orders_position(sphere.at, np.arcsin(sphere.local), 0.0)[..., :2]
+def _travel(sphere: Sphere, directions: slice) -> Travel:
+    """Integrate along some rays of each height what the table's nodes scatter."""
+    counts = np.diff(sphere.first)
+    rays = np.arange(len(counts)).reshape(sphere.elevation.shape)[:, directions].ravel()
+    some = np.zeros(len(counts), bool)
+    some[rays] = True
+    nodes = np.repeat(some, counts)
+    at = orders_position(sphere.at[nodes], np.arcsin(sphere.local[nodes]), 0.0)[..., :2]
     first = np.minimum(at.astype(int), (HEIGHTS - 2, ELEVATIONS - 2))
     share = at - first
-    ray = np.repeat(np.arange(rays), np.diff(sphere.first))
-    across = HEIGHTS * ELEVATIONS
-    out = np.zeros((len(air.nm), rays, 2, across), Single)
-    index = ((ray * HEIGHTS + first[..., 0]) * ELEVATIONS + first[..., 1])
-    corners = [(i * ELEVATIONS + j, np.abs(1 - i - share[..., 0]) * np.abs(1 - j - share[..., 1])) for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))]
-    touched, place = np.unique(np.concatenate([index + offset for offset, _ in corners]), return_inverse=True)
-    weights = np.concatenate([weight for _, weight in corners])
-    for kind in range(2):
-        for w in range(len(air.nm)):
-            total = np.bincount(place, weights * np.tile(sphere.weights[:, kind, w], 4))
-            out[w, touched // across, kind, touched % across] = total
-    return out.reshape(len(air.nm), rays, -1)
-
-
-def _bounce(air: Coefficients, sphere: Sphere) -> Array:
-    """Give what a ray sees of ground that gets an irradiance of 1: (W, H D)."""
-    return np.asarray((sphere.ground * air.ground_albedo / np.pi).reshape(-1, len(air.nm)).T)
+    elevations = slice(int(first[:, 1].min()), int(first[:, 1].max()) + 2)
+    across = elevations.stop - elevations.start
+    index = (np.repeat(np.arange(len(rays)), counts[rays]) * HEIGHTS + first[:, 0]) * across + first[:, 1] - elevations.start
+    corners = ((0, 0), (0, 1), (1, 0), (1, 1))
+    touched, place = np.unique(np.concatenate([index + i * across + j for i, j in corners]), return_inverse=True)
+    weights = np.concatenate([np.abs(1 - i - share[:, 0]) * np.abs(1 - j - share[:, 1]) for i, j in corners])
+    *_, kinds, waves = sphere.weights.shape
+    out = np.zeros((waves, len(rays), kinds, HEIGHTS * across), Single)
+    for kind, w in np.ndindex(kinds, waves):
+        out[w, touched // (HEIGHTS * across), kind, touched % (HEIGHTS * across)] = np.bincount(place, weights * np.tile(sphere.weights[nodes, kind, w], 4))
+    return Travel(directions, elevations, out.reshape(waves, len(rays), -1))
 
 
 def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
@@ -135,7 +150,10 @@ def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     sphere, azimuth = operators.sphere, table_azimuths()
     turned = phases(cosines_to_sun(sphere, sun, azimuth), air.anisotropy)  # (H, D, A, 2)
     turned /= np.einsum("hdak,hd,a->hk", turned, sphere.solid, azimuth_weights())[:, None, None, :]  # sampled, they give off all they take
-    sunlit = scattered_sunlight(sphere, sun, azimuth)
+    sunlit = scattered_sunlight(sphere, sun, azimuth[::2])  # which is smoother than phase functions are: cosines go through it
+    fewer = len(azimuth) // 2 + 1
+    waves = np.cos(np.outer(np.arange(fewer), azimuth))
+    sunlit = np.maximum(np.einsum("ab,hdbkw->hdakw", np.linalg.solve(waves[:, ::2], waves).T.astype(Single), sunlit, optimize=True), 0)
     by_air = np.einsum("hdakw,hdak->hdaw", sunlit, turned.astype(Single))
     return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
 
@@ -145,24 +163,27 @@ def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:
 
     A metre of air scatters sR times the first and sM times the second. sun: its elevation, radians.
     """
-    light = np.einsum("ma,hdaw->mhdw", to_cosines(), first_order(air, operators, sun)).astype(Single)  # by cosines of the azimuth
+    once = np.moveaxis(first_order(air, operators, sun), 2, 0)
+    light = np.tensordot(to_cosines().astype(Single), once, axes=1)  # (M, H, D, W), by cosines of the azimuth
     modes, heights, directions, count = light.shape
-    _, _, _, elevations, _ = operators.scatter.shape
-    falling = operators.sphere.solid[0] * np.maximum(np.sin(operators.sphere.elevation[0]), 0)
-    total = np.zeros((2, modes, heights, elevations, count), Single)
-    before = np.zeros(count)
+    falling = (operators.sphere.solid[0] * np.maximum(np.sin(operators.sphere.elevation[0]), 0)).astype(Single)
+    total = np.zeros((2, modes, heights, ELEVATIONS, count), Single)
+    amount = np.zeros(count)
     for _ in range(MOST_ORDERS):
-        turned = np.matmul(operators.scatter, light)  # (2, M, H, E, W)
-        total += turned
-        amount = np.abs(turned[:, 0]).sum(axis=(0, 1, 2), dtype=float)
-        if (amount <= ENOUGH * np.abs(total[:, 0]).sum(axis=(0, 1, 2))).all():
+        turned = np.matmul(operators.scatter[:, :modes], light)  # (2, M, H, E, W)
+        total[:, :modes] += turned
+        by_mode, whole = np.abs(turned).sum(axis=(2, 3)), total[:, 0].sum(axis=(1, 2))
+        before, amount = amount, by_mode[:, 0].sum(axis=0, dtype=float)
+        if (amount <= ENOUGH * whole.sum(axis=0)).all():
             break
+        modes = int(np.nonzero((by_mode >= FAINT * whole[:, None]).any(axis=(0, 2)))[0][-1]) + 1
         irradiance = falling @ light[0, 0]  # (W,): of the ground
-        source = turned.transpose(4, 0, 2, 3, 1).reshape(count, -1, modes)
-        light = np.matmul(operators.travel, source)  # (W, H D, M)
-        light[..., 0] += operators.bounce * irradiance[:, None]
-        light = light.reshape(count, heights, directions, modes).transpose(3, 1, 2, 0)
-        before = amount
+        light = np.empty((modes, heights, directions, count), Single)
+        for part in operators.travel:
+            source = turned[:, :modes, :, part.elevations].transpose(4, 0, 2, 3, 1).reshape(count, -1, modes)
+            light[:, :, part.directions] = np.matmul(part.matrix, source).reshape(count, heights, -1, modes).transpose(3, 1, 2, 0)
+        light[0] += operators.bounce * irradiance
     ratio = np.minimum(np.where(before > 0, amount / np.where(before > 0, before, 1), 0), 0.999)
-    total += turned * (ratio / (1 - ratio)).astype(Single)
-    return np.asarray(np.einsum("am,smhew->sheaw", from_cosines().astype(Single), total))
+    total[:, : turned.shape[1]] += turned * (ratio / (1 - ratio)).astype(Single)
+    values = np.tensordot(from_cosines().astype(Single), total, axes=(1, 1))  # (A, 2, H, E, W)
+    return np.asarray(values.transpose(1, 2, 3, 0, 4))

@@ -3,7 +3,6 @@
 import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
-from airlight.daylight.columns import columns_table
 from airlight.daylight.sphere import Sphere, make_sphere, scattered_sunlight, sunlit_ground
 from airlight.reference.daylight import TOP_HEIGHT, Array
 
@@ -29,7 +28,7 @@ def solve_psi(air: Coefficients, sphere: Sphere, sun: float) -> Array:
     azimuth, share = np.linspace(0, np.pi, AZIMUTHS), sphere.solid[..., None] / (4 * np.pi)
     mean = np.full(AZIMUTHS, 1 / (AZIMUTHS - 1))
     mean[[0, -1]] /= 2
-    by_air = scattered_sunlight(air, sphere, sun, azimuth, columns_table(), COUNT).sum(axis=-2) / (4 * np.pi)
+    by_air = scattered_sunlight(sphere, sun, azimuth).sum(axis=-2) / (4 * np.pi)
     once = np.einsum("hdaw,a->hdw", by_air + sunlit_ground(air, sphere, sun, azimuth), mean)
-    again = (sphere.left * (sphere.nodes.density[..., :2] @ air.scattering)).sum(axis=2)
+    again = np.add.reduceat(sphere.weights.sum(axis=1), sphere.first[:-1], axis=0).reshape(*share.shape[:-1], -1)
     return np.asarray((share * once).sum(axis=1) / (1 - (share * again).sum(axis=1)))

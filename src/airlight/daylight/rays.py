@@ -102,7 +102,8 @@ def crowd(height: Array, mu: Array, edges: Array, extinction: Array, count: int)
 
 def columns_along(height: Array, mu: Array, length: Array, count: int) -> Array:
     """Integrate (..., 3) columns of the densities, m, over rays of shape (...): the tent of ozone exactly, the others by Gauss's rule."""
-    edges = np.stack([np.zeros_like(length), np.minimum(lowest_point(height, mu), length), length], axis=-1)
+    inner = [np.minimum(lowest_point(height, mu), length)] if (mu < 0).any() else []  # rays that rise have one piece
+    edges = np.stack([np.zeros_like(length), *inner, length], axis=-1)
     t, speed = crowd(height, mu, edges, np.zeros((3, 1)), count)
     at = np.maximum(height_along(height[..., None, None, None], mu[..., None, None, None], t), 0)
     weights = speed * gauss(count)[1]
