@@ -20,7 +20,7 @@ from airlight.daylight.psi import psi_heights, psi_sphere, solve_psi
 from airlight.reference.daylight import TOP_HEIGHT, Array, air_density, orders_position
 
 SUNS = np.concatenate([np.arange(-30, -10, 2.0), np.arange(-10, 8.0), np.arange(8, 91, 2.0)])  # degrees, of orders
-PSI_SUNS = np.sort(np.concatenate([SUNS, [-1.5, -0.5, 0.5, 1.5]]))  # of psi, which is to be exact where the ground's day begins
+PSI_SUNS = np.sort(np.concatenate([SUNS, np.arange(-4.5, 2), [-0.75, -0.25, 0.25]]))  # of psi, which is to be exact where the ground's day begins
 LEAST = 1e-30  # of what is scattered, whose logarithm is taken
 REACH = (4.0, 2.0)  # degrees that the sun's elevation may differ from that at the eye, for a low and a high sun, in the table of orders
 LOW_AND_HIGH = (8.0, 12.0)  # degrees between which that changes
@@ -56,9 +56,15 @@ class Suns:
         return np.asarray(np.log(np.maximum(self._solve(math.radians(self.elevations[i])), LEAST)))
 
 
-def lagrange(nodes: Array, x: Array) -> tuple[npt.NDArray[np.integer[Any]], Array]:
-    """Give the first of four neighbouring nodes (...) and their weights (..., 4), by which a cubic goes through them at x."""
+def lagrange(nodes: Array, x: Array, corner: float | None = None) -> tuple[npt.NDArray[np.integer[Any]], Array]:
+    """Give the first of four neighbouring nodes (...) and their weights (..., 4), by which a cubic goes through them at x.
+
+    corner: a node of which the four lie on the side of x, where what is interpolated has a corner.
+    """
     first = np.clip(np.searchsorted(nodes, x) - 2, 0, len(nodes) - 4)
+    if corner is not None:
+        there = int(np.searchsorted(nodes, corner))
+        first = np.where(x > corner, np.maximum(first, there), np.minimum(first, there - 3))
     near = nodes[first[..., None] + np.arange(4)]
     weights = np.ones(near.shape)
     for i in range(4):
@@ -128,7 +134,7 @@ class Psi:
         """Evaluate (..., W) psi, 1/sr, at heights, m, for suns at elevations, radians."""
         across = (psi_heights() / TOP_HEIGHT) ** (1 / 3)
         row, by_height = lagrange(across, np.clip(height / TOP_HEIGHT, 0, 1) ** (1 / 3))
-        column, by_sun = lagrange(PSI_SUNS, np.clip(np.degrees(sun), PSI_SUNS[0], PSI_SUNS[-1]))
+        column, by_sun = lagrange(PSI_SUNS, np.clip(np.degrees(sun), PSI_SUNS[0], PSI_SUNS[-1]), corner=0.0)  # the ground's day begins
         offset = int(column.min(initial=len(PSI_SUNS) - 4))
         logs = self._suns.at(offset, int(column.max(initial=offset)) + 3)
         out: Any = 0

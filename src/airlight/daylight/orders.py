@@ -19,6 +19,7 @@ from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SI
 
 Single = np.float32  # is enough for tables of 1e-3
 HALF, COUNT = 20, 4  # elevations above and below the horizon; nodes of half a piece of a ray
+BLOCK = 10  # rays that travel at a time: products so small that BLAS leaves them to one thread, since suns are solved in two
 MOST_ORDERS, ENOUGH = 40, 2e-3  # after which, or below which part of the sum, the rest is summed as a geometric series
 FAINT = 1e-4  # of the sum, below which cosines of the azimuth are left out of what is scattered on
 HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
@@ -27,23 +28,24 @@ HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
 class Operators(NamedTuple):
     """Holds what turns light into light of the next order, in float32, for W wavelengths; M cosines of the azimuth.
 
-    scatter (2, M, H, E, D): L to A; travel: A to L, of rays below the horizon and above it; bounce (H, D, W): the ground's radiance, by
-    irradiance, to L.
+    scatter (2, M, H, E, D): L to A; travel: A to L, by blocks of rays; bounce (H, D, W): the ground's radiance, by irradiance, to L.
     """
 
     sphere: Sphere
     scatter: Array
-    travel: tuple["Travel", "Travel"]
+    travel: list["Travel"]
     bounce: Array
 
 
 class Travel(NamedTuple):
-    """Holds what turns A into light along half of the rays of each height.
+    """Holds what turns A into light along a block of rays that leave one height, all down or all up.
 
-    directions: which of D these are; elevations: which of E they meet; matrix (W, rays, 2 H elevations) float32.
+    height, directions: which of H, D these are; heights, elevations: which of H, E they meet; matrix (W, rays, 2 heights elevations) float32.
     """
 
+    height: int
     directions: slice
+    heights: slice
     elevations: slice
     matrix: Array
 
@@ -101,7 +103,8 @@ def make_operators(air: Coefficients) -> Operators:
     """Integrate both steps for an air: (H, D) rays at the table's heights, read at the table's nodes."""
     sphere = make_sphere(air, table_heights(), HALF, COUNT)
     bounce = (sphere.ground * air.ground_albedo / np.pi).astype(Single)
-    return Operators(sphere, _scatter(air, sphere), (_travel(sphere, slice(0, HALF)), _travel(sphere, slice(HALF, 2 * HALF))), bounce)
+    blocks = [_travel(sphere, h, slice(d, d + BLOCK)) for h in range(HEIGHTS) for d in range(0, 2 * HALF, BLOCK)]
+    return Operators(sphere, _scatter(air, sphere), blocks, bounce)
 
 
 def _scatter(air: Coefficients, sphere: Sphere) -> Array:
@@ -122,27 +125,27 @@ def _scatter(air: Coefficients, sphere: Sphere) -> Array:
     return out
 
 
-def _travel(sphere: Sphere, directions: slice) -> Travel:
-    """Integrate along some rays of each height what the table's nodes scatter."""
-    counts = np.diff(sphere.first)
-    rays = np.arange(len(counts)).reshape(sphere.elevation.shape)[:, directions].ravel()
-    some = np.zeros(len(counts), bool)
-    some[rays] = True
-    nodes = np.repeat(some, counts)
+def _travel(sphere: Sphere, height: int, directions: slice) -> Travel:
+    """Integrate along rays of one height what the table's nodes scatter."""
+    _, kinds, waves = sphere.weights.shape
+    at_ray = height * sphere.elevation.shape[1]
+    starts = sphere.first[at_ray + directions.start : at_ray + directions.stop + 1]
+    nodes, counts = slice(starts[0], starts[-1]), np.diff(starts)
     at = orders_position(sphere.at[nodes], np.arcsin(sphere.local[nodes]), 0.0)[..., :2]
     first = np.minimum(at.astype(int), (HEIGHTS - 2, ELEVATIONS - 2))
-    share = at - first
-    elevations = slice(int(first[:, 1].min()), int(first[:, 1].max()) + 2)
-    across = elevations.stop - elevations.start
-    index = (np.repeat(np.arange(len(rays)), counts[rays]) * HEIGHTS + first[:, 0]) * across + first[:, 1] - elevations.start
+    share, lowest, highest = at - first, first.min(axis=0), first.max(axis=0) + 2
+    heights, elevations = (slice(int(low), int(high)) for low, high in zip(lowest, highest))
+    size = highest - lowest
+    first = first - lowest
+    ray = np.repeat(np.arange(len(counts)), counts)
     corners = ((0, 0), (0, 1), (1, 0), (1, 1))
-    touched, place = np.unique(np.concatenate([index + i * across + j for i, j in corners]), return_inverse=True)
+    index = np.concatenate([(ray * size[0] + first[:, 0] + i) * size[1] + first[:, 1] + j for i, j in corners])
     weights = np.concatenate([np.abs(1 - i - share[:, 0]) * np.abs(1 - j - share[:, 1]) for i, j in corners])
-    *_, kinds, waves = sphere.weights.shape
-    out = np.zeros((waves, len(rays), kinds, HEIGHTS * across), Single)
+    out = np.empty((waves, len(counts), kinds, int(size.prod())), Single)
     for kind, w in np.ndindex(kinds, waves):
-        out[w, touched // (HEIGHTS * across), kind, touched % (HEIGHTS * across)] = np.bincount(place, weights * np.tile(sphere.weights[nodes, kind, w], 4))
-    return Travel(directions, elevations, out.reshape(waves, len(rays), -1))
+        total = np.bincount(index, weights * np.tile(sphere.weights[nodes, kind, w], len(corners)), len(counts) * size.prod())
+        out[w, :, kind] = total.reshape(len(counts), -1)
+    return Travel(height, directions, heights, elevations, out.reshape(waves, len(counts), -1))
 
 
 def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
@@ -153,7 +156,8 @@ def first_order(air: Coefficients, operators: Operators, sun: float) -> Array:
     sunlit = scattered_sunlight(sphere, sun, azimuth[::2])  # which is smoother than phase functions are: cosines go through it
     fewer = len(azimuth) // 2 + 1
     waves = np.cos(np.outer(np.arange(fewer), azimuth))
-    sunlit = np.maximum(np.einsum("ab,hdbkw->hdakw", np.linalg.solve(waves[:, ::2], waves).T.astype(Single), sunlit, optimize=True), 0)
+    between = np.linalg.solve(waves[:, ::2], waves).T.astype(Single)
+    sunlit = np.maximum(between @ sunlit.reshape(*sunlit.shape[:3], -1), 0).reshape(*turned.shape, -1)
     by_air = np.einsum("hdakw,hdak->hdaw", sunlit, turned.astype(Single))
     return np.asarray(by_air + sunlit_ground(air, sphere, sun, azimuth).astype(Single))
 
@@ -163,9 +167,10 @@ def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:
 
     A metre of air scatters sR times the first and sM times the second. sun: its elevation, radians.
     """
-    once = np.moveaxis(first_order(air, operators, sun), 2, 0)
-    light = np.tensordot(to_cosines().astype(Single), once, axes=1)  # (M, H, D, W), by cosines of the azimuth
-    modes, heights, directions, count = light.shape
+    once = first_order(air, operators, sun)
+    heights, directions, modes, count = once.shape
+    light = to_cosines().astype(Single) @ once.swapaxes(1, 2).reshape(heights, modes, -1)
+    light = light.reshape(heights, modes, directions, count).swapaxes(0, 1)  # (M, H, D, W), by cosines of the azimuth
     falling = (operators.sphere.solid[0] * np.maximum(np.sin(operators.sphere.elevation[0]), 0)).astype(Single)
     total = np.zeros((2, modes, heights, ELEVATIONS, count), Single)
     amount = np.zeros(count)
@@ -180,10 +185,10 @@ def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:
         irradiance = falling @ light[0, 0]  # (W,): of the ground
         light = np.empty((modes, heights, directions, count), Single)
         for part in operators.travel:
-            source = turned[:, :modes, :, part.elevations].transpose(4, 0, 2, 3, 1).reshape(count, -1, modes)
-            light[:, :, part.directions] = np.matmul(part.matrix, source).reshape(count, heights, -1, modes).transpose(3, 1, 2, 0)
+            source = turned[:, :modes, part.heights, part.elevations].transpose(4, 0, 2, 3, 1).reshape(count, -1, modes)
+            light[:, part.height, part.directions] = np.matmul(part.matrix, source).transpose(2, 1, 0)
         light[0] += operators.bounce * irradiance
     ratio = np.minimum(np.where(before > 0, amount / np.where(before > 0, before, 1), 0), 0.999)
     total[:, : turned.shape[1]] += turned * (ratio / (1 - ratio)).astype(Single)
-    values = np.tensordot(from_cosines().astype(Single), total, axes=(1, 1))  # (A, 2, H, E, W)
-    return np.asarray(values.transpose(1, 2, 3, 0, 4))
+    values = from_cosines().astype(Single) @ total.swapaxes(1, 2).reshape(2, heights, AZIMUTHS, -1)
+    return values.reshape(2, heights, AZIMUTHS, ELEVATIONS, count).swapaxes(2, 3)

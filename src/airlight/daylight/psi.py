@@ -7,7 +7,7 @@ from airlight.daylight.sphere import Sphere, make_sphere, scattered_sunlight, su
 from airlight.reference.daylight import TOP_HEIGHT, Array
 
 HEIGHTS, HALF, AZIMUTHS = 24, 16, 9
-COUNT = 12  # nodes of half a piece of a ray
+COUNT = 6  # nodes of half a piece of a ray
 
 
 def psi_heights() -> Array:
