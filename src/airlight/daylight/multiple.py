@@ -20,7 +20,7 @@ from airlight.daylight.psi import psi_heights, psi_sphere, solve_psi
 from airlight.reference.daylight import TOP_HEIGHT, Array, air_density, orders_position
 
 SUNS = np.concatenate([np.arange(-30, -10, 2.0), np.arange(-10, 8.0), np.arange(8, 91, 2.0)])  # degrees, of orders
-PSI_SUNS = np.sort(np.concatenate([SUNS, np.arange(-4.5, 2), [-0.75, -0.25, 0.25]]))  # of psi, which is to be exact where the ground's day begins
+PSI_SUNS = np.sort(np.concatenate([SUNS, np.arange(-4.5, 2), [-0.75, -0.25, 0.25]]))  # of psi, exact where the day begins
 LEAST = 1e-30  # of what is scattered, whose logarithm is taken
 REACH = (4.0, 2.0)  # degrees that the sun's elevation may differ from that at the eye, for a low and a high sun, in the table of orders
 LOW_AND_HIGH = (8.0, 12.0)  # degrees between which that changes

@@ -10,15 +10,17 @@ the table interpolates between suns instead (`multiple.py`).
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.march import phases
 from airlight.daylight.rays import gauss
 from airlight.daylight.sphere import Sphere, cosines_to_sun, make_sphere, scattered_sunlight, sunlit_ground
-from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, orders_position
+from airlight.reference.daylight import ELEVATION_POWER, HEIGHT_POWER, ORDERS_SIZE, TOP_HEIGHT, Array, air_density, orders_position
 
 Single = np.float32  # is enough for tables of 1e-3
 HALF, COUNT = 20, 4  # elevations above and below the horizon; nodes of half a piece of a ray
+DENSE, FINEST = 1.0, 6  # optical depth between heights of a solve, and parts of a cell of the table that it has at the most
 BLOCK = 10  # rays that travel at a time: products so small that BLAS leaves them to one thread, since suns are solved in two
 MOST_ORDERS, ENOUGH = 40, 2e-3  # after which, or below which part of the sum, the rest is summed as a geometric series
 FAINT = 1e-4  # of the sum, below which cosines of the azimuth are left out of what is scattered on
@@ -28,10 +30,12 @@ HEIGHTS, ELEVATIONS, AZIMUTHS = ORDERS_SIZE
 class Operators(NamedTuple):
     """Holds what turns light into light of the next order, in float32, for W wavelengths; M cosines of the azimuth.
 
-    scatter (2, M, H, E, D): L to A; travel: A to L, by blocks of rays; bounce (H, D, W): the ground's radiance, by irradiance, to L.
+    own (20,): which of H heights are the table's; scatter (2, M, H, E, D): L to A; travel: A to L, by blocks of rays; bounce (H, D, W): the
+    ground's radiance, by irradiance, to L.
     """
 
     sphere: Sphere
+    own: npt.NDArray[np.intp]
     scatter: Array
     travel: list["Travel"]
     bounce: Array
@@ -40,7 +44,8 @@ class Operators(NamedTuple):
 class Travel(NamedTuple):
     """Holds what turns A into light along a block of rays that leave one height, all down or all up.
 
-    height, directions: which of H, D these are; heights, elevations: which of H, E they meet; matrix (W, rays, 2 heights elevations) float32.
+    height, directions: which of H, D these are; heights, elevations: which of H, E they meet; matrix (W, rays, 2 * heights * elevations):
+    float32.
     """
 
     height: int
@@ -99,12 +104,24 @@ def from_cosines() -> Array:
     return np.cos(np.outer(table_azimuths(), np.arange(AZIMUTHS)))
 
 
+def solved_heights(air: Coefficients) -> tuple[Array, npt.NDArray[np.intp]]:
+    """Give the heights (H,), m, of a solve, more than the table's where the air is dense; and (20,) which of them are the table's."""
+    own = table_heights()
+    depth = np.diff(own) * (air_density(own) @ air.extinction).max(axis=-1)[:-1]
+    parts = np.clip(np.ceil(depth / DENSE), 1, FINEST).astype(int)
+    u = (own / TOP_HEIGHT) ** (1 / HEIGHT_POWER)
+    inner = [np.linspace(low, high, n, endpoint=False) for low, high, n in zip(u[:-1], u[1:], parts)]
+    heights = TOP_HEIGHT * np.concatenate([*inner, [1.0]]) ** HEIGHT_POWER
+    return heights, np.cumsum([0, *parts])
+
+
 def make_operators(air: Coefficients) -> Operators:
-    """Integrate both steps for an air: (H, D) rays at the table's heights, read at the table's nodes."""
-    sphere = make_sphere(air, table_heights(), HALF, COUNT)
+    """Integrate both steps for an air: (H, D) rays at the solve's heights, read at its nodes."""
+    heights, own = solved_heights(air)
+    sphere = make_sphere(air, heights, HALF, COUNT)
     bounce = (sphere.ground * air.ground_albedo / np.pi).astype(Single)
-    blocks = [_travel(sphere, h, slice(d, d + BLOCK)) for h in range(HEIGHTS) for d in range(0, 2 * HALF, BLOCK)]
-    return Operators(sphere, _scatter(air, sphere), blocks, bounce)
+    blocks = [_travel(sphere, h, slice(d, d + BLOCK)) for h in range(len(heights)) for d in range(0, 2 * HALF, BLOCK)]
+    return Operators(sphere, own, _scatter(air, sphere), blocks, bounce)
 
 
 def _scatter(air: Coefficients, sphere: Sphere) -> Array:
@@ -115,7 +132,7 @@ def _scatter(air: Coefficients, sphere: Sphere) -> Array:
     azimuth = table_azimuths()
     up, level = np.sin(table_elevations())[:, None, None], np.cos(table_elevations())[:, None, None] * np.cos(azimuth)
     waves = azimuth_weights()[:, None] * from_cosines()
-    out = np.empty((2, AZIMUTHS, HEIGHTS, ELEVATIONS, 2 * HALF), Single)
+    out = np.empty((2, AZIMUTHS, *sphere.elevation.shape[:1], ELEVATIONS, 2 * HALF), Single)
     for h, (into, solid) in enumerate(zip(sphere.elevation, sphere.solid)):  # one by one, which stay in the cache
         cosine = up * np.sin(into)[:, None] + level * np.cos(into)[:, None]  # (E, D, A)
         sampled = np.moveaxis(phases(np.clip(cosine, -1, 1), air.anisotropy), -1, 0)
@@ -132,7 +149,8 @@ def _travel(sphere: Sphere, height: int, directions: slice) -> Travel:
     starts = sphere.first[at_ray + directions.start : at_ray + directions.stop + 1]
     nodes, counts = slice(starts[0], starts[-1]), np.diff(starts)
     at = orders_position(sphere.at[nodes], np.arcsin(sphere.local[nodes]), 0.0)[..., :2]
-    first = np.minimum(at.astype(int), (HEIGHTS - 2, ELEVATIONS - 2))
+    at[:, 0] = np.interp(at[:, 0], (sphere.height / TOP_HEIGHT) ** (1 / HEIGHT_POWER) * (HEIGHTS - 1), np.arange(len(sphere.height)))
+    first = np.minimum(at.astype(int), (len(sphere.height) - 2, ELEVATIONS - 2))
     share, lowest, highest = at - first, first.min(axis=0), first.max(axis=0) + 2
     heights, elevations = (slice(int(low), int(high)) for low, high in zip(lowest, highest))
     size = highest - lowest
@@ -190,5 +208,5 @@ def solve_orders(air: Coefficients, operators: Operators, sun: float) -> Array:
         light[0] += operators.bounce * irradiance
     ratio = np.minimum(np.where(before > 0, amount / np.where(before > 0, before, 1), 0), 0.999)
     total[:, : turned.shape[1]] += turned * (ratio / (1 - ratio)).astype(Single)
-    values = from_cosines().astype(Single) @ total.swapaxes(1, 2).reshape(2, heights, AZIMUTHS, -1)
-    return values.reshape(2, heights, AZIMUTHS, ELEVATIONS, count).swapaxes(2, 3)
+    own = total[:, :, operators.own].swapaxes(1, 2).reshape(2, HEIGHTS, AZIMUTHS, -1)
+    return (from_cosines().astype(Single) @ own).reshape(2, HEIGHTS, AZIMUTHS, ELEVATIONS, count).swapaxes(2, 3)

@@ -1,7 +1,7 @@
 """Holds directions and rays over the whole sphere at heights of one vertical, which the solvers of multiple scattering share.
 
 Elevations crowd on both sides of each height's own horizon, where radiance jumps; azimuths are even, from the sun's to the opposite. Rays
-and their nodes belong to the air and serve all suns: where the earth's shadow cuts a ray, nodes count by the part of their cells that is lit.
+and their nodes belong to the air and serve all suns: where the earth's shadow cuts a ray, a node counts by the lit part of its cell.
 """
 
 from typing import NamedTuple
@@ -68,9 +68,8 @@ def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphe
     left, through = path_weights(nodes, air.extinction)
     ground = np.where(np.isfinite(way)[..., None], through, 0)
     order = np.argsort(nodes.t, axis=-1).reshape(length.size, -1)
-    t, at, weights, left, density = (
-        np.take_along_axis(one.reshape(*order.shape, -1), order[..., None], 1) for one in (nodes.t, nodes.height, nodes.weights, left, nodes.density)
-    )
+    of_nodes = (nodes.t, nodes.height, nodes.weights, left, nodes.density)
+    t, at, weights, left, density = (np.take_along_axis(one.reshape(*order.shape, -1), order[..., None], 1) for one in of_nodes)
     ends = np.cumsum(weights, axis=1)
     counts = weights[..., 0] > 0
     counts[:, 0] |= ~counts.any(axis=1)  # of a ray of no length
@@ -80,9 +79,9 @@ def make_sphere(air: Coefficients, height: Array, half: int, count: int) -> Sphe
     scattered = density[:, :2, None] * air.scattering * left[:, None, :]
     first = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
     return Sphere(
-        height, elevation, 2 * np.pi * belt * np.cos(elevation), length, ground, first, t[:, 0], np.stack([start[:, 0], end[:, 0]]), at[:, 0],
-        local, scattered, _depths(air),
-    )
+        height, elevation, 2 * np.pi * belt * np.cos(elevation), length, ground, first, t[:, 0], np.stack([start[:, 0], end[:, 0]]),
+        at[:, 0], local, scattered, _depths(air),
+    )  # fmt: skip
 
 
 def _depths(air: Coefficients) -> Array:
@@ -103,7 +102,7 @@ def cosines_to_sun(sphere: Sphere, sun: float, azimuth: Array) -> Array:
 
 
 def scattered_sunlight(sphere: Sphere, sun: float, azimuth: Array) -> Array:
-    """Integrate (H, D, A, 2, W) float32 sunlight that Rayleigh's air and the aerosol scatter into rays, for an irradiance of 1 above the air.
+    """Integrate (H, D, A, 2, W) float32 sunlight that Rayleigh's air and the aerosol scatter into rays, of 1 above the air.
 
     Without phase functions, which stay the same along a straight ray. sun: its elevation, radians; azimuth (A,): of rays from the sun.
     """
@@ -111,7 +110,8 @@ def scattered_sunlight(sphere: Sphere, sun: float, azimuth: Array) -> Array:
     shape, cosine = cosine.shape, cosine.reshape(-1, len(azimuth))
     night = None
     if sun < LOW_SUN:
-        eyes, mu = (np.broadcast_to(one, shape).reshape(cosine.shape) for one in (sphere.height[:, None, None], np.sin(sphere.elevation)[..., None]))
+        mu = np.sin(sphere.elevation)
+        eyes, mu = (np.repeat(one.reshape(-1, 1), len(azimuth), 1) for one in (np.broadcast_to(sphere.height[:, None], mu.shape), mu))
         night = earth_shadow(eyes, mu, np.full(cosine.shape, np.sin(sun)), cosine)
     out = np.empty((len(cosine), len(azimuth), *sphere.weights.shape[1:]), Single)
     eye = np.repeat(GROUND_RADIUS + sphere.height, sphere.elevation.shape[1])
@@ -140,16 +140,16 @@ def _sunlight(sphere: Sphere, nodes: slice, towards: Array) -> Array:
     above = (TOP_HEIGHT - height) * (TOP_RADIUS + GROUND_RADIUS + height)
     horizon = np.sqrt(height * (2 * GROUND_RADIUS + height))
     least = TOP_HEIGHT - height
-    scale = columns / (horizon + LEVEL_TO_TOP - least)
     y = horizon * (rows / LEVEL_TO_TOP)
     row = np.minimum(y.astype(np.intp), rows - 1)
-    towards = towards.astype(Single)
-    above, least, scale, y = (one.astype(Single)[:, None] for one in (above, least, scale, y - row))
-    x = np.clip((np.sqrt(towards * towards + above) - towards - least) * scale, 0, columns - Single(1e-3))
+    per_node = (above, least, columns / (horizon + LEVEL_TO_TOP - least), y - row)
+    above, least, scale, fy = (one.astype(Single)[:, None] for one in per_node)
+    along = towards.astype(Single)
+    x = np.clip((np.sqrt(along * along + above) - along - least) * scale, 0, columns - Single(1e-3))
     column = x.astype(np.intp)
     cell = np.take(sphere.depths, row[:, None] * columns + column, axis=0)
-    x, y = (x - column).astype(Single)[..., None], y[..., None]
-    return np.exp(-(cell[..., 0, :] + x * cell[..., 1, :] + y * (cell[..., 2, :] + x * cell[..., 3, :])))
+    fx, fy = (x - column).astype(Single)[..., None], fy[..., None]
+    return np.exp(-(cell[..., 0, :] + fx * cell[..., 1, :] + fy * (cell[..., 2, :] + fx * cell[..., 3, :])))
 
 
 def sunlit_ground(air: Coefficients, sphere: Sphere, sun: float, azimuth: Array) -> Array:
