@@ -44,7 +44,8 @@ def test_single_scattering_is_the_tables() -> None:
 
 
 def rows_of_psi(sun: str) -> None:
-    """Light scattered once to 1e-3, psi to 2e-3. At 0 degrees the table's rays have 0.2 % more psi than its own rows of psi say."""
+    """Light scattered once to 1e-3, psi to 2e-3. Towards a sun at 0 degrees the table's rays have 0.18 % more psi than a solve for the sun
+    at each of their points says, and than its own rows of psi do."""
     table = [row for row in of_kind("psi", "sky", "aerial", "shadowed") if row["sun_elevation_deg"] == sun]
     air = Atmosphere(wavelengths="rgb", multiple="psi")
     alone = [row for row in table if row["kind"] == "psi"]
@@ -56,9 +57,9 @@ def rows_of_psi(sun: str) -> None:
     radiance, transmittance = air.aerial(*angles, *place)
     once, more = colours(rays, "L1_"), colours(rays, "Lms_")
     assert error(transmittance, colours(rays, "T_")).max() < 1e-3
-    assert error(air.parts(*angles, *place).multiple, more).max() < 2.1e-3
+    assert error(air.parts(*angles, *place).multiple, more).max() < 2e-3
     least = 0.01 * once.max(axis=-1, keepdims=True)
-    assert (np.abs(radiance - once - more) <= 1e-3 * np.maximum(once, least) + 2.1e-3 * more).all()
+    assert (np.abs(radiance - once - more) <= 1e-3 * np.maximum(once, least) + 2e-3 * more).all()
 
 
 def test_psi_is_the_tables() -> None:

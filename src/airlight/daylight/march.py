@@ -7,7 +7,7 @@ import numpy as np
 
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.columns import sun_transmittance
-from airlight.daylight.rays import Nodes, earth_shadow, path_weights, place_nodes, reaching
+from airlight.daylight.rays import earth_shadow, path_weights, place_nodes, reaching
 from airlight.medium.resolve import PHASES
 from airlight.reference.daylight import OZONE_HALF_WIDTH, OZONE_MIDDLE, Array, sun_cosine_along, view_cosine_along
 from airlight.reference.medium import phase
@@ -89,23 +89,27 @@ def _gather(air: Coefficients, rays: Rays, further: Further | None, shadow: Sequ
         breaks += [*starts.T, *ends.T]
     nodes = place_nodes(rays.height, rays.mu, rays.length, breaks, extinction, COUNTS[low])
     height, mu, mu_sun, cosine = (one[:, None] for one in rays[:4])
-    sun = sun_cosine_along(height, mu, mu_sun, cosine, nodes.t)
     weight, through = path_weights(nodes, extinction)
-    each = _scattered_once(air, rays.cosine, nodes) * weight * sun_transmittance(nodes.height, sun, extinction)
+    counts = nodes.weights > 0  # which those of pieces without length do not
+
+    def counted(values: Array) -> Array:
+        return np.broadcast_to(values, counts.shape)[counts]
+
+    t, at = nodes.t[counts], nodes.height[counts]
+    sun = sun_cosine_along(counted(height), counted(mu), counted(mu_sun), counted(cosine), t)
+    reaches, each = weight[counts], np.zeros(weight.shape)
+    ray = np.nonzero(counts)[0]
+    once = np.matmul(nodes.density[counts][:, None, :2], (phases(rays.cosine, air.anisotropy)[..., None] * air.scattering)[ray])[:, 0]
+    each[counts] = once * reaches * sun_transmittance(at, sun, extinction)
     lit = ~((nodes.middles > night[0][:, None]) & (nodes.middles < night[1][:, None]))
     dark = np.any((nodes.middles[..., None] > starts[:, None]) & (nodes.middles[..., None] < ends[:, None]), axis=-1)
     shape = (*nodes.middles.shape, -1, len(air.nm))
     by_piece = np.where(lit[..., None], each.reshape(shape).sum(axis=-2), 0)
-    multiple: Any = np.zeros(())
+    multiple = np.zeros_like(through)
     if further is not None:
-        local = np.arcsin(view_cosine_along(height, mu, nodes.t))
-        turned = further(nodes.height, local, rays.azimuth[:, None], np.arcsin(sun), np.arcsin(mu_sun))
-        multiple = (weight * turned).sum(axis=1)
+        local = np.arcsin(view_cosine_along(counted(height), counted(mu), t))
+        turned = further(at, local, counted(rays.azimuth[:, None]), np.arcsin(sun), np.arcsin(counted(mu_sun)))
+        multiple = np.stack([np.bincount(ray, one, len(through)) for one in (reaches * turned).T], axis=-1)
     single = by_piece.sum(axis=1)
     shadowed = np.where(np.expand_dims(dark, -1), 0, by_piece).sum(axis=1)
-    return Gathered(through, single, shadowed, np.broadcast_to(multiple, single.shape))
-
-
-def _scattered_once(air: Coefficients, cosine: Array, nodes: Nodes) -> Array:
-    """Evaluate (N, nodes, W) coefficients times phase functions, 1/m/sr."""
-    return nodes.density[..., :2] @ (phases(cosine, air.anisotropy)[..., None] * air.scattering)
+    return Gathered(through, single, shadowed, multiple)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from airlight.daylight.coefficients import Coefficients
 from airlight.daylight.orders import make_operators, solve_orders, table_heights
 from airlight.daylight.psi import psi_heights, psi_sphere, solve_psi
-from airlight.reference.daylight import TOP_HEIGHT, Array, air_density, orders_position
+from airlight.reference.daylight import ORDERS_SIZE, TOP_HEIGHT, Array, air_density, orders_position
 
 SUNS = np.concatenate([np.arange(-30, -10, 2.0), np.arange(-10, 8.0), np.arange(8, 91, 2.0)])  # degrees, of orders
 PSI_SUNS = np.sort(np.concatenate([SUNS, np.arange(-4.5, 2), [-0.75, -0.25, 0.25]]))  # of psi, exact where the day begins
@@ -107,17 +107,17 @@ class Orders:
         which = np.clip(np.searchsorted(SUNS, local) - 1, 0, len(SUNS) - 2)
         offset = int(which.min())
         tables = self.suns.at(offset, int(which.max()) + 1)
-        share = ((local - SUNS[which]) / (SUNS[which + 1] - SUNS[which])).astype(np.float32)[..., None]
-        shape = tables.shape[1:4]
-        flat = tables.reshape(len(tables), -1, 2 * len(self.air.nm))
-        at = orders_position(height, elevation, azimuth)
-        first = np.minimum(at.astype(int), np.array(shape) - 2)
-        fraction = (at - first).astype(np.float32)
-        out: Any = 0
-        for corner in np.ndindex(2, 2, 2):
-            weight = np.prod(np.abs(1 - np.array(corner, np.float32) - fraction), axis=-1)[..., None]
-            index = np.ravel_multi_index(tuple(np.moveaxis(first + corner, -1, 0)), shape)
-            out = out + weight * (flat[which - offset, index] * (1 - share) + flat[which - offset + 1, index] * share)
+        shape = (len(tables), *ORDERS_SIZE)
+        at = np.concatenate([(which - offset + (local - SUNS[which]) / np.diff(SUNS)[which])[..., None], orders_position(height, elevation, azimuth)], axis=-1)
+        first = np.minimum(at.astype(np.intp), np.array(shape) - 2)
+        strides = np.cumprod([1, *shape[:0:-1]])[::-1]
+        upper = (at - first).astype(np.float32)
+        shares, index = np.stack([1 - upper, upper]), first @ strides
+        flat = tables.reshape(-1, 2 * len(self.air.nm))
+        out = np.zeros((*index.shape, flat.shape[-1]), np.float32)
+        for corner in np.ndindex(2, 2, 2, 2):
+            weight = np.prod([shares[i, ..., axis] for axis, i in enumerate(corner)], axis=0)
+            out += weight[..., None] * np.take(flat, index + strides @ corner, axis=0)
         turned = np.exp(out, dtype=float).reshape(*out.shape[:-1], 2, -1)
         return np.asarray((air_density(height)[..., :2, None] * self.air.scattering * turned).sum(axis=-2))
 
