@@ -126,7 +126,8 @@ def test_part_left_and_phases() -> None:
     a, b = units(), units()
     b[:1000] = a[:1000] + 1e-3 * units(1000)  # close to the sun
     b /= np.linalg.norm(b, axis=1, keepdims=True)
-    cosine, sine2 = (a.astype(float) * b).sum(axis=1), (np.cross(a.astype(float), b) ** 2).sum(axis=1)
+    a, b = (one.astype(float) / np.linalg.norm(one.astype(float), axis=1, keepdims=True) for one in (a, b))
+    cosine, sine2 = (a * b).sum(axis=1), (np.cross(a, b) ** 2).sum(axis=1)
     for g in (-0.9, 0.0, 0.8, 0.99):
         phase = twins.aerosol_phase(cosine, sine2, g)
         found = call(FOLDER + "phases.wgsl", "aerosol_phase", [cosine.astype("f4"), sine2.astype("f4"), np.float32(g)])
@@ -154,7 +155,7 @@ def test_quotients_are_undone() -> None:
 
 
 def test_angles_of_what_is_straight() -> None:
-    ray, to_sun, up, axis = (one.astype(float) for one in (units(), units(1)[0], units(1)[0], units(1)[0]))
+    ray, to_sun, up = (one.astype(float) for one in (units(), units(1)[0], units(1)[0]))
     up = np.cross(np.cross(to_sun, up), to_sun) + 0.3 * to_sun
     up /= np.linalg.norm(up)
     ahead = to_sun - up * (up @ to_sun)

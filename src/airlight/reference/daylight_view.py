@@ -13,7 +13,7 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 104, 32, 60  # of the table
+ELEVATIONS, AZIMUTHS, DISTANCES = 104, 32, 62  # of the table
 BELOW = 32  # of the elevations, below the horizon
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 LEAST_SHARE, MOST_SHARE = 1e-4, 100.0  # of light that is not the aerosol's, over the aerosol's without its phase function

@@ -3,7 +3,7 @@
 const ELEVATIONS = 104u;
 const BELOW = 32u;              // of them, below the horizon
 const AZIMUTHS = 32u;
-const DISTANCES = 60u;          // the last is the end of the ray
+const DISTANCES = 62u;          // the last is the end of the ray
 const NO_END = 1e9;             // m: of a ray that meets nothing
 const HIGH = 4000.0;            // m, of the eye, beyond which sky below the horizon is read at the last node
 

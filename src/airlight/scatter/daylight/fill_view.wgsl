@@ -1,11 +1,13 @@
 // Fills the table of view rays: what they gather on their way from an eye at one altitude, for a sun at one elevation. A thread a ray.
 //! include "scatter/daylight/coordinates.wgsl"
 //! include "scatter/daylight/phases.wgsl"
+//! include "wgsl/half.wgsl"
 const STEPS = vec2f(1.0, 12.0); // of the march between two nodes, least and most
 const RISE = 1500.0;            // m that a step rises or falls at most
 const REACH = 30000.0;          // m, the longest step
 const LEAST_SHARE = 1e-4;        // of light that is not the aerosol's, over the aerosol's without its phase function
 const MOST_SHARE = 100.0;
+const NEARBY = 8u;              // nodes with one share, since light grows fast from each to the next
 const SUNS = 12u;               // slots of tables of further orders
 const HEIGHT_NODES = 20u;
 const ELEVATION_NODES = 48u;
@@ -113,7 +115,7 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
     if (id.y >= BELOW || ground == 0.0) { ground = NO_END; }
     var grounded = array<vec4f, 4>(); // what is gathered up to the ground: rayleigh, aerosol, multiple, depth
     for (var k = 0u; k < DISTANCES; k++) {
-            if (k == DISTANCES - 1u && start > ground) { // the last node is the end of the ray
+        if (k == DISTANCES - 1u && start > ground) { // the last node is the end of the ray
             rayleigh = grounded[0];
             aerosol = grounded[1];
             multiple = grounded[2];
@@ -121,7 +123,7 @@ fn fill_view(@builtin(global_invocation_id) id: vec3u) {
         }
         gathered[node_index(k, id.y, id.x)] =
             Sums(fill.to_channels * (phase * rayleigh), fill.to_channels * aerosol, fill.to_channels * multiple);
-        if (id.x == 0u) { textureStore(through, vec2u(k, id.y), vec4f(fill.to_channels * exp(-depth), 1.0)); }
+        if (id.x == 0u) { textureStore(through, vec2u(k, id.y), vec4f(nearest_half(fill.to_channels * exp(-depth)), 1.0)); }
         let middle = way_at(f32(k) + 0.5, fill.near, fill.dense);
         let sun = degrees(arc_sine(sun_cosine_along(fill.height, ray.mu, fill.mu_sun, ray.cosine, middle)));
         let elevation = arc_sine(view_cosine_along(fill.height, ray.mu, middle));
@@ -166,7 +168,7 @@ fn broad_share(rest: vec3f, aerosol: vec3f, broad: vec3f) -> f32 {
 }
 
 /// Write the nodes of the table: quotients of light by the aerosol's phase function and what else there is towards the sun. That share goes
-/// evenly, as its logarithm, from the first node to the last, so that products of what is read between nodes are as good as the nodes.
+/// evenly, as its logarithm, to the last node, so that products of what is read between nodes are as good as the nodes.
 @compute @workgroup_size(8, 8)
 fn fold_view(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= AZIMUTHS || id.y >= ELEVATIONS) { return; }
@@ -175,12 +177,13 @@ fn fold_view(@builtin(global_invocation_id) id: vec3u) {
     let own = gathered[node_index(id.z, id.y, id.x)];
     let first = gathered[node_index(1u, fill.sun_row, 0u)];
     let last = gathered[node_index(DISTANCES - 1u, fill.sun_row, 0u)];
-    let part = f32(id.z) / f32(DISTANCES - 1u);
+    let part = f32(max(id.z, NEARBY) - NEARBY) / f32(DISTANCES - 1u - NEARBY);
     let nearby = vec2f(broad_share(first.air, first.aerosol, fill.broad), broad_share(first.air + first.before, first.aerosol, fill.broad));
     let far = vec2f(broad_share(last.air, last.aerosol, fill.broad), broad_share(last.air + last.before, last.aerosol, fill.broad));
     let share = pow(nearby, vec2f(1.0 - part)) * pow(far, vec2f(part));
     let single = own.air + peak * own.aerosol;
     let at = vec3u(id.z, id.xy);
-    textureStore(once, at, vec4f(fill.scale * single / (fill.broad * share.x + peak), share.x));
-    textureStore(all_light, at, vec4f(fill.scale * (single + own.before) / (fill.broad * share.y + peak), share.y));
+    let kept = nearest_half(vec3f(share, 0.0)).xy;
+    textureStore(once, at, vec4f(nearest_half(fill.scale * single / (fill.broad * kept.x + peak)), kept.x));
+    textureStore(all_light, at, vec4f(nearest_half(fill.scale * (single + own.before) / (fill.broad * kept.y + peak)), kept.y));
 }

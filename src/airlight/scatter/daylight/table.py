@@ -13,7 +13,16 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, BELOW, DISTANCES, ELEVATIONS, column_azimuths, elevation_rows, row_elevations, way_nodes
+from airlight.reference.daylight_view import (
+    AZIMUTHS,
+    BELOW,
+    DISTANCES,
+    ELEVATIONS,
+    column_azimuths,
+    elevation_rows,
+    row_elevations,
+    way_nodes,
+)
 from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
