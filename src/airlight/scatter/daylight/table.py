@@ -30,7 +30,7 @@ RECORD, RAY, DAYLIGHT = struct_dtype(FILL, "Fill"), struct_dtype(FILL, "ViewRay"
 SUMS = struct_dtype(FILL, "Sums")
 WIDEST = 16384.0  # that radiance of an irradiance of 1 is stored as: of half floats' 65504
 TWILIGHT = 0.25  # powers of 10 by which light falls, or more, for a degree of the sun below the horizon
-NEAREST, NEAREST_BY_HEIGHT = 300.0, 0.05  # m, within which the table is even over the way, or that part of the eye's height
+NEAREST, NEAREST_BY_HEIGHT, NEAREST_HIGH = 300.0, 0.08, 1500.0  # m, about even over the way within; by the eye's height, up to the last
 WARP, WARP_BY_DIP = np.radians(0.4), 0.07  # radians within which it is even over elevation, and what is added of the horizon's depression
 
 
@@ -82,7 +82,8 @@ class ViewTable:
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
         warp = float(WARP - WARP_BY_DIP * horizon)
         density = np.exp(-height / AEROSOL_HEIGHT)
-        near = min(max(NEAREST, NEAREST_BY_HEIGHT * height), float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
+        even = max(NEAREST, min(NEAREST_BY_HEIGHT * height, NEAREST_HIGH))
+        near = min(even, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
         farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
         near, dense = way_nodes(near, float(farthest))
         rows = elevation_rows(horizon, warp)
