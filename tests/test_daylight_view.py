@@ -146,7 +146,7 @@ def test_quotients_are_undone() -> None:
     np.testing.assert_allclose(call(path, "broad_share", [rest, aerosol, broad]), share, rtol=1e-5)
     assert (share[:5] == twins.MOST_SHARE).all()
     whole = rest + phase[:, None] * aerosol
-    stored = np.concatenate([whole / (broad * share[:, None] + phase[:, None]), share[:, None]], axis=1).astype("f4")
+    stored = np.concatenate([whole / (broad + phase[:, None] / share[:, None]), 1 / share[:, None]], axis=1).astype("f4")
     found = call(VIEW, "daylight_of", [stored, phase, broad, np.array([1, 2, 3], "f4")])
     np.testing.assert_allclose(found, twins.daylight_of(stored, phase, broad, [1, 2, 3]), rtol=1e-5)
     np.testing.assert_allclose(found, whole * [1, 2, 3], rtol=1e-5)

@@ -157,7 +157,7 @@ def broad_share(rest: Any, aerosol: Any, broad: Any) -> Array:
 def daylight_of(stored: Any, phase: Any, broad: Any, irradiance: Any) -> Array:
     """Evaluates the radiance (..., 3) of what a texture of the table holds of a ray."""
     stored, phase = np.asarray(stored, float), np.asarray(phase, float)[..., None]
-    return np.asarray(np.asarray(irradiance, float) * stored[..., :3] * (np.asarray(broad, float) * stored[..., 3:] + phase))
+    return np.asarray(np.asarray(irradiance, float) * stored[..., :3] * (np.asarray(broad, float) + stored[..., 3:] * phase))
 
 
 def daylight_place(mu: Any, along: Any, cosine: Any, sine2: Any, record: Any) -> tuple[Array, Array, Array, Array]:

@@ -183,7 +183,7 @@ fn fold_view(@builtin(global_invocation_id) id: vec3u) {
     let share = pow(nearby, vec2f(1.0 - part)) * pow(far, vec2f(part));
     let single = own.air + peak * own.aerosol;
     let at = vec3u(id.z, id.xy);
-    let kept = nearest_half(vec3f(share, 0.0)).xy;
-    textureStore(once, at, vec4f(nearest_half(fill.scale * single / (fill.broad * kept.x + peak)), kept.x));
-    textureStore(all_light, at, vec4f(nearest_half(fill.scale * (single + own.before) / (fill.broad * kept.y + peak)), kept.y));
+    let kept = nearest_half(vec3f(1.0 / share, 0.0)).xy;
+    textureStore(once, at, vec4f(nearest_half(fill.scale * single / (fill.broad + kept.x * peak)), kept.x));
+    textureStore(all_light, at, vec4f(nearest_half(fill.scale * (single + own.before) / (fill.broad + kept.y * peak)), kept.y));
 }

@@ -18,7 +18,7 @@ struct Daylight {
 }
 
 @group(0) @binding(40) var<uniform> daylight: Daylight;
-// Radiance over the sum of the aerosol's phase function and of broad times alpha. Alpha is chosen so that the quotient is broad, but for colours
+// Radiance over the sum of broad and of alpha times the aerosol's phase function. Alpha is chosen so that the quotient is broad, but for colours
 @group(0) @binding(41) var daylight_once: texture_3d<f32>; // of sunlight scattered once
 @group(0) @binding(42) var daylight_all: texture_3d<f32>; // of all light
 @group(0) @binding(43) var daylight_through: texture_2d<f32>;
@@ -56,7 +56,7 @@ fn daylight_ray(direction: vec3f) -> DaylightRay {
 
 /// Evaluate the radiance of what a texture of the table holds of a ray. Twin: reference/daylight_view.py:daylight_of.
 fn daylight_of(stored: vec4f, phase: f32, broad: vec3f, irradiance: vec3f) -> vec3f {
-    return irradiance * stored.rgb * (broad * stored.a + phase);
+    return irradiance * stored.rgb * (broad + stored.a * phase);
 }
 
 /// Read C(t), the radiance of sunlight scattered once up to t m: what lies lit from a to b adds C(b) - C(a).
