@@ -18,7 +18,7 @@ from airlight.scatter.daylight.table import VIEW, ViewTable
 FOLDER = "scatter/daylight/"
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 SKY = 1e9  # m
-NAMES = ("daylight_rayleigh", "daylight_aerosol", "daylight_together", "daylight_through", "daylight_linear")
+NAMES = ("daylight_once", "daylight_all", "daylight_through", "daylight_linear")
 RNG = np.random.default_rng(20)
 COUNT = 4000
 
@@ -69,23 +69,40 @@ def test_ways_to_the_ground_as_in_the_library() -> None:
 def test_places_in_the_table() -> None:
     path = FOLDER + "coordinates.wgsl"
     t = (1e6 * RNG.uniform(size=COUNT) ** 6).astype("f4")
-    near, step = np.float32(120), np.float32(0.19)
-    np.testing.assert_allclose(call(path, "way_coordinate", [t, near, step]), twins.way_coordinate(t, near, step), atol=6e-6)
+    near, dense = np.float32(120), np.float32(4)
+    np.testing.assert_allclose(call(path, "way_coordinate", [t, near, dense]), twins.way_coordinate(t, near, dense), atol=6e-6)
     nodes = RNG.uniform(0, twins.DISTANCES - 1, COUNT).astype("f4")
-    np.testing.assert_allclose(call(path, "way_at", [nodes, near, step]), twins.way_at(nodes, near, step), rtol=3e-5, atol=1e-3)
-    at = twins.way_coordinate(twins.way_at(np.arange(twins.DISTANCES), near, step), near, step)
+    np.testing.assert_allclose(call(path, "way_at", [nodes, near, dense]), twins.way_at(nodes, near, dense), rtol=3e-5, atol=1e-3)
+    at = twins.way_coordinate(twins.way_at(np.arange(twins.DISTANCES), near, dense), near, dense)
     np.testing.assert_allclose(at * twins.DISTANCES - 0.5, np.arange(twins.DISTANCES), atol=1e-9)
-    elevation, horizon, warp = RNG.uniform(-1.57, 1.57, COUNT).astype("f4"), np.float32(-0.03), np.float32(0.02)
-    unit = np.array(twins.rows_a_unit(-0.03, 0.02), "f4")
-    found = call(path, "elevation_row", [elevation, horizon, warp, unit])
-    np.testing.assert_allclose(found, twins.elevation_row(elevation, horizon, warp, unit), atol=1e-3)
-    rows = twins.row_elevations(-0.03, 0.02)
-    rows[twins.BELOW - 1] -= 1e-12  # the last below the horizon
-    np.testing.assert_allclose(twins.elevation_row(rows, -0.03, 0.02, unit), np.arange(twins.ELEVATIONS), atol=1e-4)
-    mu, along = np.sin(elevation), np.cos(elevation) * np.cos(RNG.uniform(0, np.pi, COUNT).astype("f4"))
-    np.testing.assert_allclose(call(path, "azimuth_column", [mu, along]), twins.azimuth_column(mu, along), atol=0.02)
-    level = np.cos(twins.column_azimuths())
-    np.testing.assert_allclose(twins.azimuth_column(0.0, level), np.arange(twins.AZIMUTHS), atol=1e-6)
+    elevation, horizon = RNG.uniform(-1.57, 1.57, COUNT).astype("f4"), np.array([np.sin(-0.03), np.cos(-0.03)], "f4")
+    unit, (mu, level) = np.array(twins.elevation_rows(-0.03, 0.02), "f4"), (np.sin(elevation), np.cos(elevation))
+    found = call(path, "elevation_row", [mu, level, horizon, unit])
+    np.testing.assert_allclose(found, twins.elevation_row(mu, level, horizon, unit), atol=1e-3)
+    rows = twins.row_elevations(-0.03, unit.astype(float))
+    rows[twins.BELOW - 1] -= 1e-9  # the last below the horizon
+    own = twins.elevation_row(np.sin(rows), np.cos(rows), (np.sin(-0.03), np.cos(-0.03)), unit)
+    np.testing.assert_allclose(own, np.arange(twins.ELEVATIONS), atol=1e-4)
+    np.testing.assert_allclose(rows[[0, -1]], [-np.pi / 2, np.pi / 2], atol=1e-6)
+    along = level * np.cos(RNG.uniform(0, np.pi, COUNT).astype("f4"))
+    np.testing.assert_allclose(call(path, "azimuth_column", [level, along]), twins.azimuth_column(level, along), atol=0.02)
+    np.testing.assert_allclose(twins.azimuth_column(1.0, np.cos(twins.column_azimuths())), np.arange(twins.AZIMUTHS), atol=1e-6)
+
+
+def test_octaves() -> None:
+    path, x = FOLDER + "coordinates.wgsl", np.concatenate([[1, 2, 3, 4, 1024], np.exp2(RNG.uniform(0, 25, COUNT))]).astype("f4")
+    assert list(twins.octaves(x[:5])) == [0, 1, 1.5, 2, 10]
+    np.testing.assert_allclose(twins.of_octaves(twins.octaves(x)), x)
+    found = call(path, "octaves", [x])
+    np.testing.assert_allclose(found, twins.octaves(x), rtol=2e-7)
+    np.testing.assert_allclose(call(path, "of_octaves", [found]), twins.of_octaves(found), rtol=4e-6)
+
+
+@pytest.mark.parametrize("near, farthest", [(300, 1.1e6), (10, 1.1e6), (4000, 1.8e6)])
+def test_the_last_way_is_the_end(near: float, farthest: float) -> None:
+    own, dense = twins.way_nodes(near, farthest)
+    assert dense == int(dense) and 0.3 < own / near < 3
+    assert twins.way_at(twins.DISTANCES - 1, own, dense) == pytest.approx(farthest)
 
 
 def test_arc_sine() -> None:
@@ -109,10 +126,51 @@ def test_part_left_and_phases() -> None:
     a, b = units(), units()
     b[:1000] = a[:1000] + 1e-3 * units(1000)  # close to the sun
     b /= np.linalg.norm(b, axis=1, keepdims=True)
+    a, b = (one.astype(float) / np.linalg.norm(one.astype(float), axis=1, keepdims=True) for one in (a, b))
+    cosine, sine2 = (a * b).sum(axis=1), (np.cross(a, b) ** 2).sum(axis=1)
     for g in (-0.9, 0.0, 0.8, 0.99):
-        phases = twins.air_phases(a, b, g)
-        found = call(FOLDER + "phases.wgsl", "air_phases", [a, b, np.float32(g)])
-        np.testing.assert_allclose(found, phases, rtol=2e-3 if g == 0.99 else 2e-5)
+        phase = twins.aerosol_phase(cosine, sine2, g)
+        found = call(FOLDER + "phases.wgsl", "aerosol_phase", [cosine.astype("f4"), sine2.astype("f4"), np.float32(g)])
+        np.testing.assert_allclose(found, phase, rtol=2e-3 if g == 0.99 else 2e-5)
+        by_cosine = 3 / (8 * np.pi) * (1 - g * g) * (1 + cosine**2) / ((2 + g * g) * (1 + g * g - 2 * g * cosine) ** 1.5)
+        np.testing.assert_allclose(phase, by_cosine, rtol=1e-6)
+
+
+def test_quotients_are_undone() -> None:
+    """What is folded with a share is the radiance again."""
+    path = FOLDER + "fill_view.wgsl"
+    rest, aerosol = RNG.uniform(0, 1, (2, COUNT, 3)).astype("f4")
+    aerosol[:5] = 0
+    broad, phase = np.array([0.5, 1, 2], "f4"), RNG.uniform(0.01, 4, COUNT).astype("f4")
+    share = twins.broad_share(rest, aerosol, broad)
+    np.testing.assert_allclose(call(path, "broad_share", [rest, aerosol, broad]), share, rtol=1e-5)
+    assert (share[:5] == twins.MOST_SHARE).all()
+    whole = rest + phase[:, None] * aerosol
+    stored = np.concatenate([whole / (broad + phase[:, None] / share[:, None]), 1 / share[:, None]], axis=1).astype("f4")
+    found = call(VIEW, "daylight_of", [stored, phase, broad, np.array([1, 2, 3], "f4")])
+    np.testing.assert_allclose(found, twins.daylight_of(stored, phase, broad, [1, 2, 3]), rtol=1e-5)
+    np.testing.assert_allclose(found, whole * [1, 2, 3], rtol=1e-5)
+    k, row, column = (RNG.integers(0, most, 100).astype("u4") for most in (twins.DISTANCES, twins.ELEVATIONS, twins.AZIMUTHS))
+    assert (call(path, "node_index", [k, row, column]) == twins.node_index(k, row, column)).all()
+
+
+def test_angles_of_what_is_straight() -> None:
+    ray, to_sun, up = (one.astype(float) for one in (units(), units(1)[0], units(1)[0]))
+    up = np.cross(np.cross(to_sun, up), to_sun) + 0.3 * to_sun
+    up /= np.linalg.norm(up)
+    ahead = to_sun - up * (up @ to_sun)
+    ahead /= np.linalg.norm(ahead)
+    side = np.cross(up, ahead)
+    ray[:500] = to_sun + 1e-3 * ray[:500]
+    long = RNG.uniform(1, 3, COUNT)[:, None] * ray / np.linalg.norm(ray, axis=1, keepdims=True)
+    off = np.stack([long @ side, long @ np.cross(to_sun, side)], axis=-1).astype("f4")
+    toward = np.stack([long @ to_sun, long @ up, long @ ahead], axis=-1).astype("f4")
+    found = call(FOLDER + "compose_metres.wgsl", "angles_of", [off, toward])
+    unit = long / np.linalg.norm(long, axis=1, keepdims=True)
+    truth = unit @ up, unit @ ahead, unit @ to_sun, (np.cross(unit, to_sun) ** 2).sum(axis=1), 1 / np.linalg.norm(long, axis=1)
+    for name, own, true in zip(("mu", "along", "cosine", "sine2", "axial"), twins.angles_of(off, toward), truth, strict=True):
+        np.testing.assert_allclose(own, true, atol=3e-7, rtol=1e-4)
+        np.testing.assert_allclose(found[name], own, atol=1e-6, rtol=1e-5)
 
 
 def test_even_air() -> None:
@@ -164,11 +222,16 @@ def directions(elevation: Any, azimuth: Any) -> np.ndarray:
 def test_a_ray_finds_its_place(table: ViewTable) -> None:
     record, view = table.record([1, 0, 0], [0, 0, 1]), units()
     found = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})
-    at, phases, way, end = twins.daylight_ray(view, record)
+    at, phase, way, end = twins.daylight_ray(view, record)
     np.testing.assert_allclose(found["at"], at, atol=1e-3)
-    np.testing.assert_allclose(found["phases"], phases, rtol=1e-4)
+    np.testing.assert_allclose(found["phase"], phase, rtol=1e-4)
     np.testing.assert_allclose(found["ground"], way, rtol=1e-3)
     np.testing.assert_allclose(found["end"], end, rtol=1e-3)
+    off = np.cross(view, record["to_sun"])
+    angles = view @ record["up"], view @ record["ahead"], view @ record["to_sun"], (off * off).sum(axis=-1)
+    placed = call(VIEW, "daylight_place", angles, bindings={"daylight": record})
+    for name, own in zip(("at", "phase", "ground", "end"), twins.daylight_place(*angles, record), strict=True):
+        np.testing.assert_allclose(placed[name], own, atol=1e-3 if name == "at" else 0, rtol=1e-3)
     record["height"] = 9000
     high = call(VIEW, "daylight_ray", [view], bindings={"daylight": record})["end"]
     assert (high == twins.daylight_ray(view, record)[3]).all() and (high == twins.NO_END).all()

@@ -13,8 +13,10 @@ from airlight.reference.daylight import (
     hoffman_preetham_phase,
 )
 
-ELEVATIONS, AZIMUTHS, DISTANCES = 96, 32, 48  # of the table
+ELEVATIONS, AZIMUTHS, DISTANCES = 104, 32, 62  # of the table
 BELOW = 32  # of the elevations, below the horizon
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+LEAST_SHARE, MOST_SHARE = 1e-4, 100.0  # of light that is not the aerosol's, over the aerosol's without its phase function
 NO_END = 1e9  # m: the way of a ray that meets nothing
 HIGH = 4000.0  # m, of the eye, beyond which sky below the horizon is read at the table's last node
 
@@ -45,58 +47,81 @@ def part_left(x: Any) -> Array:
     return np.asarray(np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1), 1.0))
 
 
-def way_coordinate(t: Any, near: Any, step: Any) -> Array:
+def octaves(x: Any) -> Array:
+    """Evaluates the octave, from 0, that x >= 1 lies in, and where in it: the logarithm to base 2 at powers of 2, straight between."""
+    part, power = np.frexp(np.asarray(x, float))
+    return np.asarray(power - 1 + 2 * part - 1)
+
+
+def of_octaves(y: Any) -> Array:
+    """Evaluates the number that has so many octaves."""
+    whole = np.floor(np.asarray(y, float))
+    return np.asarray(2**whole * (1 + y - whole))
+
+
+def way_coordinate(t: Any, near: Any, dense: Any) -> Array:
     """Evaluates where along the table's texture, 0 to 1, a way of t m lies.
 
-    Nodes stand evenly in ln(1 + t / near); between two it goes as t does. step: that logarithm from node to node.
+    Nodes stand evenly in the octaves of 1 + t / near, dense in each, so that between two it goes as t does.
     """
-    step = np.asarray(step, float)
-    at = np.clip(np.log1p(np.maximum(t, 0) / np.asarray(near, float)) / step, 0, DISTANCES - 1)
-    first = np.minimum(np.floor(at), DISTANCES - 2)
-    return np.asarray((first + np.expm1((at - first) * step) / np.expm1(step) + 0.5) / DISTANCES)
+    at = np.asarray(dense, float) * octaves(1 + np.maximum(t, 0) / np.asarray(near, float))
+    return np.asarray((np.minimum(at, DISTANCES - 1) + 0.5) / DISTANCES)
 
 
-def way_at(nodes: Any, near: Any, step: Any) -> Array:
+def way_at(nodes: Any, near: Any, dense: Any) -> Array:
     """Evaluates the way, m, at a number of nodes, whole or not, from the eye."""
-    return np.asarray(near * np.expm1(np.asarray(nodes, float) * step))
+    return np.asarray(near * (of_octaves(np.asarray(nodes, float) / dense) - 1))
 
 
-def elevation_row(elevation: Any, horizon: Any, warp: Any, rows: Any) -> Array:
-    """Evaluates which row of the table, in nodes from 0, an elevation has, in radians as the horizon.
+def way_nodes(near: float, farthest: float) -> tuple[float, float]:
+    """Evaluates (near, dense) by which the last node lies at a way, m: the whole number of nodes in an octave with near about as wanted."""
+    dense = max(round((DISTANCES - 1) / np.log2(1 + farthest / near)), 1)
+    return float(farthest / (of_octaves((DISTANCES - 1) / dense) - 1)), float(dense)
 
-    Rows stand evenly in ln(1 + e / warp), e the angle from the horizon, and none lies between the last below and the first above it.
-    rows (2,): a unit of that logarithm, below and above.
+
+def elevation_row(mu: Any, level: Any, horizon: Any, rows: Any) -> Array:
+    """Evaluates which row of the table, in nodes from 0, a direction has; beyond the table's ends too.
+
+    Rows stand evenly in the octaves of 1 + tan(e / 2) / warp, e the angle from the horizon, and none lies between the last below and the
+    first above it. mu, level: sine and cosine of the elevation; horizon (2,): those of the horizon's; rows (4,): 1 / warp and rows in an
+    octave, below, then above.
     """
-    elevation = np.asarray(elevation, float)
-    away = np.log1p(np.abs(elevation - horizon) / warp)
-    below = np.maximum(BELOW - 1 - np.asarray(rows)[0] * away, 0)
-    return np.where(elevation >= horizon, np.minimum(BELOW + np.asarray(rows)[1] * away, ELEVATIONS - 1), below)
+    mu, level, (low, flat) = np.asarray(mu, float), np.asarray(level, float), np.asarray(horizon, float)
+    sine = mu * flat - level * low
+    tangent = np.abs(sine) / (1 + level * flat + mu * low)
+    (below, each_below, above, each_above), is_above = np.asarray(rows, float), sine >= 0
+    away = octaves(1 + tangent * np.where(is_above, above, below))
+    return np.asarray(np.where(is_above, BELOW + each_above * away, BELOW - 1 - each_below * away))
 
 
-def rows_a_unit(horizon: float, warp: float) -> tuple[float, float]:
-    """Evaluates how many rows of the table a unit of ln(1 + e / warp) has, below the horizon and above it; radians."""
-    below, above = (float(np.log1p((np.pi / 2 + side * horizon) / warp)) for side in (1, -1))
-    return (BELOW - 1) / below, (ELEVATIONS - BELOW - 1) / above
+def elevation_rows(horizon: float, warp: float) -> tuple[float, float, float, float]:
+    """Evaluates the rows of `elevation_row` by which the last lie at nadir and zenith: whole numbers in an octave; radians.
+
+    warp: within which they are to be about even above the horizon, and twice that below.
+    """
+    found: list[float] = []
+    for count, side, within in ((BELOW, 1, 2 * warp), (ELEVATIONS - BELOW, -1, warp)):
+        most = np.tan((np.pi / 2 + side * horizon) / 2)
+        each = round((count - 1) / np.log2(1 + most / np.tan(within / 2)))
+        found += [float((of_octaves((count - 1) / each) - 1) / most), float(each)]
+    below, each_below, above, each_above = found
+    return below, each_below, above, each_above
 
 
-def row_elevations(horizon: float, warp: float) -> Array:
-    """Evaluates the elevations (ELEVATIONS,), radians, of the table's rows for a horizon."""
-
-    def away(count: int, most: float) -> Array:
-        """Give the angles from the horizon of rows on one side of it."""
-        return np.asarray(warp * np.expm1(np.linspace(0, 1, count) * np.log1p(most / warp)))
-
-    up, down = np.pi / 2 - horizon, np.pi / 2 + horizon
-    return np.concatenate([horizon - away(BELOW, down)[::-1], horizon + away(ELEVATIONS - BELOW, up)])
+def row_elevations(horizon: float, rows: Any) -> Array:
+    """Evaluates the elevations (ELEVATIONS,), radians, of the table's rows for a horizon. rows: of `elevation_rows`."""
+    below, each_below, above, each_above = rows
+    down = 2 * np.arctan((of_octaves(np.arange(BELOW) / each_below) - 1) / below)
+    up = 2 * np.arctan((of_octaves(np.arange(ELEVATIONS - BELOW) / each_above) - 1) / above)
+    return np.concatenate([horizon - down[::-1], horizon + up])
 
 
-def azimuth_column(mu: Any, along: Any) -> Array:
+def azimuth_column(level: Any, along: Any) -> Array:
     """Evaluates which column of the table, in nodes from 0, a direction has: even in the sine of half its azimuth from the sun's.
 
-    mu: its cosine to the vertical; along: to the level direction towards the sun.
+    level: its cosine to the ground; along: to the level direction towards the sun.
     """
-    mu = np.asarray(mu, float)
-    cosine = np.asarray(along, float) / np.sqrt(np.maximum(1 - mu * mu, 1e-12))
+    cosine = np.asarray(along, float) / np.maximum(level, 1e-6)
     return np.asarray((AZIMUTHS - 1) * np.sqrt(np.clip((1 - cosine) / 2, 0, 1)))
 
 
@@ -105,33 +130,70 @@ def column_azimuths() -> Array:
     return np.asarray(2 * np.arcsin(np.linspace(0, 1, AZIMUTHS)))
 
 
-def air_phases(a: Any, b: Any, g: Any) -> Array:
-    """Evaluates (..., 2) the phase functions of Rayleigh's air and of the aerosol, 1/sr, between unit vectors.
+def aerosol_phase(cosine: Any, sine2: Any, g: Any) -> Array:
+    """Evaluates the phase function of the aerosol, 1/sr. Cornette and Shanks 1992.
 
-    g: the aerosol's anisotropy. Cornette and Shanks 1992.
+    cosine, sine2: of the angle between ray and sun, and its sine squared; g: the aerosol's anisotropy.
     """
-    a, b, g = (np.asarray(one, float) for one in (a, b, g))
-    apart = ((a - b) ** 2).sum(axis=-1) / 2
-    cosine = 1 - apart
-    turned = 3 / (16 * np.pi) * (1 + cosine**2)
-    return np.stack([turned, turned * 2 * (1 - g * g) / ((2 + g * g) * (1 + g * g - 2 * g * cosine) ** 1.5)], axis=-1)
+    cosine, g = np.asarray(cosine, float), np.asarray(g, float)
+    to_peak = cosine * np.sign(g)
+    apart = np.where(to_peak > 0, np.asarray(sine2, float) / np.maximum(1 + to_peak, 1), 1 - to_peak)
+    under = (1 - abs(g)) ** 2 + 2 * abs(g) * apart
+    return np.asarray(3 / (8 * np.pi) * (1 - g * g) / (2 + g * g) * (1 + cosine**2) / under**1.5)
 
 
-def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array, Array]:
-    """Place view rays (..., 3), unit, in the table that a record describes: coordinates and phases (..., 2), ways (...).
+def node_index(k: Any, row: Any, column: Any) -> Array:
+    """Evaluates where what a ray gathers up to node k of its way is kept."""
+    return np.asarray((np.asarray(k) * ELEVATIONS + row) * AZIMUTHS + column)
 
+
+def broad_share(rest: Any, aerosol: Any, broad: Any) -> Array:
+    """Evaluates light (..., 3) that is no aerosol's over the aerosol's without its phase function and times broad, as luminances."""
+    sharp = (np.asarray(broad, float) * np.asarray(aerosol, float)) @ LUMINANCE
+    share = np.asarray(rest, float) @ LUMINANCE / np.where(sharp > 0, sharp, 1)
+    return np.asarray(np.where(sharp > 0, np.clip(share, LEAST_SHARE, MOST_SHARE), MOST_SHARE))
+
+
+def daylight_of(stored: Any, phase: Any, broad: Any, irradiance: Any) -> Array:
+    """Evaluates the radiance (..., 3) of what a texture of the table holds of a ray."""
+    stored, phase = np.asarray(stored, float), np.asarray(phase, float)[..., None]
+    return np.asarray(np.asarray(irradiance, float) * stored[..., :3] * (np.asarray(broad, float) + stored[..., 3:] * phase))
+
+
+def daylight_place(mu: Any, along: Any, cosine: Any, sine2: Any, record: Any) -> tuple[Array, Array, Array, Array]:
+    """Place view rays in the table that a record describes: coordinates (..., 2), the aerosol's phase function and ways (...).
+
+    mu, along, cosine: of the angles to the vertical, the level direction towards the sun and the sun; sine2: squared sine of the last.
     record: of view_table.wgsl's Daylight. The ways, m, are that to the ground, NO_END for rays that miss it, and that at which the table
     holds all of the ray.
     """
-    direction = np.asarray(direction, float)
-    up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
-    mu = (direction * up).sum(axis=-1)
-    row = elevation_row(np.arcsin(np.clip(mu, -1, 1)), float(record["horizon"]), float(record["warp"]), record["rows"])
-    column = azimuth_column(mu, (direction * ahead).sum(axis=-1))
+    mu = np.asarray(mu, float)
+    level = np.sqrt(np.maximum(1 - mu * mu, 0))
+    at = np.stack([azimuth_column(level, along), elevation_row(mu, level, record["horizon"], record["rows"])], axis=-1)
     way = np.minimum(distance_to_ground(float(record["height"]), mu), NO_END)
     end = way if record["height"] <= HIGH else np.full(way.shape, NO_END)
-    at = (np.stack([column, row], axis=-1) + 0.5) / (AZIMUTHS, ELEVATIONS)
-    return at, air_phases(direction, to_sun, float(record["anisotropy"])), way, end
+    return (at + 0.5) / (AZIMUTHS, ELEVATIONS), aerosol_phase(cosine, sine2, float(record["anisotropy"])), way, end
+
+
+def daylight_ray(direction: Any, record: Any) -> tuple[Array, Array, Array, Array]:
+    """Place view rays (..., 3), unit, in the table that a record describes, as `daylight_place` does."""
+    direction = np.asarray(direction, float)
+    up, ahead, to_sun = (np.asarray(record[name], float) for name in ("up", "ahead", "to_sun"))
+    off = np.cross(direction, to_sun)
+    return daylight_place(direction @ up, direction @ ahead, direction @ to_sun, (off * off).sum(axis=-1), record)
+
+
+def angles_of(off: Any, toward: Any) -> tuple[Array, Array, Array, Array, Array]:
+    """Evaluates the angles of rays, of any length from 1 along the view's axis: cosines to the vertical, to the level direction towards the
+    sun and to the sun, the squared sine of the last, and the cosine to the axis.
+
+    off (..., 2): how far they leave the sun's direction, sideways and up; toward (..., 3): how far they go to the sun, up, and along the
+    level direction towards the sun.
+    """
+    off, toward = np.asarray(off, float), np.asarray(toward, float)
+    away = (off * off).sum(axis=-1)
+    shorter = 1 / np.sqrt(away + toward[..., 0] ** 2)
+    return toward[..., 1] * shorter, toward[..., 2] * shorter, toward[..., 0] * shorter, away * shorter**2, shorter
 
 
 def way_in_even_air(mu: Any) -> Array:

@@ -82,7 +82,7 @@ class DaylightPass:
         out = np.zeros((), COMPOSE)
         out["rays"], out["flat_rays"] = eye_rays(projection)
         out["depth"] = depth_terms(projection)
-        out["ground"], out["size"] = np.broadcast_to(ground, (3,)), self.size
+        out["ground"] = np.broadcast_to(ground, (3,))
         out["edge"] = 0.5 * abs(out["rays"][0]) / self.size[0]
         out["disc_radius"], share = drawn_disc(float(out["edge"]))
         out["disc"] = share * np.broadcast_to(irradiance, (3,)) / SUN_SOLID_ANGLE if disc else 0
@@ -104,7 +104,7 @@ class DaylightPass:
         targets = (self.radiance, self.transmittance) if parts else (self.picture,)
         formats = "+".join(texture.format for texture in targets)
         constants = {"SHADOWED": shadow is not None, **self._constants}
-        pipeline = self.device.raster(self._file, "cover", "parts" if parts else "compose", formats, **constants)
+        pipeline = self.device.raster(self._file, "cover_rays", "parts" if parts else "compose", formats, **constants)
         given = depth, source, source if shadow is None else shadow, self._daylight, *self._table.resources
         if self._bound is None or any(one is not other for one, other in zip(self._bound[0], given)):
             self._bound = given, self.device.bind(self._file, self._record, *given)

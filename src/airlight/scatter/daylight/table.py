@@ -13,22 +13,32 @@ from airlight.gpu.device import Device
 from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import compute
 from airlight.reference.daylight import AEROSOL_HEIGHT, LEVEL_TO_TOP, TOP_RADIUS, horizon_cosine
-from airlight.reference.daylight_view import AZIMUTHS, DISTANCES, ELEVATIONS, column_azimuths, row_elevations, rows_a_unit
+from airlight.reference.daylight_view import (
+    AZIMUTHS,
+    BELOW,
+    DISTANCES,
+    ELEVATIONS,
+    column_azimuths,
+    elevation_rows,
+    row_elevations,
+    way_nodes,
+)
 from airlight.scatter.daylight.further import Further, numbers_of
 
 FILL, VIEW = "scatter/daylight/fill_view.wgsl", "scatter/daylight/view_table.wgsl"
 RECORD, RAY, DAYLIGHT = struct_dtype(FILL, "Fill"), struct_dtype(FILL, "ViewRay"), struct_dtype(VIEW, "Daylight")
+SUMS = struct_dtype(FILL, "Sums")
 WIDEST = 16384.0  # that radiance of an irradiance of 1 is stored as: of half floats' 65504
 TWILIGHT = 0.25  # powers of 10 by which light falls, or more, for a degree of the sun below the horizon
-NEAREST, NEAREST_BY_HEIGHT = 300.0, 0.125  # m, within which the table is even over the way, or that part of the eye's height
-WARP, WARP_BY_DIP = np.radians(1), 0.2  # radians within which it is even over elevation, and what is added of the horizon's depression
+NEAREST, NEAREST_BY_HEIGHT, NEAREST_HIGH = 300.0, 0.08, 1500.0  # m, about even over the way within; by the eye's height, up to the last
+WARP, WARP_BY_DIP = np.radians(0.4), 0.07  # radians within which it is even over elevation, and what is added of the horizon's depression
 
 
 class ViewTable:
     """Holds on the device what view rays gather up to any distance, for one air, one elevation of the sun and one altitude of the eye.
 
-    textures: of sunlight scattered once by Rayleigh's air, and by the aerosol, without phase functions; of all but the aerosol's part of
-    that; and transmittance: in the order of view_table.wgsl's bindings, before a linear sampler.
+    textures: of sunlight scattered once, of all light, as quotients, and transmittance: in the order of view_table.wgsl's bindings, before
+    a linear sampler.
     """
 
     def __init__(self, device: Device) -> None:
@@ -36,9 +46,10 @@ class ViewTable:
         usage = device.wgpu.TextureUsage
         flags = usage.TEXTURE_BINDING | usage.STORAGE_BINDING | usage.COPY_SRC
         size = (DISTANCES, AZIMUTHS, ELEVATIONS)
-        solid = [device.device.create_texture(size=size, dimension="3d", format="rgba16float", usage=flags) for _ in range(3)]
+        solid = [device.device.create_texture(size=size, dimension="3d", format="rgba16float", usage=flags) for _ in range(2)]
         self.textures = (*solid, device.texture(DISTANCES, ELEVATIONS, "rgba16float"))
-        self._pipeline = device.pipeline(FILL, "fill_view")
+        self._fill, self._fold = (device.pipeline(FILL, entry) for entry in ("fill_view", "fold_view"))
+        self._gathered = device.buffer(size=SUMS.itemsize * AZIMUTHS * ELEVATIONS * DISTANCES)
         self._record = device.buffer(size=RECORD.itemsize, uniform=True)
         self._rays = device.buffer(size=RAY.itemsize * AZIMUTHS * ELEVATIONS)
         self._further = Further(device)
@@ -71,27 +82,34 @@ class ViewTable:
         horizon, mu_sun = float(np.arcsin(horizon_cosine(height))), float(np.sin(np.radians(sun)))
         warp = float(WARP - WARP_BY_DIP * horizon)
         density = np.exp(-height / AEROSOL_HEIGHT)
-        near = min(max(NEAREST, NEAREST_BY_HEIGHT * height), float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
+        even = max(NEAREST, min(NEAREST_BY_HEIGHT * height, NEAREST_HIGH))
+        near = min(even, float(0.125 / np.max(c.rayleigh + c.aerosol_extinction * density)))
         farthest = LEVEL_TO_TOP - TOP_RADIUS * np.sin(horizon)  # along the ground's horizon, to the end of the air
-        step = float(np.log1p(farthest / near) / (DISTANCES - 1))
+        near, dense = way_nodes(near, float(farthest))
+        rows = elevation_rows(horizon, warp)
         scale = WIDEST * 10 ** (TWILIGHT * max(0.0, -(sun - np.degrees(horizon))))
         record = np.zeros((), RECORD)
         by_name = {"rayleigh": c.rayleigh, "aerosol": c.aerosol_scattering, "extinct": c.aerosol_extinction, "ozone": c.ozone}
         for name, values in by_name.items():
             record[name][: len(c.nm)] = values
         record["to_channels"][: len(c.nm), :3] = c.to_channels.T
-        self._shared = {"height": height, "near": near, "step": step}
+        rayleigh, aerosol = c.to_channels @ c.rayleigh, c.to_channels @ c.aerosol_scattering
+        broad = rayleigh / aerosol if np.all(aerosol > 0) else rayleigh
+        self._shared = {"height": height, "near": near, "dense": dense, "anisotropy": c.anisotropy, "broad": broad / broad[1]}
         for name, value in (self._shared | {"mu_sun": mu_sun, "sun": sun, "reach": reach(sun), "scale": scale}).items():
             record[name] = value
         record["rows"], record["columns"] = SIZE
+        record["sun_row"] = BELOW + np.argmin(np.abs(row_elevations(horizon, rows)[BELOW:] - np.radians(sun)))
         self.device.queue.write_buffer(self._record, 0, record.tobytes())
-        self.device.queue.write_buffer(self._rays, 0, _rays(height, horizon, warp, np.radians(sun)).tobytes())
-        bind = self.device.bind(FILL, self._record, self._rays, self._depths, self._further.buffer, *self.textures)
+        self.device.queue.write_buffer(self._rays, 0, _rays(height, horizon, rows, np.radians(sun)).tobytes())
+        bind = self.device.bind(FILL, self._record, self._rays, self._depths, self._further.buffer, self._gathered, *self.textures)
         encoder = self.device.encoder()
-        compute(encoder, self._pipeline, bind, (-(-AZIMUTHS // 8), -(-ELEVATIONS // 8)), "daylight table")
+        groups = -(-AZIMUTHS // 8), -(-ELEVATIONS // 8)
+        compute(encoder, self._fill, bind, groups, "daylight table")
+        compute(encoder, self._fold, bind, (*groups, DISTANCES), "daylight table")
         self.device.submit(encoder)
         self._key = own, sun, height
-        self._shared |= {"anisotropy": c.anisotropy, "horizon": horizon, "warp": warp, "rows": rows_a_unit(horizon, warp)}
+        self._shared |= {"horizon": (np.sin(horizon), np.cos(horizon)), "rows": rows}
         self._scale = scale
         return True
 
@@ -115,12 +133,13 @@ class ViewTable:
         return out
 
 
-def _rays(height: float, horizon: float, warp: float, sun: float) -> np.ndarray:
+def _rays(height: float, horizon: float, rows: tuple[float, ...], sun: float) -> np.ndarray:
     """Make (ELEVATIONS, AZIMUTHS) records of the table's rays, and where they lie in the earth's shadow; radians."""
-    elevation, azimuth = np.meshgrid(row_elevations(horizon, warp), column_azimuths(), indexing="ij")
+    elevation, azimuth = np.meshgrid(row_elevations(horizon, rows), column_azimuths(), indexing="ij")
     mu, mu_sun = np.sin(elevation), np.full(elevation.shape, np.sin(sun))
     cosine = np.clip(mu * mu_sun + np.cos(elevation) * np.cos(sun) * np.cos(azimuth), -1, 1)
+    apart = np.sin((elevation - sun) / 2) ** 2 + np.cos(elevation) * np.cos(sun) * np.sin(azimuth / 2) ** 2  # (1 - cosine) / 2
     out = np.zeros(elevation.shape, RAY)
-    out["mu"], out["cosine"], out["azimuth"] = mu, cosine, azimuth
+    out["mu"], out["cosine"], out["sine2"], out["azimuth"] = mu, cosine, 4 * apart * (1 - apart), azimuth
     out["first"], out["last"] = earth_shadow(np.full(elevation.shape, height), mu, mu_sun, cosine)
     return out
