@@ -1,0 +1,50 @@
+// Daylight on the picture of a scene: what the air adds to each pixel, and its transmittance, over the way to what is seen there:
+//
+//     L = L0 T + (1 - D) L1 + Lms
+//
+// Fog of a medium lies before it all.
+//! include "scatter/march/air_ray.wgsl"
+override FOGGED: bool = false;  // a medium's layer lies before the air's
+override KEEPS: bool = false;   // where nothing is drawn the picture shows the sky already
+
+struct Heaven {
+    ground: vec3f,              // radiance of level ground, beyond what is drawn
+    disc_radius: f32,           // radians
+    disc: vec3f,                // radiance of the sun's disc above the air
+    pixel: f32,                 // radians that a pixel is wide
+}
+
+@group(0) @binding(6) var<uniform> heaven: Heaven;
+@group(0) @binding(7) var fog_radiance: texture_2d<f32>;
+@group(0) @binding(8) var fog_transmittance: texture_2d<f32>;
+@group(0) @binding(9) var through: texture_storage_2d<rgba32float, write>;
+
+/// Write the layer of a pixel: radiance that is added, and the transmittance; 0 where nothing is drawn, and the sky replaces the picture. `before`
+/// holds D L1; a texel of 0 where nothing is hidden: the same code for both, to the bit.
+@compute @workgroup_size(8, 8)
+fn add_air(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= frame.pixels)) { return; }
+    let ray = air_ray(id.xy);
+    let sky = daylight_ray(ray.direction);
+    let is_sky = ray.reach >= NO_END;
+    let t = select(ray.reach, sky.ground, is_sky);
+    let missing = textureLoad(before, min(id.xy, textureDimensions(before) - 1u), 0).rgb;
+    var radiance = max(daylight_single(sky, t) - missing, vec3f(0.0)) + daylight_multiple(sky, t);
+    var left = daylight_transmittance(sky, t);
+    if (is_sky) {
+        // Behind the air are the sun's disc, or the ground
+        let off = ray.direction - daylight.to_sun;
+        let away = sqrt(dot(off, off)); // radians, where it matters
+        let disc = heaven.disc * clamp((heaven.disc_radius - away) / heaven.pixel + 0.5, 0.0, 1.0);
+        let behind = select(disc, heaven.ground, sky.ground < NO_END);
+        radiance = select(radiance + left * behind, vec3f(0.0), KEEPS);
+        left = vec3f(f32(KEEPS));
+    }
+    if (FOGGED) {
+        let fog = textureLoad(fog_transmittance, id.xy, 0).rgb;
+        radiance = textureLoad(fog_radiance, id.xy, 0).rgb + fog * radiance;
+        left *= fog;
+    }
+    textureStore(layer, id.xy, vec4f(radiance, min(ray.reach, 1e10)));
+    textureStore(through, id.xy, vec4f(left, 1.0));
+}
