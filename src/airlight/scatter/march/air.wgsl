@@ -12,7 +12,8 @@
 @group(0) @binding(7) var<storage, read> light_storage: Light; // a copy that loops may hang on
 
 const FARTHEST = 1e6;           // m, to which shadows are looked up
-const FOG_PIECES = 6.0;         // of a ray in fog, between which C is read
+const FOG_DEEPEST = 8.0;        // depths of fog, above which it takes next to nothing
+const FOG_PIECES = 8.0;         // of a ray in fog, between which C is read
 const FOG_SAMPLES = 4.0;        // of a piece
 const FOG_NEAR = 30.0;          // m from the eye, within which pieces are equally long; farther away they grow
 
@@ -45,13 +46,14 @@ fn sunlight_left(i: u32, ray: Ray, t: f32, position: vec2f, depth: f32) -> vec3f
 
 /// Integrate what the fog takes of the sun's light over a ray: pieces of it that grow with the distance, in each of which C is as good as straight.
 fn missing_in_fog(ray: Ray, sky: DaylightRay) -> vec3f {
-    let grown = log(1.0 + ray.reach / FOG_NEAR) / FOG_PIECES;
-    var before = daylight_single(sky, 0.0);
+    let most = clip_range(vec2f(0.0, ray.reach), FOG_DEEPEST * frame.fog_depth - height(ray.origin), -dot(frame.up, ray.direction));
+    let grown = log(1.0 + max(most.y - most.x, 0.0) / FOG_NEAR) / FOG_PIECES;
+    var t = most.x;
+    var before = daylight_single(sky, t);
     var sum = vec3f(0.0);
-    var t = 0.0;
     var k = 0.0;
     loop {
-        let end = FOG_NEAR * (exp((k + 1.0) * grown) - 1.0);
+        let end = most.x + FOG_NEAR * (exp((k + 1.0) * grown) - 1.0);
         var taken = vec3f(0.0);
         var step = 0.5;
         loop {

@@ -3,33 +3,48 @@
 //! include "scatter/march/air.wgsl"
 //! include "scatter/march/segments.wgsl"
 
-const MOST_PIECES = 64.0;       // of a segment
+const MOST_PIECES = 64.0;       // of a part of a segment
 const PIECE_CELLS = 1.0;        // of the table of what dims the sun, that a piece is long
 const FOG_DEPTHS = 0.25;        // of the fog, that a piece may rise
 
 var<private> sky: DaylightRay;
 var<private> lit_until: f32;    // m, where the last lit segment ends
 
+/// Place the k-th piece of a segment, or a part of one, with so many before, on and after a range in it. Twin: reference/march_air.py:piece_place.
+fn piece_place(k: f32, segment: vec2f, inside: vec2f, counts: vec3f) -> f32 {
+    if (k <= counts.x) { return mix(segment.x, inside.x, k / max(counts.x, 1.0)); }
+    if (k <= counts.x + counts.y) { return mix(inside.x, inside.y, (k - counts.x) / max(counts.y, 1.0)); }
+    return mix(inside.y, segment.y, min((k - counts.x - counts.y) / max(counts.z, 1.0), 1.0));
+}
+
 /// Integrate what sunlight is missing over a segment of a ray that view i lights, or not, but for what is missing in fog alone: `left` is what
 /// glass leaves of it.
 fn missing_in_segment(i: u32, ray: Ray, segment: vec2f, is_lit: bool, left: vec3f) -> vec3f {
     let begin = daylight_single(sky, segment.x);
     if (!(TABLE || FADES)) { return select(vec3f(1.0), 1.0 - left, is_lit) * (daylight_single(sky, segment.y) - begin); }
-    // Divide the segment where the table of what dims the sun may hold something, or fog changes
-    let long = segment.y - segment.x;
-    var pieces = 1.0;
-    if (TABLE) { pieces += ceil(max(min(segment.y, shaded.y) - max(segment.x, shaded.x), 0.0) / (PIECE_CELLS * light.shade_cell)); }
-    if (FADES) { pieces += ceil(long * abs(dot(frame.up, ray.direction)) / (FOG_DEPTHS * frame.fog_depth)); }
-    pieces = min(pieces, MOST_PIECES);
+    // Divide the segment at the ends of the table of what dims the sun, and into pieces there, or where fog changes
+    var inside = segment.xx;
+    var counts = vec3f(0.0, 0.0, 1.0);
+    if (TABLE) {
+        let within = clamp(shaded, segment.xx, segment.yy);
+        inside = select(segment.xx, within, within.y > within.x);
+        counts = vec3f(1.0, ceil((inside.y - inside.x) / (PIECE_CELLS * light.shade_cell)), 1.0);
+    }
+    if (FADES) {
+        let lengths = vec3f(inside.x - segment.x, inside.y - inside.x, segment.y - inside.y);
+        counts += ceil(lengths * abs(dot(frame.up, ray.direction)) / (FOG_DEPTHS * frame.fog_depth));
+    }
+    counts = min(counts, vec3f(MOST_PIECES));
+    let pieces = counts.x + counts.y + counts.z;
     var sum = vec3f(0.0);
     var before = begin;
     var k = 0.0;
     loop {
-        let t = segment.x + (k + 0.5) / pieces * long;
+        let t = piece_place(k + 0.5, segment, inside, counts);
         var found = vec3f(1.0);
         if (FADES) { found = left_by_fog(ray, t); }
         if (is_lit) { found -= left * transmittance(light_length(ray, t), frame.sigma_t); }
-        let now = daylight_single(sky, segment.x + (k + 1.0) / pieces * long);
+        let now = daylight_single(sky, piece_place(k + 1.0, segment, inside, counts));
         sum += found * (now - before);
         before = now;
         k += 1.0;
