@@ -4,6 +4,7 @@
 //
 // Fog of a medium lies before it all.
 //! include "scatter/march/air_ray.wgsl"
+//! include "scatter/march/upsampling.wgsl"
 override FOGGED: bool = false;  // a medium's layer lies before the air's
 override KEEPS: bool = false;   // where nothing is drawn the picture shows the sky already
 
@@ -19,17 +20,14 @@ struct Heaven {
 @group(0) @binding(8) var fog_transmittance: texture_2d<f32>;
 @group(0) @binding(9) var through: texture_storage_2d<rgba32float, write>;
 
-/// Write the layer of a pixel: radiance that is added, and the transmittance; 0 where nothing is drawn, and the sky replaces the picture. `before`
-/// holds D L1; a texel of 0 where nothing is hidden: the same code for both, to the bit.
-@compute @workgroup_size(8, 8)
-fn add_air(@builtin(global_invocation_id) id: vec3u) {
-    if (any(id.xy >= frame.pixels)) { return; }
-    let ray = air_ray(id.xy);
+/// Write the layer of a pixel: radiance that is added, and the transmittance; 0 where nothing is drawn, and the sky replaces the picture. missing:
+/// D L1; 0 where nothing is hidden: the same code for both, to the bit.
+fn put_air(pixel: vec2u, missing: vec3f) {
+    let ray = air_ray(pixel);
     let sky = daylight_ray(ray.direction);
     let is_sky = ray.reach >= NO_END;
     let t = select(ray.reach, sky.ground, is_sky);
-    let missing = textureLoad(before, min(id.xy, textureDimensions(before) - 1u), 0).rgb;
-    var radiance = max(daylight_single(sky, t) - missing, vec3f(0.0)) + daylight_multiple(sky, t);
+    var radiance = max(daylight_whole(sky, t) - missing, vec3f(0.0));
     var left = daylight_transmittance(sky, t);
     if (is_sky) {
         // Behind the air are the sun's disc, or the ground
@@ -41,10 +39,29 @@ fn add_air(@builtin(global_invocation_id) id: vec3u) {
         left = vec3f(f32(KEEPS));
     }
     if (FOGGED) {
-        let fog = textureLoad(fog_transmittance, id.xy, 0).rgb;
-        radiance = textureLoad(fog_radiance, id.xy, 0).rgb + fog * radiance;
+        let fog = textureLoad(fog_transmittance, pixel, 0).rgb;
+        radiance = textureLoad(fog_radiance, pixel, 0).rgb + fog * radiance;
         left *= fog;
     }
-    textureStore(layer, id.xy, vec4f(radiance, min(ray.reach, 1e10)));
-    textureStore(through, id.xy, vec4f(left, 1.0));
+    textureStore(layer, pixel, vec4f(radiance, min(ray.reach, 1e10)));
+    textureStore(through, pixel, vec4f(left, 1.0));
+}
+
+/// Put the air before a pixel of the picture, where D L1 is known; of one texel if nothing is hidden.
+@compute @workgroup_size(8, 8)
+fn add_air(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= frame.pixels)) { return; }
+    put_air(id.xy, textureLoad(before, min(id.xy, textureDimensions(before) - 1u), 0).rgb);
+}
+
+/// Put the air before a pixel for which D L1 was upsampled.
+fn put_upsampled(pixel: vec2u, ray: Ray, own: f32, color: vec4f) {
+    put_air(pixel, color.rgb);
+}
+
+/// Put the air before the pixels between four at which D L1 is known.
+@compute @workgroup_size(8, 8)
+fn add_air_between(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy > frame.size)) { return; }
+    upsample_between(id.xy);
 }

@@ -16,7 +16,7 @@ from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.reference.daylight import SUN_ANGULAR_RADIUS
 from airlight.scatter.daylight.table import DAYLIGHT, ViewTable
 from airlight.scatter.march.hierarchies import GROUP, Hierarchies
-from airlight.scatter.march.march import FILTERS, UPSAMPLE, no_shadow
+from airlight.scatter.march.march import FILTERS, no_shadow
 from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Dimming, Varying
@@ -71,8 +71,7 @@ class AirLayer:
         self._dimming = self._nothing
         self._no_glass = device.buffer(size=32)
         self._cookie = device.texture(1, 1, "rgba16float")  # which is bound, and not read
-        self._hidden: Any = None  # D L1, of the picture's size
-        self._marched: Any = None  # of a part of it
+        self._hidden: Any = None  # D L1, of `_size`
         self._spare = device.texture(1, 1, "rgba32float")
         self._size = pixels
         self._shadow: Shadow | None = None
@@ -122,44 +121,38 @@ class AirLayer:
             self._hierarchies.fit([shadow.texture])
         else:
             self._flags |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(march.shadow_filter), "SNAP": march.snap}
-        if self._hidden is None:
-            self._hidden = device.texture(*self.pixels, "rgba32float")
-        if self._size != self.pixels and (self._marched is None or self._marched.size[:2] != self._size):
-            self._marched = device.texture(*self._size, "rgba32float")
+        if self._hidden is None or self._hidden.size[:2] != self._size:
+            self._hidden = device.texture(*self._size, "rgba32float")
 
     def record(self, encoder: Any, depth: Any, fog: Sequence[Any] | None = None, timer: Timer | None = None) -> None:
         """Record the passes, from the picture's depth. fog: radiance and transmittance of a medium before the air, textures of its size."""
         device = self.device
         if self._shadow is not None:
             self._look_up(encoder, depth, timer)
+        is_whole = self._shadow is None or self._size == self.pixels
+        pipeline = device.pipeline(ADD, "add_air" if is_whole else "add_air_between", FOGGED=fog is not None, KEEPS=self._keeps)
         hidden = self._spare if self._shadow is None else self._hidden
-        pipeline = device.pipeline(ADD, "add_air", FOGGED=fog is not None, KEEPS=self._keeps)
-        fog = fog or (self._spare, self._spare)
+        behind = hidden, self.layer, self._heaven, *(fog or (self._spare, self._spare)), self.transmittance
         shadow = self._map_view(no_shadow(device))
-        behind = hidden, self.layer, self._heaven, *fog, self.transmittance
         bind = device.bind(ADD, self._frame, self._light, depth, shadow, *behind, self._daylight, *self.table.resources)
-        compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in self.pixels), "daylight", timer)
+        size = self.pixels if is_whole else (self._size[0] + 1, self._size[1] + 1)
+        compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in size), "daylight", timer)
 
     def _look_up(self, encoder: Any, depth: Any, timer: Timer | None) -> None:
-        """Record the look-ups of shadows, and their upsampling."""
+        """Record the look-ups of shadows."""
         assert self._shadow is not None
-        device, shadow, whole = self.device, self._shadow, self._size == self.pixels
+        device, shadow = self.device, self._shadow
         if self._radius is not None:
             self._moments.record(encoder, self._radius, [shadow.drawn], timer)
         if self._exact:
             self._hierarchies.record(encoder, [shadow.texture], no_shadow(device), timer)
-        target, map_view = self._hidden if whole else self._marched, self._map_view(shadow.texture)
         path = WALK if self._exact else STEPS
-        bound = {0: self._foggy, 1: self._light, 2: depth, 3: map_view, 4: self._spare, 5: target, 7: self._light}
+        bound = {0: self._foggy, 1: self._light, 2: depth, 3: self._map_view(shadow.texture), 4: self._spare, 5: self._hidden, 7: self._light}
         bound |= {6: self._hierarchies.buffers[0]} if self._exact else {6: noise_texture(device), 14: self._moments.views[0]}
         bound |= self._dimming.resources | {13: shadow.glass or self._no_glass, 18: self._cookie, 19: device.sampler()}
         pipeline = device.pipeline(path, "look_up", **self._flags)
         bind = device.bind(path, *(bound[i] for i in sorted(bound)), self._daylight, *self.table.resources)
         compute(encoder, pipeline, bind, tuple(-(-side // GROUP) for side in self._size), "daylight shadows", timer)
-        if not whole:
-            pipeline = device.pipeline(UPSAMPLE, "upsample")
-            bind = device.bind(UPSAMPLE, self._frame, self._light, depth, map_view, self._marched, self._hidden, self.transmittance)
-            compute(encoder, pipeline, bind, tuple(-(-(side + 1) // GROUP) for side in self._size), "daylight upsample", timer)
 
     @staticmethod
     def _map_view(texture: Any) -> Any:
