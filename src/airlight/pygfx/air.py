@@ -14,7 +14,8 @@ from airlight.options import March, Medium
 from airlight.pygfx.origin import current_origin
 from airlight.scatter.daylight.table import ViewTable
 from airlight.scatter.march.daylight import AirLayer, Sun
-from airlight.scatter.march.march import GROUP
+from airlight.scatter.march.hierarchies import GROUP
+from airlight.scatter.march.march import March as MarchPlan
 from airlight.scatter.methods import METHODS
 
 if TYPE_CHECKING:
@@ -47,10 +48,10 @@ class AirOfScene:
 
     def record(
         self, shafts: "LightShafts", encoder: Any, depth: Any, lights: Sequence[Any], medium: ResolvedMedium | None,
-        fog: Sequence[Any] | None, timer: Timer | None,
+        fog: Any, timer: Timer | None,
     ) -> None:  # fmt: skip
-        """Record the air before the picture's depth. lights: with their shadow maps; medium: resolved, and fog: its radiance and
-        transmittance; None where there is none, and the picture shows the sky already."""
+        """Record the air before the picture's depth. lights: with their shadow maps. medium: resolved; None where there is none, and the
+        picture shows the sky already. fog: what has recorded the medium's layer and transmittance; None: it adds and takes nothing."""
         daylight = shafts.daylight
         if daylight is None:
             self.layer = self._air = None
@@ -65,8 +66,10 @@ class AirOfScene:
         scale = daylight.lux * shafts.pre_exposure
         altitude = daylight.altitude + float(np.linalg.inv(view)[1, 3] + current_origin()[1])
         sun = Sun(daylight.air, daylight.direction, daylight.elevation, scale, daylight.sky.ground * scale, altitude)
+        dimming = fog.dimming(light) if light is not None and isinstance(fog, MarchPlan) else None
         share = shafts.in_scene.share(shafts.parameters)
-        more: Any = {"light": light, "shadow": shadow, "share": share, "jitter": shafts.parameters.offset, "keeps": medium is None}
+        more: Any = {"light": light, "shadow": shadow, "dimming": dimming, "share": share}
+        more |= {"jitter": shafts.parameters.offset, "keeps": medium is None}
         self._air.update(view, projection, sun, medium or resolve(Medium(), March(), "draft", 1.0), **more)
-        self._air.record(encoder, depth, fog, timer)
+        self._air.record(encoder, depth, None if fog is None else (fog.layer, fog.transmittance), timer)
         self.layer = SceneLayer(radiance=self._air.layer, transmittance=self._air.transmittance)

@@ -105,7 +105,7 @@ class MediumState:
         if has_fog:
             self.march.record(encoder, depth, timer)
         self._over = None
-        fog = (self.march.layer, self.march.transmittance) if has_fog else None
+        fog = self.march if has_fog else None
         self._air.record(shafts, encoder, depth, list(zip(lights, shadows, strict=True)), medium, fog, timer)
 
     def _tell(self, shafts: "LightShafts", medium: ResolvedMedium, center: Any, radius: float, more: str | None) -> None:

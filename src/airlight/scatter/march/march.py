@@ -11,26 +11,19 @@ from airlight.gpu.timing import Timer, compute
 from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.scatter.march.cookies import SHAPES, Cookies, shape_of
+from airlight.scatter.march.hierarchies import GROUP, Hierarchies
 from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
-from airlight.scatter.march.varying import Varying
+from airlight.scatter.march.varying import Dimming, Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
 from airlight.shadows import Shadow
 
-SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade", "soften")
-WALK, STEPS, UPSAMPLE, HIERARCHY, TRANSMIT, SHADE, SOFTEN = (f"scatter/march/{name}.wgsl" for name in SHADERS)
+SHADERS = ("walk", "steps", "upsample", "transmit", "fill_shade", "soften")
+WALK, STEPS, UPSAMPLE, TRANSMIT, SHADE, SOFTEN = (f"scatter/march/{name}.wgsl" for name in SHADERS)
 FILTERS = ("nearest", "pcf", "soft", "variance")  # numbered as in steps.wgsl
 BEGIN = dict(LIGHT.fields or {})["begin"][1]  # bytes from the start of a light's record
-GROUP = 8  # invocations along a workgroup
-TILE = 8  # texels along a tile of the depth hierarchy, and tiles along a tile of tiles
-
-
-def tile_count(size: int) -> int:
-    """Counts the tiles of both levels of the depth hierarchy of one view of a shadow map of size x size."""
-    fine, coarse = -(-size // TILE), -(-size // TILE**2)
-    return fine * fine + coarse * coarse
 
 
 def no_shadow(device: Device) -> Any:
@@ -57,12 +50,11 @@ class March:
         self.size = pixels
         self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
         self.profile: Profile | None = None
-        self._row = device.buffer(np.zeros(4, np.uint32).tobytes(), uniform=True)  # of tiles at which a pass over a hierarchy begins
         self._lights: list[Any] = []
         self._shadows: list[Any] = []
         self._glass: list[Any] = []  # of each light, a buffer or None
         self._pipelines: list[Any] = []
-        self._tiles: list[Any] = []  # a buffer each light
+        self._hierarchies = Hierarchies(device)
         self._path = WALK
         self._names: list[str] = []
         self.marched_layers = [self.layer, self.layer]  # of `size`, written in turn by light after light
@@ -72,6 +64,7 @@ class March:
         self._varying = Varying(device)
         self._varies = False
         self._tables: list[tuple[Any, Any]] = []  # a buffer and a texture each light, of what dims it
+        self._shades: dict[int, tuple[PunctualLight, Shade | None]] = {}  # each light, and where the table of what dims it lies
         self._cookies = Cookies(device)
         self._shapes: list[tuple[Any, Any]] = []  # a texture and a sampler each light
         self._fills: list[tuple[int, Any, Any, Shade]] = []  # tables to be filled: light, for what, pipeline, where they lie
@@ -131,13 +124,14 @@ class March:
         self._shadows = [nothing if shadow is None else shadow.texture for _, shadow in passes]
         self._glass = [None if shadow is None else shadow.glass for _, shadow in passes]
         if medium.exact:
-            self._fit_tiles()
+            self._hierarchies.fit(self._shadows)
         averaged = medium.march.shadow_filter == "variance" and not medium.exact
         self._radius = medium.march.variance_radius if averaged else None
         self._drawn = [None if shadow is None else shadow.drawn for _, shadow in passes]
         self._moments.fit(self._shadows if averaged else [nothing] * len(passes))
         self._shapes = [(self._cookies.none, self.device.sampler()) if light is None else self._cookies.of(light) for light, _ in passes]
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
+        self._shades = {}
         self._pipelines, self._tables = [], [(self._varying.voxels, self._varying.no_table)] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
@@ -157,6 +151,7 @@ class March:
                     self._own_frames[i] = self.device.buffer(size=FRAME.itemsize, uniform=True)
                 self.device.queue.write_buffer(self._own_frames[i], 0, record.tobytes())
             shade = self._shade(i, light, medium, region) if self._varies else None
+            self._shades[i] = light, shade
             self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
@@ -182,13 +177,10 @@ class March:
             self._fills.append((i, key, pipeline, shade))
         return shade
 
-    def _fit_tiles(self) -> None:
-        """Allocates a buffer for the depth hierarchy of each light's shadow map."""
-        del self._tiles[len(self._shadows) :]
-        for i, texture in enumerate(self._shadows):
-            size = 4 * tile_count(texture.size[0]) * texture.size[2]
-            if i == len(self._tiles) or self._tiles[i].size != size:
-                self._tiles[i : i + 1] = [self.device.buffer(size=size)]
+    def dimming(self, light: PunctualLight) -> Dimming:
+        """Say what dims a light of the last `update`, whose table is filled by the next `record`."""
+        i = next((i for i, (one, shade) in self._shades.items() if one is light and shade is not None), None)
+        return self._varying.dimming(*((None, None) if i is None else (i, self._shades[i][1])))
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
@@ -218,7 +210,7 @@ class March:
         exact = self._path == WALK
         spare, profile = _no_profile(self.device), self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
-        first, last_one = (self._tiles[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
+        first, last_one = (self._hierarchies.buffers[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
         atlas = self._varying.atlas.texture, self.device.sampler(), texture
         more = first, light, *varying, *panes, *last_one, *atlas, *self._shapes[i]
         return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
@@ -226,7 +218,7 @@ class March:
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
         if self._path == WALK:
-            self._build_hierarchy(encoder, timer)
+            self._hierarchies.record(encoder, self._shadows, no_shadow(self.device), timer)
         for i, key, pipeline, shade in self._fills:
             varying, (buffer, texture), light = self._varying, self._tables[i], self._lights[i]
             atlas = varying.atlas.texture, self.device.sampler(), varying.no_table
@@ -281,20 +273,6 @@ class March:
         if pixel != self._begins.get(i, (0, 0)):
             self._begins[i] = pixel
             self.device.queue.write_buffer(self._lights[i], BEGIN, np.array(pixel, np.uint32).tobytes())
-
-    def _build_hierarchy(self, encoder: Any, timer: Timer | None) -> None:
-        """Records the passes that build each shadow map's depth hierarchy."""
-        for i, (texture, buffer) in enumerate(zip(self._shadows, self._tiles, strict=True)):
-            if texture is no_shadow(self.device):
-                continue
-            size, _, layers = texture.size
-            for entry, along in (("fine", TILE), ("coarse", TILE**2)):
-                pipeline = self.device.pipeline(HIERARCHY, entry)
-                count = -(-size // (along * GROUP))
-                bind = self._bound(("tiles", i), HIERARCHY, texture, buffer, self._row)
-                for row, down in parts(count, kind=(entry, size)):
-                    self.device.queue.write_buffer(self._row, 0, np.array([row * GROUP], np.uint32).tobytes())
-                    compute(encoder, pipeline, bind, (count, down, layers), "march tiles", timer)
 
 
 def passes_of(

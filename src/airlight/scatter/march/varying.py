@@ -1,5 +1,6 @@
 """Keeps on the device what of a medium's density varies: voxels, and the tables of what dims each light."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,19 @@ FIELD = struct_dtype("scatter/march/field.wgsl", "Field")
 MAX_GRIDS = FIELD["grids"].shape[0]
 UNBOUND = 1e9  # index
 Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Dimming:
+    """Says what dims a light on its way through a density that varies.
+
+    shade: where its table lies; None: nothing but closed forms dims it. is_texture: whether the table is in a texture too. resources: what
+    shade.wgsl reads but a cookie, by the numbers of their bindings.
+    """
+
+    shade: Shade | None
+    is_texture: bool
+    resources: dict[int, Any]
 
 
 class Varying:
@@ -117,6 +131,13 @@ class Varying:
             texture, had = solid(self.device, shade.texture_size, "r32float"), None
         self._tables[i] = buffer, texture, had
         return shade, buffer, texture, None if had == key else key
+
+    def dimming(self, i: int | None = None, shade: Shade | None = None) -> Dimming:
+        """Say what dims the i-th light, whose table lies so; None: nothing."""
+        buffer, texture = (self.voxels, self.no_table) if i is None else self._tables[i][:2]
+        linear = self.device.sampler()
+        bound = {8: self.record, 9: self.voxels, 10: buffer, 15: self.atlas.texture, 16: linear, 17: texture}
+        return Dimming(shade, texture is not self.no_table, bound)
 
     def filled(self, i: int, key: Any) -> None:
         """Note what the i-th light's table is filled for: when that is recorded, since a frame may be given up before."""
