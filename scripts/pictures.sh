@@ -91,9 +91,8 @@ daylight() { # README.md, docs/daylight.md
         render valley --daylight air --visibility 30 --sigma-t 0.02 --sun $sun --width 640 --height 480 -o "$work/daylight$sun.png"
     done
     put jpeg $to/daylight-valley.jpg 3 "$work"/daylight5,3.png "$work"/daylight60,50.png "$work"/daylight5,-4.png
-    local hill=examples/photos/hill-sunset
-    $airlight image $hill.jpg -o $to/daylight-hill.jpg --daylight air --depth $hill-depth.exr --fov 50 --light 0.497,0.42 --sun-elevation 6 \
-        --altitude 900 --visibility 10 --sun-strength 4 -y
+    $airlight image examples/photos/hill-sunset.jpg -o $to/daylight-hill.jpg --daylight air --depth examples/depths/hill-sunset.exr \
+        --fov 50 --light 0.497,0.42 --sun-elevation 6 --altitude 900 --visibility 10 --sun-strength 4 -y
 }
 
 animation() { # docs/rendering.md
