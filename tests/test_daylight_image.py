@@ -403,5 +403,6 @@ def test_strengths() -> None:
     hazy = Atmosphere(visibility=3, multiple="none")  # where the sky lights more than the sun
     assert irradiance_of_white(hazy, 8.0, 2.0) * (hazy.irradiance(8.0)[1] @ LUMINANCE) == pytest.approx(math.pi)
     assert irradiance_of_white(air, -10.0, 2.0) == irradiance_of_white(air, 5.0, 2.0)
+    assert irradiance_of_white(Atmosphere(visibility=0.05, multiple="none"), 20.0, 2.0) == 1e9  # where nothing is left of either
     up, turn = np.array([20.0, 40.0, 60.0]), np.array([10.0, 90.0, 170.0])
     assert sky_strength(air, 3.5 * (air.sky(up, turn, 30.0) @ LUMINANCE), up, turn, 30.0, 2.0) == pytest.approx(3.5)
