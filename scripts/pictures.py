@@ -1,6 +1,7 @@
 """What pictures.sh needs beside the `airlight` command: pictures put together, an animation, and caveats with and without their cure.
 
 jpeg OUT COLUMNS IN...   pictures in a grid, as the best JPEG of at most 150 KB, for one picture 250 KB
+small OUT TIMES IN       a picture so many times smaller, averaged; of depths one pixel of each square
 webp OUT FPS IN...       frames as an animated WebP
 border OUT               occluders that cross the border: region 1 and 1.2; needs the package's tests
 behind OUT               a light behind the camera: mirrored, and not
@@ -59,6 +60,20 @@ def write(path: str, codes: np.ndarray, most: int) -> None:
 
 def jpeg(out: str, columns: str, *names: str) -> None:
     write(out, grid(int(columns), [read(name) for name in names]), 250_000 if len(names) == 1 else 150_000)
+
+
+def small(out: str, times: str, name: str) -> None:
+    whole, step = oiio.ImageBuf(name), int(times)
+    pixels = whole.get_pixels(oiio.FLOAT)
+    height, width, channels = pixels.shape[0] // step, pixels.shape[1] // step, pixels.shape[2]
+    squares = pixels[: height * step, : width * step].reshape(height, step, width, step, channels)
+    smaller = squares.mean(axis=(1, 3)) if channels >= 3 else squares[:, step // 2, :, step // 2]
+    spec = oiio.ImageSpec(width, height, channels, whole.spec().format)
+    spec.channelnames = whole.spec().channelnames
+    made = oiio.ImageBuf(spec)
+    made.set_pixels(oiio.ROI(), np.ascontiguousarray(smaller))
+    if not made.write(out):
+        sys.exit(made.geterror())
 
 
 def webp(out: str, fps: str, *names: str) -> None:
@@ -236,7 +251,7 @@ def turned(degrees: str) -> None:
     print(f"{12 + 100 * math.sin(angle):.2f},15,{106 - 100 * math.cos(angle):.2f}")
 
 
-COMMANDS = (jpeg, webp, border, behind, streaks, points, guide, looks, turned)
+COMMANDS = (jpeg, small, webp, border, behind, streaks, points, guide, looks, turned)
 
 if __name__ == "__main__":
     {command.__name__: command for command in COMMANDS}[sys.argv[1]](*sys.argv[2:])

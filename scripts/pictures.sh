@@ -91,6 +91,26 @@ daylight() { # README.md, docs/daylight.md
         render valley --daylight air --visibility 30 --sigma-t 0.02 --sun $sun --width 640 --height 480 -o "$work/daylight$sun.png"
     done
     put jpeg $to/daylight-valley.jpg 3 "$work"/daylight5,3.png "$work"/daylight60,50.png "$work"/daylight5,-4.png
+    $airlight image examples/photos/hill-sunset.jpg -o $to/daylight-hill.jpg --daylight air --depth examples/depths/hill-sunset.exr \
+        --fov 50 --light 0.497,0.42 --sun-elevation 6 --altitude 900 --visibility 10 --sun-strength 4 -y
+}
+
+models() { # of daylight, docs/daylight.md: a photograph's sky drawn anew, by each of a sun at 4 degrees, then at 45
+    put small "$work/hill.png" 4 examples/photos/hill-sunset.jpg
+    put small "$work/hill.exr" 4 examples/depths/hill-sunset.exr
+    local sun strength model k=0
+    while read -r sun strength; do
+        for model in "" "--multiple none" "--wavelengths rgb" "hoffman-preetham"; do
+            case $model in
+            hoffman-preetham) model="--daylight $model" ;;
+            *) model="--daylight air --visibility 40 --sun-strength $strength $model" ;;
+            esac
+            # shellcheck disable=SC2086
+            $airlight image "$work/hill.png" -o "$work/model.$((k += 1)).png" $model --depth "$work/hill.exr" --fov 50 --sun 300,$sun \
+                --heading 340 --pitch 1 --altitude 900 --sky replace -y </dev/null
+        done
+    done <<<$'4 12\n45 6'
+    put jpeg $to/daylight-models.jpg 4 "$work"/model.?.png
 }
 
 animation() { # docs/rendering.md
@@ -183,7 +203,7 @@ adaptation() {
     put jpeg $to/caveat-adaptation.jpg 3 "$work"/adapt.*.png
 }
 
-all=(photographs comparison viewer air fog glass lights scenes daylight animation guide world validation vesper hx slices depth border turning streaks adaptation)
+all=(photographs comparison viewer air fog glass lights scenes daylight models animation guide world validation vesper hx slices depth border turning streaks adaptation)
 [ $# -gt 0 ] || set -- "${all[@]}"
 for what in "$@"; do
     [[ " ${all[*]} " == *" $what "* ]] || { echo "there is no $what; there is ${all[*]}" >&2; exit 2; }

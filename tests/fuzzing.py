@@ -97,6 +97,16 @@ def avif() -> bytes:
     return held.getvalue()
 
 
+def jpeg_of_a_camera() -> bytes:
+    """A photograph that says when, where and by which lens it was taken."""
+    said, held = Image.Exif(), io.BytesIO()
+    said.get_ifd(0x8769).update({0x9003: "2026:06:21 19:30:05", 0x9011: "+02:00", 0xA405: 24})
+    place = {1: "N", 2: (47.0, 25.0, 12.0), 3: "E", 4: (10.0, 58.0, 48.0), 5: b"\0", 6: 2962.0, 7: (17.0, 30.0, 5.0), 29: "2026:06:21"}
+    said.get_ifd(0x8825).update(place)
+    Image.fromarray(picture(3, "uint8")).save(held, "JPEG", quality=90, exif=said)
+    return held.getvalue()
+
+
 def png_chunk(name: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
@@ -147,6 +157,7 @@ def seeds(folder: Path) -> dict[str, bytes]:
     store(folder / "alpha.dpx", 4, "uint8", dpx__Transfer="ITU-R 709-4")
     (folder / "runs.bmp").write_bytes(bmp_of_runs(picture(1, "uint8")[..., 0]))
     (folder / "one.avif").write_bytes(avif())
+    (folder / "camera.jpg").write_bytes(jpeg_of_a_camera())
     mattes_exr(folder / "mattes.exr")
     store(folder / "one.jp2")
     colour_seeds(folder, picture)
@@ -239,8 +250,32 @@ def mutated_toml(random: random.Random, data: bytes, other: bytes) -> bytes:
     return b"\n".join(lines)
 
 
+DAYLIGHT_SUNS = (
+    "--light auto --sun-elevation 4", "--light 0.4,0.3 --sun-elevation -5", "--light 1.2,-0.5 --sun-elevation 40",
+    "--sun 200,20 --heading 190", "--sun 20,20 --heading 190", "--when exif --where exif --heading 300",
+    "--when 2026-06-21T19:30+02:00 --where 47.4,11 --light auto:1",
+)  # fmt: skip
+DAYLIGHT_AIRS = (
+    "air --visibility 0.05", "air --turbidity 8 --wavelengths rgb", "air --ozone 0 --aerosol-anisotropy -0.99", "hoffman-preetham",
+    "hoffman-preetham --attenuate source --beta-mie 1,0,1",
+)  # fmt: skip
+DAYLIGHT_DEPTHS = ("", "--depth-range 2,5000", "--depth-range 3,inf --depth-kind inverse", "--depth-kind ray")
+DAYLIGHT_FAR = ("--depth FILE", "--distance 3000 --mask FILE", "--distance 1e-3", "--distance 3000", "--distance 1e7")
+
+
+def daylight(random: random.Random) -> list[str]:
+    """Options of daylight, on a mutated picture, or with a mutated map of depths or mask of the sky; scattered once, which is quick."""
+    air, far = random.choice(DAYLIGHT_AIRS), random.choice(DAYLIGHT_FAR)
+    words = ["--daylight", air, random.choice(DAYLIGHT_SUNS), far, "--fov", random.choice(("50", "50", "170", "exif"))]
+    words += [random.choice(("", "--sky air", "--sky replace")), "--multiple none" if air.startswith("air") else ""]
+    return " ".join([*words, random.choice(DAYLIGHT_DEPTHS) if "--depth" in far else ""]).split()
+
+
 def mutants(number: int, pictures: dict[str, bytes], presets: dict[str, bytes], seed: int) -> Iterator[Mutant]:
-    """`number` mutants, the same for the same seed: of eight one is a preset, one a mask, depth map or settings, six are pictures."""
+    """`number` mutants, the same for the same seed: of eight one is a preset, one a mask, depth map or settings, six are pictures.
+
+    Of 32 one has daylight on it.
+    """
     for i in range(number):
         chance = random.Random(f"{seed}:{i}")
         if i % 8 == 7:
@@ -260,7 +295,9 @@ def mutants(number: int, pictures: dict[str, bytes], presets: dict[str, bytes], 
             data = mended_png(data)
         more = ["--light", chance.choice(("auto", "0.4,0.3", "1.2,-0.5"))]
         more += chance.choice(([], [], ["--rays", "24", "--shade", "0.5"], ["--look", "classic"], ["--quality", "draft", "--mist", "1"]))
-        if i % 8 == 6:
+        if i % 32 == 5:
+            more = daylight(chance)
+        elif i % 8 == 6:
             more += [chance.choice(("--mask", "--depth", *(() if "classic" in more else ("--subject",)))), "FILE"]
         if name == "mattes.exr":
             layers = ["--mask-layer", "tree"], ["--mask-layer", "crypto/*"], ["--depth-layer", "right.R"]
@@ -282,7 +319,9 @@ def _status(field: str) -> int:
 TOLD = "light at |beyond the picture, by a guess: |.*: (no light found|unsure), left as it is: |.*: hardly changed: "
 TOLD += "|.*: (no gaps for light|nothing stands before the light).*; --rays \\d+ |.*: what lies round the light is black.*; brighten "
 TOLD += "|.*: hardly changed, \\d+ % of it not at all: |.*: \\d+ % of the result is (white|black): |.*: as no frame that was looked at "
-TOLD += "|camera looks |sun at azimuth |angle of view |the sun is behind the camera|.* of it is taken as sky|.*: the air is .* times "
+TOLD += (
+    "|(.*; )?camera looks |sun at azimuth |angle of view |the sun is behind the camera|.* of it is taken as sky|.*: the air is .* times "
+)
 TOLD += "|.*: nothing of the scene is seen: |.*: \\d+ % of it is (white|black): "
 TOLD += "|.*: the mask lets nothing shine: make |the light is that of the settings; --light auto |(.*: )?light at "
 TOLD += "|.*: it is dark, nearly all of it below |.* lies? (behind the camera|beside the view): method "

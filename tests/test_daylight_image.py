@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image, TiffImagePlugin
 
 from airlight.cli import main
 from airlight.daylight import Atmosphere, hoffman_preetham
@@ -330,10 +331,50 @@ def test_what_a_photograph_says() -> None:
         exif.taken_at(spec, "a.jpg")
     said |= {"GPS:DateStamp": "2026:06:21", "GPS:TimeStamp": (17.0, 30.0, 6.0)}
     assert read_when(exif.taken_at(spec, "a.jpg")) == read_when("2026-06-21T19:30:06+02:00")
+    said |= {"GPS:TimeStamp": (23.0, 59.0, 59.99)}
+    assert exif.taken_at(spec, "a.jpg") == "2026-06-21T23:59:59Z"
     said |= {"GPS:Latitude": (33.0, 52.0, 7.68), "GPS:LatitudeRef": "S", "GPS:Longitude": (151.0, 12.0, 33.48), "GPS:LongitudeRef": "E"}
     assert exif.taken_from(spec, "a.jpg") == pytest.approx((-33.8688, 151.2093, None), abs=1e-9)
     said |= {"GPS:Altitude": 12.5, "GPS:AltitudeRef": 1, "Exif:FocalLengthIn35mmFilm": 28}
     assert exif.taken_from(spec, "a.jpg")[2] == -12.5 and exif.focal_length(spec, "a.jpg") == 28
+
+
+@pytest.mark.parametrize(
+    ("said", "wrong"),
+    [
+        ({}, ""),
+        ({"altitude": (0, 0)}, ""),  # not known
+        ({"latitude": ((95, 1), (0, 1), (0, 1))}, "photo.jpg: --where exif: its place 95,10.98 is not on the earth: give --where LAT,LON"),
+        ({"latitude": ((0, 0), (0, 1), (0, 1))}, "--where exif: its place nan,10.98 is not on the earth"),
+        ({"altitude": (-5000, 1)}, "--where exif: its altitude -5000 m is not one of the air"),
+        ({"time": "2026:02:30 10:00:00"}, "photo.jpg: --when exif: 2026-02-30T10:00:00+02:00: there is no such time"),
+        ({"time": "2026:12:21 01:00:00"}, "below -18 no daylight is left: give a --when by day, or in twilight"),
+    ],
+)  # fmt: skip
+def test_a_jpeg_says_where_its_sun_was(files: Path, capsys: Any, said: dict[str, Any], wrong: str) -> None:
+    """Time, place and lens as a camera writes them; each lack names the file and its cure, in one line."""
+    rational, (metres, unit) = TiffImagePlugin.IFDRational, said.get("altitude", (2962, 1))
+    latitude = [rational(*one) for one in said.get("latitude", ((47, 1), (25, 1), (12, 1)))]
+    exif_of = Image.Exif()
+    exif_of.get_ifd(0x8769).update({0x9003: said.get("time", "2026:06:21 19:30:05"), 0x9011: "+02:00", 0xA405: 24})
+    longitude = [rational(one) for one in (10, 58, 48)]
+    place = {1: "N", 2: latitude, 3: "E", 4: longitude, 5: bytes([metres < 0]), 6: rational(abs(metres), unit)}
+    exif_of.get_ifd(0x8825).update(place)
+    Image.fromarray(np.full((HEIGHT, WIDTH, 3), 120, np.uint8)).save("photo.jpg", exif=exif_of)
+    write_image("none.png", grey(0.0))
+    args = ["--daylight", "air", "--multiple", "none", "--distance", "3000", "--mask", "none.png", "--when", "exif", "--where", "exif"]
+    code = main(["image", "photo.jpg", "-o", "out.png", *args, "--fov", "exif", "--heading", "300"])
+    error = capsys.readouterr().err
+    told = "sun at azimuth 288.4, 15.1 degrees high; angle of view 53.1 degrees, of a lens of 24 mm on 35 mm film"
+    assert code == (2 if wrong else 0) and (wrong or told) in error and (not wrong or error.count("\n") == 1)
+
+
+def test_all_that_is_found_of_sun_and_camera_is_one_line(files: Path, capsys: Any) -> None:
+    write_image("photo.png", np.where(np.hypot(*(np.mgrid[:HEIGHT, :WIDTH] - 4))[..., None] < 2, 1.0, 0.1) * np.ones(3, np.float32))
+    assert main(["image", "photo.png", "-o", "out.png", "--daylight", "air", "--multiple", "none", "--distance", "900", "--fov", "40",
+                 "--light", "auto:1", "--when", "2026-06-21T19:30+02:00", "--where", "47,11"]) == 0  # fmt: skip
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("airlight: warning: ")]
+    assert len(lines) <= 3 and [part.split(" ")[0] for part in lines[0].split("; ")] == ["sun", "light", "camera"], lines
 
 
 def test_light_beyond_white_pales_and_keeps_its_luminance() -> None:
@@ -362,5 +403,6 @@ def test_strengths() -> None:
     hazy = Atmosphere(visibility=3, multiple="none")  # where the sky lights more than the sun
     assert irradiance_of_white(hazy, 8.0, 2.0) * (hazy.irradiance(8.0)[1] @ LUMINANCE) == pytest.approx(math.pi)
     assert irradiance_of_white(air, -10.0, 2.0) == irradiance_of_white(air, 5.0, 2.0)
+    assert irradiance_of_white(Atmosphere(visibility=0.05, multiple="none"), 20.0, 2.0) == 1e9  # where nothing is left of either
     up, turn = np.array([20.0, 40.0, 60.0]), np.array([10.0, 90.0, 170.0])
     assert sky_strength(air, 3.5 * (air.sky(up, turn, 30.0) @ LUMINANCE), up, turn, 30.0, 2.0) == pytest.approx(3.5)

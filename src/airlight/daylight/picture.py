@@ -9,6 +9,7 @@ from airlight.daylight.atmosphere import Atmosphere
 from airlight.luminance import REC709
 
 EXACT = 0.6  # of what is left to white: light that is added is shown as it is up to there
+MOST_IRRADIANCE = 1e9  # as of sun_strength: dense fog whose light is scattered once leaves nothing of the sun, nor a sky
 LOWEST_METERED = 5.0  # degrees: a lower sun leaves a picture as bright as one of 5, so that dusk is dark
 
 
@@ -19,7 +20,7 @@ def irradiance_of_white(air: Atmosphere, sun_elevation: float, altitude: float) 
     """
     sun = max(sun_elevation, LOWEST_METERED)
     direct, sky = air.sun(sun, altitude) @ REC709, air.irradiance(sun, altitude)[1] @ REC709
-    return float(math.pi / max(direct, sky))
+    return float(math.pi / max(direct, sky, math.pi / MOST_IRRADIANCE))
 
 
 def sky_strength(air: Atmosphere, own: Any, elevation: Any, azimuth: Any, sun_elevation: float, altitude: float) -> float:

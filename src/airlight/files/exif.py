@@ -1,12 +1,14 @@
 """Reads what a photograph says of its making: time with its zone, place, focal length. Each lack is one line with its cure."""
 
 import datetime
+import math
 import re
 from typing import Any
 
 from airlight.errors import AirlightError
 
 DIAGONAL_35MM = 43.2666  # mm, of a frame of 35 mm film, by whose diagonal focal lengths are compared
+LOWEST_M, HIGHEST_M = -430.0, 1e5  # of a camera, which may fly
 _TIME = re.compile(r"(\d{4})[:-](\d\d)[:-](\d\d)[ T](\d\d):(\d\d):(\d\d)")
 
 
@@ -20,7 +22,7 @@ def taken_at(spec: Any, path: str) -> str:
         return f"{found[1]}-{found[2]}-{found[3]}T{found[4]}:{found[5]}:{found[6]}{offset}"
     date, time = _text(spec, "GPS:DateStamp"), spec.getattribute("GPS:TimeStamp")
     if re.fullmatch(r"\d{4}:\d\d:\d\d", date) and isinstance(time, tuple) and len(time) == 3 and all(0 <= one < 60 for one in time):
-        seconds = round(time[0] * 3600 + time[1] * 60 + time[2])
+        seconds = int(time[0] * 3600 + time[1] * 60 + time[2])  # not rounded: a day has no 24:00:00
         day = datetime.timedelta(seconds=seconds)
         return f"{date.replace(':', '-')}T{day // datetime.timedelta(hours=1):02}:{seconds // 60 % 60:02}:{seconds % 60:02}Z"
     if found is not None:
@@ -38,11 +40,16 @@ def taken_from(spec: Any, path: str) -> tuple[float, float, float | None]:
             raise AirlightError(f"{path}: --where exif: it does not say where it was taken: give --where LAT,LON in degrees")
         degrees = value[0] + value[1] / 60 + value[2] / 3600
         sides.append(-degrees if side.upper().startswith(back) else degrees)
+    if not (abs(sides[0]) <= 90 and abs(sides[1]) <= 180):  # NaN too
+        there = f"its place {sides[0]:g},{sides[1]:g} is not on the earth"
+        raise AirlightError(f"{path}: --where exif: {there}: give --where LAT,LON in degrees")
     height = spec.getattribute("GPS:Altitude")
-    if height is None:
+    if height is None or math.isnan(height):  # 0/0 is how files say that they do not know
         return sides[0], sides[1], None
-    below = spec.getattribute("GPS:AltitudeRef") in (1, "1", b"\1", "\1")
-    return sides[0], sides[1], -float(height) if below else float(height)
+    altitude = -float(height) if spec.getattribute("GPS:AltitudeRef") in (1, "1", b"\1", "\1") else float(height)
+    if not LOWEST_M <= altitude <= HIGHEST_M:
+        raise AirlightError(f"{path}: --where exif: its altitude {altitude:g} m is not one of the air: give --where LAT,LON,ALT")
+    return sides[0], sides[1], altitude
 
 
 def focal_length(spec: Any, path: str) -> float:

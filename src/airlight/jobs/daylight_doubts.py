@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.errors import warn
+from airlight.jobs.daylight_sun import SUN_DOWN
 from airlight.luminance import REC709_F32
 from airlight.messages import number
 
@@ -21,7 +22,6 @@ AT_ODDS = 2.0  # times that the photograph's own sky is brighter or darker than 
 CLIPPED = 0.97  # linear: as bright pixels do not say how bright they were
 LOOKED_AT = 200  # pixels of the sky
 LEAST_SKY = 0.02  # of the picture
-SUN_DOWN = -0.83  # degrees: the upper edge of a sun raised by refraction
 
 
 @dataclass
@@ -39,8 +39,6 @@ class Doubts:
         if self.view.sun.elevation < SUN_DOWN:
             down = f"the sun is {-self.view.sun.elevation:.1f} degrees below the horizon"
             warn(f"{down}: the sky is lit, but there are no shafts, since nothing is left to hide; a sun above 0 has some")
-        elif self.view.light is None:
-            tell("the sun is behind the camera: daylight, but no shafts")
         step = max(1, int((light.shape[0] * light.shape[1] / 50_000) ** 0.5))
         some = slice(step // 2, None, step), slice(step // 2, None, step)
         self._tell_distances(through[some], some)

@@ -76,9 +76,12 @@ class DaylightWork(ImageWork):
     where: DaylightPicture
 
     def __post_init__(self) -> None:
+        from airlight.daylight import Atmosphere
+
         super().__post_init__()
         self._span = read_span(self.where.depth_range) if self.where.depth_range is not None else None
-        self._air = atmosphere(self.day)
+        is_even = self.day.daylight == PRINTED
+        self._air = Atmosphere(multiple="none") if is_even else atmosphere(self.day)  # of Eq. 1 none is read, nor waited for
 
     def planes(self, task: PictureTask, picture: "Picture") -> tuple[Any, ...]:
         """Read the mask of the sky, and depths as they are stored with whether they are whole numbers."""

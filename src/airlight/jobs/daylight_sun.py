@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from airlight.errors import AirlightError
-from airlight.jobs.daylight_text import check_elevation, read_sun, read_when, read_where
+from airlight.jobs.daylight_text import BY_DAY, check_elevation, read_sun, read_when, read_where
 from airlight.messages import say
 from airlight.options import Daylight, DaylightPicture, Option, declared
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from airlight.daylight import Atmosphere
 
 NONE, AIR, PRINTED = "none", "air", "hoffman-preetham"
+SUN_DOWN = -0.83  # degrees: the upper edge of a sun raised by refraction
 EYE = 2.0  # m, of an eye whose altitude is not told
 OF_AIR = ("visibility", "turbidity", "ozone", "ground_albedo", "aerosol_albedo", "wavelengths", "multiple")  # which even air has not
 OF_PRINTED = ("beta_rayleigh", "beta_mie")
@@ -90,19 +91,19 @@ def resolve_sun(
             return Sun(elevation, azimuth)
         assert place is not None and place.sun_elevation is not None
         return Sun(place.sun_elevation)
-    text = day.when
+    text, name = day.when, "--when"
     if text == "exif":
         _need_photograph(spec, "--when")
         from airlight.files.exif import taken_at
 
-        text = taken_at(spec, path)
+        text, name = taken_at(spec, path), f"{path}: --when exif:"
     assert where is not None
     from airlight.daylight import sun_position
 
-    time = read_when(text)
+    time = read_when(text, name)
     _, azimuth, apparent = (float(one) for one in sun_position(time, where[0], where[1], where[2] or 0.0))
     tell(f"sun at azimuth {azimuth:.1f}, {apparent:.1f} degrees high")
-    return Sun(check_elevation(apparent, f"--when {text}"), azimuth)
+    return Sun(check_elevation(apparent, f"{name} {text}", BY_DAY), azimuth)
 
 
 def atmosphere(day: Daylight) -> "Atmosphere":

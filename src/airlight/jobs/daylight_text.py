@@ -6,6 +6,7 @@ import math
 from airlight.errors import AirlightError
 
 LOWEST_SUN = -18.0  # degrees
+BY_DAY = "give a --when by day, or in twilight"
 LOWEST, HIGHEST = -430.0, 9000.0  # m, of a place on the ground
 
 
@@ -17,11 +18,11 @@ def read_sun(text: str) -> tuple[float, float]:
     return found[0], check_elevation(found[1], f"--sun {text}")
 
 
-def check_elevation(elevation: float, written: str) -> float:
+def check_elevation(elevation: float, written: str, cure: str = "give -18 to 90") -> float:
     """Refuse a sun that gives no daylight. written: as it stands on the command line."""
     if not LOWEST_SUN <= elevation <= 90:
         low = f"the sun is {elevation:.1f} degrees high, and below {LOWEST_SUN:g} no daylight is left"
-        raise AirlightError(f"{written}: {low if elevation < 0 else 'the sun is no higher than 90 degrees'}: give -18 to 90")
+        raise AirlightError(f"{written}: {low if elevation < 0 else 'the sun is no higher than 90 degrees'}: {cure}")
     return elevation
 
 

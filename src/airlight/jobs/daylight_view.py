@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from airlight.daylight.camera import MOST_APART, Camera, angle_between, direction_of, solve_pitch
 from airlight.errors import AirlightError
-from airlight.jobs.daylight_sun import Sun, resolve_altitude, resolve_sun, resolve_where
+from airlight.jobs.daylight_sun import SUN_DOWN, Sun, resolve_altitude, resolve_sun, resolve_where
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.light_text import LightText, windows
 from airlight.lights import parse_position
@@ -43,8 +43,19 @@ def find_view(
     """Find sun and camera of a picture, and its light as written, none where the sun is behind. Raises AirlightError.
 
     The sun's place in the picture is that of --light, where the user says it; else where the camera has it; else it is searched for.
+    tell: takes the line that says all that was found. many: pictures are worked on: the line names its own.
     """
-    tell = tell or functools.partial(say, prefix="")
+    seen: list[str] = []
+    found = _find_view(request, day, where, picture, seen.append)
+    if seen:
+        (tell or functools.partial(say, prefix=""))((f"{picture.path}: " if many else "") + "; ".join(seen))
+    return found
+
+
+def _find_view(
+    request: "ImageRequest", day: "Daylight", where: "DaylightPicture", picture: "Picture", tell: Callable[[str], object]
+) -> tuple[View, list[LightText]]:
+    """Find what `find_view` does, and tell each of its findings by itself."""
     place = resolve_where(day, picture.spec, picture.path)
     sun = resolve_sun(day, where, place, picture.spec, picture.path, tell)
     shown, data = windows(picture)
@@ -55,7 +66,7 @@ def find_view(
     lights: list[LightText] = []
     if not (is_aimed and written.searched is not None):
         coarse = picture.rec709(picture.linear(coarse=True)) if written.searched is not None else None
-        lights = resolve_lights(request.lights, picture, request.origin, coarse, many, lambda line: _tell_found(line, tell))
+        lights = resolve_lights(request.lights, picture, request.origin, coarse, tell=lambda line: _tell_found(line, tell))
         if not lights:
             raise AirlightError(
                 f"{picture.path}: the camera does not know where the sun is: give --light X,Y, or --heading with --sun AZ,EL or --when"
@@ -66,6 +77,8 @@ def find_view(
         azimuth = sun.azimuth or 0.0
         light = camera.seen(direction_of(azimuth, sun.elevation))
         lights = [] if light is None else [LightText(f"{light[0]!r},{light[1]!r}")]
+        if light is None and sun.elevation >= SUN_DOWN:
+            tell("the sun is behind the camera: daylight, but no shafts")
     else:
         camera, azimuth = _aimed(camera, where, sun, light, written, tell)
     corner = data[0] - shown[0], data[1] - shown[1]

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.errors import AirlightError, warn
-from airlight.jobs.daylight_doubts import SUN_DOWN
-from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, atmosphere, is_daylight
-from airlight.jobs.daylight_text import check_elevation, read_sun, read_when, read_where
+from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, SUN_DOWN, atmosphere, is_daylight
+from airlight.jobs.daylight_text import BY_DAY, check_elevation, read_sun, read_when, read_where
 from airlight.options import Daylight, DaylightScene, Medium, declared
 from airlight.scatter.methods import FOR_MEDIUM, METHODS
 
@@ -132,7 +131,7 @@ def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: An
         if options.when == "exif":
             raise AirlightError("--when exif reads a photograph, which a scene is not: give a time, as 2026-06-21T19:30+02:00")
         azimuth, elevation = _seen(read_when(options.when), place)
-        check_elevation(elevation, f"--when {options.when}")
+        check_elevation(elevation, f"--when {options.when}", BY_DAY)
         return (lambda _: (azimuth + day.north, elevation)), None
     start, end = _span(str(day.day), request, place)
     first, last = request.seconds

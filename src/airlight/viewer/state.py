@@ -201,7 +201,7 @@ def set_values(state: ViewerState, new: dict[str, Any]) -> None:
     built = build(state.scene_defaults | {name: v for name, v in new.items() if v is not None or name not in state.scene_defaults})
     check_view(built[SceneOptions].view_transform)
     if state.is_image and built[Daylight].daylight != "none":
-        raise AirlightError("daylight is put on pictures by `airlight image`; the viewer shows it in scenes: choose another preset")
+        raise AirlightError("`airlight image` puts daylight on pictures; the viewer shows it in scenes: leave out --daylight or the preset")
     state.parameters, state.composite, state.in_scene = built[Parameters], built[Composite], built[SceneOptions]
     state.medium, state.march, state.look = built[Medium], built[March], built[Look]
     state.daylight, state.daylight_picture, state.daylight_scene = built[Daylight], built[DaylightPicture], built[DaylightScene]
