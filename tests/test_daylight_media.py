@@ -68,7 +68,7 @@ def missing(device: Device, quality: str, medium: Medium, density: float = 0.0, 
 
 
 def expected(left: Any, count: int = 1500, most: float = 3e5) -> np.ndarray:
-    """Sum in float64 what is missing on the rays of PIXELS where so much is left of the sun: a function of places (N, 3), m, from the eye's foot."""
+    """Sum in float64 what is missing on the rays of PIXELS. left: what is left of the sun at places (N, 3), m, in the world."""
     towards, elevation, azimuth = rays()
     eye = np.asarray(camera().world.position, float)
     t = np.geomspace(1.0, most + 1.0, count) - 1.0

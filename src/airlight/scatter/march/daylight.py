@@ -115,7 +115,11 @@ class AirLayer:
         self._radius = march.variance_radius if averaged else None
         self._moments.fit([shadow.texture if averaged else no_shadow(device)])
         self._flags = {"DIRECTIONAL": True, "BIASED": bool(march.shadow_bias), "FOG": FOGS.index(medium.settings.fog)}
-        self._flags |= {"FADES": medium.fades_suns and bool(medium.sigma_t.any()), "TABLE": shade is not None, "TEXTURE": self._dimming.is_texture}
+        self._flags |= {
+            "FADES": medium.fades_suns and bool(medium.sigma_t.any()),
+            "TABLE": shade is not None,
+            "TEXTURE": self._dimming.is_texture,
+        }
         self._flags |= {"GLASS": shadow.glass is not None, "COLOURED": shadow.coloured}
         if medium.exact:
             self._hierarchies.fit([shadow.texture])
@@ -147,7 +151,15 @@ class AirLayer:
         if self._exact:
             self._hierarchies.record(encoder, [shadow.texture], no_shadow(device), timer)
         path = WALK if self._exact else STEPS
-        bound = {0: self._foggy, 1: self._light, 2: depth, 3: self._map_view(shadow.texture), 4: self._spare, 5: self._hidden, 7: self._light}
+        bound = {
+            0: self._foggy,
+            1: self._light,
+            2: depth,
+            3: self._map_view(shadow.texture),
+            4: self._spare,
+            5: self._hidden,
+            7: self._light,
+        }
         bound |= {6: self._hierarchies.buffers[0]} if self._exact else {6: noise_texture(device), 14: self._moments.views[0]}
         bound |= self._dimming.resources | {13: shadow.glass or self._no_glass, 18: self._cookie, 19: device.sampler()}
         pipeline = device.pipeline(path, "look_up", **self._flags)
