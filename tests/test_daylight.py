@@ -270,6 +270,14 @@ def test_ways_multiply() -> None:
     assert np.allclose(air.aerial(-90, 0, 45, 2000, 1e9)[1], air.aerial(-90, 0, 45, 2000, 2000)[1])
 
 
+@pytest.mark.parametrize("kind", ["orders", "psi", "none"])
+def test_rays_without_length_gather_nothing(kind: str) -> None:
+    """At no distance, upwards from the end of the air, and downwards from the ground."""
+    parts = Atmosphere(multiple=kind).parts([5, 90, -90], 20, 40, [2, 100_000, 0], [0, np.inf, np.inf])
+    assert (parts.transmittance == parts.transmittance[0]).all() and np.allclose(parts.transmittance, 1, atol=1e-4)
+    assert not any(part.any() for part in parts[1:])
+
+
 def test_haze_and_turbidity_are_koschmieders_and_preethams() -> None:
     hazy = Atmosphere(visibility=10, wavelengths="rgb").coefficients
     assert np.allclose(np.exp(-10_000 * (hazy.rayleigh[1] + hazy.aerosol_extinction[1])), 0.02, rtol=1e-3)

@@ -25,7 +25,7 @@ def flux(air: Atmosphere, height: float, sun: float) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("visibility", [None, 40, 5, 1])
+@pytest.mark.parametrize("visibility", [None, 40, 5])
 def test_nothing_is_made_or_lost(visibility: float | None) -> None:
     """Over the whole planet, so over all suns, as much comes through the top of air that absorbs nothing as black ground takes in."""
     air = Atmosphere(visibility, ozone=0, ground_albedo=0, aerosol_albedo=1, wavelengths="rgb")
@@ -59,7 +59,8 @@ def test_all_orders_are_those_of_chance(case: tuple) -> None:
     air = Atmosphere(visibility, wavelengths="rgb")
     found = air.parts(view, azimuth, sun, altitude).multiple
     for channel in (0, 2):
-        truth, deviation = multiple(air.coefficients, channel, view, azimuth, sun, altitude, {1: 60_000, 0.3: 100_000}.get(visibility, 400_000))
+        paths = {1: 60_000, 0.3: 100_000}.get(visibility, 400_000)
+        truth, deviation = multiple(air.coefficients, channel, view, azimuth, sun, altitude, paths)
         assert abs(found[channel] - truth) < 3.5 * deviation + allowed * truth
         assert deviation < 0.05 * truth
 

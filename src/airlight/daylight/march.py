@@ -1,7 +1,8 @@
 """Integrates the light that the air scatters along view rays: L = L0 e^-tau + (1 - D) L1 + Lms, each part by itself."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from airlight.medium.resolve import PHASES
 from airlight.reference.daylight import OZONE_HALF_WIDTH, OZONE_MIDDLE, Array, sun_cosine_along, view_cosine_along
 from airlight.reference.medium import phase
 
-CHUNK = 512  # rays at a time
+CHUNK = 256  # rays at a time
 COUNTS = (12, 8)  # of nodes in half a piece, the sun being high, or low, which makes more pieces
 LOW_SUN = 0.2  # cosine, below which a ray may meet the earth's shadow
 LEVELS = (0.0, OZONE_MIDDLE - OZONE_HALF_WIDTH, OZONE_MIDDLE, OZONE_MIDDLE + OZONE_HALF_WIDTH)  # m; ozone has corners there
@@ -65,12 +66,16 @@ def gather(air: Coefficients, rays: Rays, further: Further | None = None, shadow
     """Integrate along N rays. further: what is scattered more than once; shadow: (start, end) of (N,) m, where the sun is hidden."""
     parts = Gathered(*(np.zeros((len(rays.height), len(air.nm))) for _ in Gathered._fields))
     low = rays.mu_sun < LOW_SUN
-    for group in (np.flatnonzero(low), np.flatnonzero(~low)):
-        for i in range(0, len(group), CHUNK):
-            part = group[i : i + CHUNK]
-            found = _gather(air, Rays(*(one[part] for one in rays)), further, [(start[part], end[part]) for start, end in shadow])
-            for whole, some in zip(parts, found):
-                whole[part] = some
+    groups = (np.flatnonzero(low), np.flatnonzero(~low))
+    chunks = [group[i : i + CHUNK] for group in groups for i in range(0, len(group), CHUNK)]
+
+    def fill(part: Array) -> None:
+        hidden = [(start[part], end[part]) for start, end in shadow]
+        for whole, some in zip(parts, _gather(air, Rays(*(one[part] for one in rays)), further, hidden)):
+            whole[part] = some
+
+    with ThreadPoolExecutor(2) as pool:  # NumPy leaves the other core to the second
+        list(pool.map(fill, chunks))
     return parts
 
 

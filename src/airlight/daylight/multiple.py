@@ -105,10 +105,11 @@ class Orders:
         near = np.degrees(eye_sun)
         local = np.clip(np.degrees(sun), near - reach(near), near + reach(near))
         which = np.clip(np.searchsorted(SUNS, local) - 1, 0, len(SUNS) - 2)
-        offset = int(which.min())
-        tables = self.suns.at(offset, int(which.max()) + 1)
+        offset = int(which.min(initial=len(SUNS) - 2))
+        tables = self.suns.at(offset, int(which.max(initial=offset)) + 1)
         shape = (len(tables), *ORDERS_SIZE)
-        at = np.concatenate([(which - offset + (local - SUNS[which]) / np.diff(SUNS)[which])[..., None], orders_position(height, elevation, azimuth)], axis=-1)
+        between = (local - SUNS[which]) / np.diff(SUNS)[which]
+        at = np.concatenate([(which - offset + between)[..., None], orders_position(height, elevation, azimuth)], axis=-1)
         first = np.minimum(at.astype(np.intp), np.array(shape) - 2)
         strides = np.cumprod([1, *shape[:0:-1]])[::-1]
         upper = (at - first).astype(np.float32)
@@ -118,7 +119,7 @@ class Orders:
         for corner in np.ndindex(2, 2, 2, 2):
             weight = np.prod([shares[i, ..., axis] for axis, i in enumerate(corner)], axis=0)
             out += weight[..., None] * np.take(flat, index + strides @ corner, axis=0)
-        turned = np.exp(out, dtype=float).reshape(*out.shape[:-1], 2, -1)
+        turned = np.exp(out, dtype=float).reshape(*out.shape[:-1], 2, len(self.air.nm))
         return np.asarray((air_density(height)[..., :2, None] * self.air.scattering * turned).sum(axis=-2))
 
 

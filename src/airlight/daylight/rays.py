@@ -127,6 +127,8 @@ def place_nodes(height: Array, mu: Array, length: Array, breaks: list[Array], ex
     _, weights, upto = gauss(count)
     inner = [np.clip(one, 0, length) for one in np.broadcast_arrays(length, lowest_point(height, mu), *breaks)[1:]]
     edges = np.sort(np.stack([np.zeros_like(length), *inner, length], axis=-1), axis=-1)
+    edges[..., 1:] = np.sort(np.where(np.diff(edges) > 0, edges[..., 1:], length[..., None]), axis=-1)  # pieces without length come last,
+    edges = edges[..., : int((np.diff(edges) > 0).sum(axis=-1).max(initial=1)) + 1]  # and those that no ray needs are left out
     t, speed = crowd(height, mu, edges, extinction, count)
     heights = np.maximum(height_along(height[..., None, None, None], mu[..., None, None, None], t), 0)
     density = air_density(heights)
