@@ -7,7 +7,8 @@ import pytest
 from calling import call
 
 from airlight.gpu.structs import struct_dtype
-from airlight.reference import lights, march, medium
+from airlight.medium.resolve import FOGS
+from airlight.reference import lights, march, march_air, medium
 
 RNG = np.random.default_rng(11)
 COUNT = 200
@@ -259,3 +260,17 @@ def test_packed_depths_hold_what_was_packed() -> None:
 def test_relative_difference() -> None:
     a, b = between(0, 20), between(0, 20)
     close(call("scatter/march/upsample.wgsl", "relative_difference", [a, b]), march.relative_difference(a, b), rtol=1e-4)
+
+
+@pytest.mark.parametrize("views", [0, 2])
+def test_ranges_and_fog_of_the_air(views: int, frame: Any, light: Any) -> None:
+    sun, fog, ray, i = light.copy(), frame.copy(), rays(), RNG.integers(0, 2, COUNT)
+    sun["views"], sun["climb"] = views, 0.4
+    sun["view"]["near"][:2], sun["view"]["far"][:2] = (0.0, 3.0), (3.0, 9.0)
+    found = call("scatter/march/air_steps.wgsl", "range_of_view", [i.astype(np.uint32), ray], bindings={"light": sun, "light_storage": sun})
+    close(found, march_air.range_of_view(i, ray, sun), rtol=1e-4, atol=1e-4)
+    fog["air"], fog["fog_depth"], fog["fog_above"] = 0.5, 4.0, 0.0
+    t = between(0, 9)
+    own: Any = {"bindings": {"light": sun, "frame": fog}, "constants": {"FOG": FOGS.index("exponential")}}
+    found = call("scatter/march/air_steps.wgsl", "left_by_fog", [ray, t], **own)
+    close(found, march_air.left_by_fog(ray, t, fog, sun, "exponential"), rtol=1e-3, atol=1e-5)

@@ -1,9 +1,12 @@
 """Evaluates how what steps of a ray add to daylight's sunlight changes from one to the next, float64: twins of
-scatter/march/air_steps.wgsl and air_walk.wgsl."""
+scatter/march/air.wgsl, air_steps.wgsl and air_walk.wgsl."""
 
 from typing import Any
 
 import numpy as np
+
+from airlight.reference.height import height_column
+from airlight.reference.march import height
 
 Array = np.ndarray
 MOST_CHANGE = 16.0  # of what a metre adds, from the middle of a range to its end
@@ -32,3 +35,21 @@ def piece_place(k: Any, segment: Any, inside: Any, counts: Any) -> Array:
     first = np.concatenate([np.zeros_like(counts[..., :1]), np.cumsum(counts, axis=-1)], axis=-1)
     part = np.clip((k[..., None] - first[..., :3]) / np.maximum(counts, 1), 0, 1)
     return np.asarray(ends[..., 0] + (part * np.diff(ends, axis=-1)).sum(axis=-1))
+
+
+def range_of_view(i: Any, ray: Any, light: Any) -> Array:
+    """Finds (..., 2) the range of t of rays that view i (...) of a sun's shadow map holds; all of them where there is no map."""
+    views = light["view"][np.asarray(i, int)]
+    ahead = np.maximum(-np.asarray(ray["direction"], float)[..., 2], 1e-6)
+    reach = np.asarray(ray["reach"], float)
+    if light["views"] == 0:
+        return np.stack([np.zeros_like(reach), reach], axis=-1)
+    ends = [(np.asarray(views[name], float) + np.asarray(ray["origin"], float)[..., 2]) / ahead for name in ("near", "far")]
+    return np.stack([np.clip(end, 0, reach) for end in ends], axis=-1)
+
+
+def left_by_fog(ray: Any, t: Any, frame: Any, light: Any, kind: str) -> Array:
+    """Evaluates (..., 3) what the fog above places at t of rays leaves of a sun's light."""
+    places = np.asarray(ray["origin"], float) + np.asarray(t, float)[..., None] * np.asarray(ray["direction"], float)
+    fog = float(frame["air"]) * height_column(height(places, frame), (frame["fog_depth"], frame["fog_above"]), kind)
+    return np.exp(-np.asarray(frame["sigma_t"], float) * (fog / max(float(light["climb"]), 1e-6))[..., None])

@@ -17,12 +17,8 @@ const FOG_PIECES = 8.0;         // of a ray in fog, between which C is read
 const FOG_SAMPLES = 4.0;        // of a piece
 const FOG_NEAR = 30.0;          // m from the eye, within which pieces are equally long; farther away they grow
 
-/// Make the ray on which shadows are looked up, up to what is seen at its end.
-fn shadowed_ray(ray: Ray, ground: f32) -> Ray {
-    return Ray(ray.origin, min(select(ray.reach, ground, ray.reach >= NO_END), FARTHEST), ray.direction);
-}
-
 /// Find the range of t of a ray that view i of the sun's shadow map holds; all of it where there is no map.
+/// Twin: reference/march_air.py:range_of_view.
 fn range_of_view(i: u32, ray: Ray) -> vec2f {
     let ahead = max(-ray.direction.z, 1e-6);
     let view = light.view[i];
@@ -30,7 +26,7 @@ fn range_of_view(i: u32, ray: Ray) -> vec2f {
     return select(seen, vec2f(0.0, ray.reach), light_storage.views == 0u);
 }
 
-/// Evaluate what the fog above a place of a ray leaves of the sun's light.
+/// Evaluate what the fog above a place of a ray leaves of the sun's light. Twin: reference/march_air.py:left_by_fog.
 fn left_by_fog(ray: Ray, t: f32) -> vec3f {
     let fog = frame.air * height_column(height(place_at(ray, t)), layer_of_fog());
     return transmittance(fog / max(light.climb, 1e-6), frame.sigma_t);

@@ -74,7 +74,8 @@ fn look_up(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
     let whole = air_ray(sampled_pixel(id.xy));
     let sky = daylight_ray(whole.direction);
-    let ray = shadowed_ray(whole, sky.ground);
+    let seen = select(whole.reach, sky.ground, whole.reach >= NO_END);
+    let ray = Ray(whole.origin, min(seen, FARTHEST), whole.direction);
     let o = offset(id.xy);
     var sum = vec3f(0.0);
     if (TABLE) { enter_shade(ray); }

@@ -85,7 +85,8 @@ fn look_up(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= frame.size)) { return; }
     let whole = air_ray(sampled_pixel(id.xy));
     sky = daylight_ray(whole.direction);
-    let ray = shadowed_ray(whole, sky.ground);
+    let seen = select(whole.reach, sky.ground, whole.reach >= NO_END);
+    let ray = Ray(whole.origin, min(seen, FARTHEST), whole.direction);
     var sum = vec3f(0.0);
     segment_count = 0u;
     lit_until = 0.0;
