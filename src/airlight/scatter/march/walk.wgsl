@@ -4,6 +4,7 @@
 // end to end are passed over whole. Lit segments of t are collected, and their integrals are closed, or by quadrature: see lights.wgsl.
 // The DDA follows Amanatides and Woo 1987; the rest is our own.
 //! include "scatter/march/parts.wgsl"
+//! include "scatter/march/chosen.wgsl"
 //! include "scatter/march/hierarchy.wgsl"
 @group(0) @binding(6) var<storage, read> tiles: array<u32>;
 
@@ -242,7 +243,8 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
     if (any(pixel >= frame.size)) { return; }
-    let ray = camera_ray(pixel);
+    let sampled = marched_pixel(pixel);
+    let ray = camera_ray_at(sampled);
     if (PANES) {
         textureStore(layer, pixel, layer_of_parts(pixel, ray));
         return;

@@ -1,0 +1,126 @@
+// Joint bilateral upsampling (Kopf et al. 2007) of a march at a part of the picture's size: each pixel takes the mean of 4 x 4 neighbours,
+// weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
+// a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled. Whoever includes this says whether it MARKS unsure
+// pixels, and has `mark` for these.
+//! include "scatter/march/ray.wgsl"
+//! include "scatter/march/likeness.wgsl"
+//! include "wgsl/unit_at.wgsl"
+@group(0) @binding(6) var layer_transmittance: texture_storage_2d<rgba32float, write>;
+
+const SEARCH_STEPS = 64.0;      // of the spiral
+const BEND_SHARE = 4.0;         // of the difference between means over 4 x 4 and 2 x 2 neighbours, that a pixel may be wrong by
+const SPAN_SHARE = 0.125;       // of the range of 2 x 2 neighbours
+
+/// Read a pixel of the smaller march: radiance, and its ray's length; or, where density varies, what its optical length is more than the
+/// air's closed form.
+fn marched(q: vec2i) -> vec4f {
+    return textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
+}
+
+/// Average the colours of a radiance. Twin: reference/refine.py:grey.
+fn grey(radiance: vec3f) -> f32 {
+    return dot(radiance, vec3f(1.0 / 3.0));
+}
+
+/// Estimate the error of a pixel's upsampled radiance, from its mean over 4 x 4 neighbours, over 2 x 2, and the range of the latter whatever
+/// their depth. Twin: reference/refine.py:upsampling_error.
+fn upsampling_error(wide: f32, narrow: f32, span: f32) -> f32 {
+    return max(BEND_SHARE * abs(wide - narrow), SPAN_SHARE * span);
+}
+
+/// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
+/// likest; the longer its own ray, the less of its radiance. own: the ray's optical length by height alone, m; likest: radiance, and the
+/// ray's length; likest_more: see marched. Returns the radiance, and this of it.
+fn search_alike(at: vec2f, ray: Ray, own: f32, likest: vec4f, likest_more: f32) -> vec4f {
+    let reach = ray.reach;
+    var best = likest;
+    var more = likest_more;
+    var off = relative_difference(best.a, reach);
+    var k = 0.0;
+    loop {
+        if (off <= frame.depth_threshold || k >= SEARCH_STEPS) { break; }
+        let q = vec2i(floor(at + 0.5 + sqrt(k + 4.0) * unit_at(2.3999632 * k)));
+        let held = marched(q);
+        let found = vec4f(held.rgb, marched_length(clamp(q, vec2i(0), vec2i(frame.size) - 1), held));
+        if (relative_difference(found.a, reach) < off) {
+            best = found;
+            more = held.a;
+            off = relative_difference(found.a, reach);
+        }
+        k += 1.0;
+    }
+    let whole = select(own * best.a / max(reach, 1e-6), best.a, FOG == EVEN && !VARIES) + select(0.0, more, VARIES);
+    let longer = transmittance_integral(whole, frame.sigma_t);
+    more *= min(reach / max(best.a, 1e-6), 1.0);
+    let less = transmittance_integral(own + select(0.0, more, VARIES), frame.sigma_t) / max(longer, vec3f(1e-20));
+    return vec4f(best.rgb * min(less, vec3f(1.0)), more);
+}
+
+/// Upsample the pixels between four of what was marched in one invocation, since these have the same neighbours.
+@compute @workgroup_size(8, 8)
+fn upsample(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy > frame.size)) { return; }
+    // Find the pixels, and read their neighbours
+    let ratio = vec2f(frame.pixels) / vec2f(frame.size);
+    let shift = vec2f(sampled_pixel(frame.size / 2u)) + 0.5 - (vec2f(frame.size / 2u) + 0.5) * ratio; // of the march, from its middle
+    let cell = vec2f(id.xy) - 1.0;
+    let first = vec2u(clamp(ceil((cell + 0.5) * ratio + shift - 0.5), vec2f(0.0), vec2f(frame.pixels)));
+    let end = vec2u(clamp(ceil((cell + 1.5) * ratio + shift - 0.5), vec2f(0.0), vec2f(frame.pixels)));
+    let count = end - first;
+    let base = vec2i(id.xy) - 2;
+    var held = array<vec4f, 16>();
+    var more = array<f32, 16>();
+    //! each k of 16: held[k] = marched(base + vec2i(vec2u(k % 4u, k / 4u)));
+    if (VARIES) {
+        //! each k of 16: more[k] = held[k].a; held[k].a = marched_length(clamp(base + vec2i(vec2u(k % 4u, k / 4u)), vec2i(0), vec2i(frame.size) - 1), held[k]);
+    }
+    var least_grey = 3e38;
+    var most_grey = 0.0;
+    if (MARKS) {
+        //! each k of 4: least_grey = min(least_grey, grey(held[5u + k % 2u + 4u * (k / 2u)].rgb)); most_grey = max(most_grey, grey(held[5u + k % 2u + 4u * (k / 2u)].rgb));
+    }
+    var n = 0u;
+    loop {
+        if (n >= count.x * count.y) { break; }
+        // Weigh the neighbours of a pixel by nearness and likeness
+        let pixel = first + vec2u(n % count.x, n / count.x);
+        let ray = camera_ray_at(pixel);
+        let reach = ray.reach;
+        let at = (vec2f(pixel) + 0.5 - shift) / ratio - 0.5;
+        let near_x = max(2.0 - abs(f32(base.x) + vec4f(0.0, 1.0, 2.0, 3.0) - at.x), vec4f(0.0));
+        let near_y = max(2.0 - abs(f32(base.y) + vec4f(0.0, 1.0, 2.0, 3.0) - at.y), vec4f(0.0));
+        var sum = vec4f(0.0);
+        var likest = vec4f(0.0);
+        var likest_more = 0.0;
+        var sum_more = 0.0;
+        var least = 3e38;
+        var near = 0.0;
+        var off = 0.0;
+        //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (VARIES) { sum_more += (near * exp(-frame.depth_sharpness * off) + 1e-20) * more[k]; } if (off < least && near > 1e-3) { least = off; likest = held[k]; likest_more = more[k]; }
+        var color = vec4f(sum.rgb, sum_more) / sum.a;
+        let own = optical_length(ray, reach);
+        // Mark it where it is unsure
+        if (MARKS) {
+            var closest = vec2f(0.0);
+            //! each k of 4: near = max(near_x[1u + k % 2u] - 1.0, 0.0) * max(near_y[1u + k / 2u] - 1.0, 0.0); off = relative_difference(held[5u + k % 2u + 4u * (k / 2u)].a, reach); closest += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec2f(grey(held[5u + k % 2u + 4u * (k / 2u)].rgb), 1.0);
+            mark(pixel, upsampling_error(grey(color.rgb), closest.x / closest.y, most_grey - least_grey));
+        }
+        // Search farther away where none is alike
+        if (least > frame.depth_threshold) { color = search_alike(at, ray, own, likest, likest_more); }
+        textureStore(layer, pixel, vec4f(color.rgb, reach));
+        let whole = max(own + select(0.0, color.a, VARIES), 0.0);
+        textureStore(layer_transmittance, pixel, vec4f(transmittance(whole, frame.sigma_t), 1.0));
+        n += 1u;
+    }
+}
+
+/// Settle a pixel of a march of the picture's own size through a density that varies: its ray's length, and its transmittance.
+@compute @workgroup_size(8, 8)
+fn settle(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= frame.pixels)) { return; }
+    let ray = camera_ray_at(id.xy);
+    let found = textureLoad(before, id.xy, 0);
+    textureStore(layer, id.xy, vec4f(found.rgb, ray.reach));
+    let whole = max(optical_length(ray, ray.reach) + found.a, 0.0);
+    textureStore(layer_transmittance, id.xy, vec4f(transmittance(whole, frame.sigma_t), 1.0));
+}
