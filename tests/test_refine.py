@@ -60,10 +60,10 @@ def listed(march: March) -> np.ndarray:
 
 
 def test_functions() -> None:
-    light, wide, narrow, span = RNG.uniform(0, 3, (200, 3)), *RNG.uniform(0, 3, (3, 200))
+    light, bend, deviation, span = RNG.uniform(0, 3, (200, 3)), *RNG.uniform([[-1], [0], [0]], [[1], [6], [24]], (3, 200))
     np.testing.assert_allclose(call(MARKED, "grey", [light]), refine.grey(light), rtol=1e-5)
     np.testing.assert_allclose(
-        call(MARKED, "upsampling_error", [wide, narrow, span]), refine.upsampling_error(wide, narrow, span), rtol=1e-4, atol=1e-5
+        call(MARKED, "upsampling_error", [bend, deviation, span]), refine.upsampling_error(bend, deviation, span), rtol=1e-4, atol=1e-5
     )
     times = 2 ** RNG.uniform(-5, 6, 200)
     assert np.array_equal(call(MARKED, "error_bin", [times]), refine.error_bin(times))

@@ -80,7 +80,7 @@ class March(Options, group="march"):
         "Airlight", ge=0, le=10, slider=(0, 1),
     )
     refine: float = real(
-        0.6,
+        0.8,
         "with a smaller resolution and lamps: how much a pixel may be wrong by, as it seems, of the mean radiance, before it is marched by "
         "itself; 3 % of the picture at most; 0: none is",
         "Airlight", ge=0, le=100, slider=(0, 2),

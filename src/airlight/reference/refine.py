@@ -8,7 +8,7 @@ import numpy.typing as npt
 from airlight.reference.march import positions, relative_difference
 
 Array = npt.NDArray[np.floating[Any]]
-BEND_SHARE, SPAN_SHARE = 4.0, 0.125  # of what a pixel may be wrong by
+BEND_SHARE, DEVIATION_SHARE, SPAN_SHARE = 4.0, 0.5, 0.125  # of what a pixel may be wrong by
 BINS, FIRST_BIN = 16, 6
 
 
@@ -17,9 +17,11 @@ def grey(radiance: Any) -> Array:
     return np.asarray(np.asarray(radiance, float).mean(axis=-1))
 
 
-def upsampling_error(wide: Any, narrow: Any, span: Any) -> Array:
-    """Estimates the error of upsampled radiance, from means over 4 x 4 neighbours, over 2 x 2, and the range of the latter."""
-    return np.maximum(BEND_SHARE * np.abs(np.asarray(wide, float) - narrow), SPAN_SHARE * np.asarray(span, float))
+def upsampling_error(bend: Any, deviation: Any, span: Any) -> Array:
+    """Estimates the error of upsampled radiance, from the difference of means over 4 x 4 neighbours and over 2 x 2, the standard deviation
+    of the former, and the range of the latter."""
+    bend, deviation, span = (np.asarray(one, float) for one in (bend, deviation, span))
+    return np.maximum(BEND_SHARE * np.abs(bend), np.maximum(DEVIATION_SHARE * deviation, SPAN_SHARE * span))
 
 
 def error_bin(error: Any) -> npt.NDArray[np.int64]:
@@ -46,20 +48,29 @@ def mean_of_grid(marched: Any, along: int = 128) -> float:
 
 
 def upsampling_errors(marched: Any, lengths: Array, sharpness: float = 24.0) -> Array:
-    """Estimates the errors (H, W) of upsampling a march (h, w, 4), radiance and lengths of rays, m, for rays of lengths (H, W)."""
+    """Estimates the errors (H, W) of upsampling a march (h, w, 4), radiance and lengths of rays, m, for rays of lengths (H, W).
+
+    Pixels between the same four of what is marched have the greatest of theirs.
+    """
     marched = np.asarray(marched, float)
     sizes = marched.shape[:2]
     y, x = positions(sizes, lengths.shape)
-    means = []
+    means, deviations = [], []
     for radius in (2, 1):  # of the neighbours that count, in pixels of the march
-        sums, weights = np.zeros((2, *lengths.shape))
+        sums, squares, weights = np.zeros((3, *lengths.shape))
         for row, column in np.ndindex(2 * radius, 2 * radius):
             i, j = np.floor(y).astype(int) + 1 - radius + row, np.floor(x).astype(int) + 1 - radius + column
             texel = marched[np.clip(i, 0, sizes[0] - 1), np.clip(j, 0, sizes[1] - 1)]
             near = np.maximum(radius - np.abs(i - y), 0) * np.maximum(radius - np.abs(j - x), 0)
             weight = near * np.exp(-sharpness * relative_difference(texel[..., 3], lengths)) + 1e-20
-            sums, weights = sums + weight * grey(texel[..., :3]), weights + weight
+            sums, squares = sums + weight * grey(texel[..., :3]), squares + weight * grey(texel[..., :3]) ** 2
+            weights = weights + weight
         means.append(sums / weights)
+        deviations.append(np.sqrt(np.maximum(squares / weights - means[-1] ** 2, 0)))
     i, j = np.floor(y).astype(int), np.floor(x).astype(int)
     corners = [grey(marched[np.clip(i + a, 0, sizes[0] - 1), np.clip(j + b, 0, sizes[1] - 1)][..., :3]) for a, b in np.ndindex(2, 2)]
-    return upsampling_error(*means, np.ptp(corners, axis=0))
+    each = upsampling_error(means[0] - means[1], deviations[0], np.ptp(corners, axis=0))
+    cells = (i - i.min()) * (np.ptp(j) + 1) + j - j.min()
+    most = np.zeros(cells.max() + 1)
+    np.maximum.at(most, cells, each)
+    return np.asarray(most[cells])

@@ -42,7 +42,7 @@ class Refinement:
             self.frames.append(self.device.buffer(size=FRAME.itemsize, uniform=True))
             self.lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         light, frame = light.copy(), frame.copy()
-        light["steps"], frame["size"] = STEPS * light["steps"], self.size
+        light["steps"], frame["size"] = STEPS * light["steps"], frame["pixels"]
         self.device.queue.write_buffer(self.lights[i], 0, light.tobytes())
         self.device.queue.write_buffer(self.frames[i], 0, frame.tobytes())
 

@@ -9,6 +9,7 @@
 
 const SEARCH_STEPS = 64.0;      // of the spiral
 const BEND_SHARE = 4.0;         // of the difference between means over 4 x 4 and 2 x 2 neighbours, that a pixel may be wrong by
+const DEVIATION_SHARE = 0.5;    // of the standard deviation of the 4 x 4
 const SPAN_SHARE = 0.125;       // of the range of 2 x 2 neighbours
 
 /// Read a pixel of the smaller march: radiance, and its ray's length; or, where density varies, what its optical length is more than the
@@ -22,10 +23,11 @@ fn grey(radiance: vec3f) -> f32 {
     return dot(radiance, vec3f(1.0 / 3.0));
 }
 
-/// Estimate the error of a pixel's upsampled radiance, from its mean over 4 x 4 neighbours, over 2 x 2, and the range of the latter whatever
-/// their depth. Twin: reference/refine.py:upsampling_error.
-fn upsampling_error(wide: f32, narrow: f32, span: f32) -> f32 {
-    return max(BEND_SHARE * abs(wide - narrow), SPAN_SHARE * span);
+/// Estimate the error of a pixel's upsampled radiance, from the difference of its means over 4 x 4 neighbours and over 2 x 2, from the standard
+/// deviation of the former, as in the middle of an edge these are the same, and from the range of the latter whatever their depth.
+/// Twin: reference/refine.py:upsampling_error.
+fn upsampling_error(bend: f32, deviation: f32, span: f32) -> f32 {
+    return max(BEND_SHARE * abs(bend), max(DEVIATION_SHARE * deviation, SPAN_SHARE * span));
 }
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
@@ -74,10 +76,12 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
     if (VARIES) {
         //! each k of 16: more[k] = held[k].a; held[k].a = marched_length(clamp(base + vec2i(vec2u(k % 4u, k / 4u)), vec2i(0), vec2i(frame.size) - 1), held[k]);
     }
-    var least_grey = 3e38;
-    var most_grey = 0.0;
+    var greys = array<f32, 16>();
+    var extremes = vec2f(3e38, 0.0);
+    var error = 0.0;
     if (MARKS) {
-        //! each k of 4: least_grey = min(least_grey, grey(held[5u + k % 2u + 4u * (k / 2u)].rgb)); most_grey = max(most_grey, grey(held[5u + k % 2u + 4u * (k / 2u)].rgb));
+        //! each k of 16: greys[k] = grey(held[k].rgb);
+        //! each k of 4: extremes = vec2f(min(extremes.x, greys[5u + k % 2u + 4u * (k / 2u)]), max(extremes.y, greys[5u + k % 2u + 4u * (k / 2u)]));
     }
     var n = 0u;
     loop {
@@ -99,11 +103,14 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (VARIES) { sum_more += (near * exp(-frame.depth_sharpness * off) + 1e-20) * more[k]; } if (off < least && near > 1e-3) { least = off; likest = held[k]; likest_more = more[k]; }
         var color = vec4f(sum.rgb, sum_more) / sum.a;
         let own = optical_length(ray, reach);
-        // Mark it where it is unsure
+        // Estimate how wrong it is
         if (MARKS) {
+            let mean = grey(color.rgb);
+            var squares = 0.0;
+            //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); squares += (near * exp(-frame.depth_sharpness * off) + 1e-20) * (greys[k] - mean) * (greys[k] - mean);
             var closest = vec2f(0.0);
-            //! each k of 4: near = max(near_x[1u + k % 2u] - 1.0, 0.0) * max(near_y[1u + k / 2u] - 1.0, 0.0); off = relative_difference(held[5u + k % 2u + 4u * (k / 2u)].a, reach); closest += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec2f(grey(held[5u + k % 2u + 4u * (k / 2u)].rgb), 1.0);
-            mark(pixel, upsampling_error(grey(color.rgb), closest.x / closest.y, most_grey - least_grey));
+            //! each k of 4: near = max(near_x[1u + k % 2u] - 1.0, 0.0) * max(near_y[1u + k / 2u] - 1.0, 0.0); off = relative_difference(held[5u + k % 2u + 4u * (k / 2u)].a, reach); closest += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec2f(greys[5u + k % 2u + 4u * (k / 2u)], 1.0);
+            error = max(error, upsampling_error(mean - closest.x / closest.y, sqrt(squares / sum.a), extremes.y - extremes.x));
         }
         // Search farther away where none is alike
         if (least > frame.depth_threshold) { color = search_alike(at, ray, own, likest, likest_more); }
@@ -111,6 +118,15 @@ fn upsample(@builtin(global_invocation_id) id: vec3u) {
         let whole = max(own + select(0.0, color.a, VARIES), 0.0);
         textureStore(layer_transmittance, pixel, vec4f(transmittance(whole, frame.sigma_t), 1.0));
         n += 1u;
+    }
+    // Mark all of them where one is unsure: one alone would stand out
+    if (MARKS) {
+        n = 0u;
+        loop {
+            if (n >= count.x * count.y) { break; }
+            mark(first + vec2u(n % count.x, n / count.x), error);
+            n += 1u;
+        }
     }
 }
 

@@ -242,7 +242,7 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
-    if (any(pixel >= frame.size)) { return; }
+    if (!is_listed() && any(pixel >= frame.size)) { return; }
     let sampled = marched_pixel(pixel);
     let ray = camera_ray_at(sampled);
     if (PANES) {
