@@ -1,5 +1,6 @@
 """Pixels that are marched by themselves after the upsampling of a smaller march."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from test_march import RGB, depths, projection
 from airlight.gpu.device import open_device
 from airlight.gpu.timing import run_ms
 from airlight.lights.punctual import PunctualLight
+from airlight.lights.shape import Cookie
 from airlight.medium.resolve import ResolvedMedium
 from airlight.reference import march as march_twin
 from airlight.reference import refine
@@ -49,7 +51,7 @@ def marched(lights: Any, medium: ResolvedMedium, share: float, pixels: tuple[int
 
 def listed(march: March) -> np.ndarray:
     """(H, W) bool: the pixels that were marched by themselves."""
-    held: Refinement | None = march._refinement
+    held: Refinement | None = march.refinement
     assert held is not None
     found = np.frombuffer(march.device.queue.read_buffer(held.chosen), np.uint32)
     out = np.zeros(march.pixels[::-1], bool)
@@ -81,7 +83,7 @@ def test_unsure_pixels_are_as_in_a_march_of_the_whole_picture(kinds: tuple[str, 
     before, plain = marched(lights, test_march.air(steps=16, refine=0.0), share)
     whole, _ = marched(lights, test_march.air(steps=16 * STEPS), 1.0)
     chosen = listed(march)
-    assert plain._refinement is None and 0.01 < chosen.mean() < 0.15
+    assert plain.refinement is None and 0.01 < chosen.mean() < 0.15
     assert np.array_equal(found, np.where(chosen[..., None], whole, before))
     small = np.frombuffer(march.device.read(march.marched_layers[0], 16), np.float32).reshape(*march.size[::-1], 4)
     errors = refine.upsampling_errors(small, found[..., 3].astype(float)) / (least * refine.mean_of_grid(small))
@@ -91,7 +93,7 @@ def test_unsure_pixels_are_as_in_a_march_of_the_whole_picture(kinds: tuple[str, 
 def test_where_too_many_are_unsure_the_most_unsure_are_marched() -> None:
     lights, values = [pair("point")], {"steps": 8, "refine": 1e-3}
     found, march = marched(lights, test_march.air(**values), 0.5)
-    held, chosen = march._refinement, listed(march)
+    held, chosen = march.refinement, listed(march)
     assert held is not None and 0.1 * held.capacity < chosen.sum() <= held.capacity < chosen.size
     small = np.frombuffer(march.device.read(march.marched_layers[0], 16), np.float32).reshape(*march.size[::-1], 4)
     errors = refine.upsampling_errors(small, found[..., 3].astype(float))
@@ -112,6 +114,16 @@ def test_thicker_air_is_marched_as_in_the_whole_picture(values: dict[str, Any]) 
 
 
 @pytest.mark.slow
+def test_a_cookie_is_as_fine_as_the_pictures_pixels() -> None:
+    spot, shadow = pair("spot")
+    lights = [(replace(spot, cookie=Cookie(RNG.random((256, 256, 3)))), shadow)]
+    found, march = marched(lights, test_march.air(steps=16), 0.5)
+    whole, _ = marched(lights, test_march.air(steps=16 * STEPS), 1.0)
+    chosen = listed(march)
+    assert chosen.sum() > 20 and np.array_equal(found[chosen], whole[chosen])
+
+
+@pytest.mark.slow
 def test_the_exact_walk_is_refined_too() -> None:
     lights = [pair("spot")]
     found, march = marched(lights, test_march.air(), 0.5)
@@ -124,7 +136,7 @@ def test_the_exact_walk_is_refined_too() -> None:
 def test_nothing_is_refined_where_there_are_no_lamps_or_light_is_soft() -> None:
     for kinds, values in ((("sun",), {}), (("point",), {"soften": 1}), ((), {})):
         _, march = marched([pair(kind) for kind in kinds], test_march.air(steps=8, **values), 0.5)
-        assert march._refinement is None
+        assert march.refinement is None
 
 
 @pytest.mark.slow

@@ -48,7 +48,8 @@ class March:
 
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
     of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
-    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME.
+    through; to be drawn on before `record`. refinement: of the last `update`, where pixels are marched by themselves. frame: the uniform
+    buffer of a FRAME.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -81,7 +82,7 @@ class March:
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
-        self._refinement: Refinement | None = None  # where pixels are marched by themselves
+        self.refinement: Refinement | None = None
         self._refined: list[Any] = []  # its pipelines
 
     @staticmethod
@@ -181,17 +182,17 @@ class March:
         """Writes the record of the i-th light, and compiles its pass."""
         self.device.queue.write_buffer(self._lights[i], 0, light.tobytes())
         self._pipelines.append(self.device.pipeline(path, "march", **constants))
-        if self._refinement is not None:
-            self._refinement.write(i, light, frame)
+        if self.refinement is not None:
+            self.refinement.write(i, light, frame)
             self._refined.append(self.device.pipeline(path, "march", **constants | {"PANES": False}))
 
     def _fit_refinement(self, passes: Sequence[tuple[PunctualLight | None, Shadow | None]], medium: ResolvedMedium) -> None:
         """Decides whether pixels are marched by themselves: not where none is a lamp's, and not where light is to be soft."""
         has_lamps = any(light is not None and not light.directional for light, _ in passes)
         if self.size == self.pixels or not medium.march.refine or medium.march.soften or not has_lamps:
-            self._refinement = None
-        elif self._refinement is None:
-            self._refinement = Refinement(self.device, self.pixels)
+            self.refinement = None
+        elif self.refinement is None:
+            self.refinement = Refinement(self.device, self.pixels)
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
@@ -296,7 +297,7 @@ class March:
             if entry == "upsample":
                 counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
-            marched, refinement = self.marched_layers[0], self._refinement
+            marched, refinement = self.marched_layers[0], self.refinement
             path = UPSAMPLE if refinement is None else UPSAMPLE_MARKED
             marks = () if refinement is None else (refinement.marks,)
             pipeline = self.device.pipeline(path, entry, **own)
