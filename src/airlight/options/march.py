@@ -79,6 +79,12 @@ class March(Options, group="march"):
         "is looked for farther away",
         "Airlight", ge=0, le=10, slider=(0, 1),
     )
+    refine: float = real(
+        0.8,
+        "with a smaller resolution and lamps: how much a pixel may be wrong by, as it seems, of the mean radiance, before it is marched by "
+        "itself; 3 % of the picture at most; 0: none is",
+        "Airlight", ge=0, le=100, slider=(0, 2),
+    )
     article_share: str = choice(
         "code", ("code", "prose"),
         "with method article-prose: what a step's share is divided by: 750, as in the article's code; the ray's length, as its prose says",

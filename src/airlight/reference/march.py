@@ -301,6 +301,16 @@ def relative_difference(a: Any, b: Any) -> Array:
     return np.asarray(np.abs(a - b) / np.maximum(np.minimum(a, b), 1e-6))
 
 
+def positions(sizes: Any, pixels: Any) -> Array:
+    """Finds (2, H, W) where pixels of a picture (H, W) lie in a march of a smaller size (h, w): y, x, of its pixels' indices."""
+    at = []
+    for size, count in zip(sizes, pixels, strict=True):
+        ratio, middle = count / size, size // 2
+        shift = float(sampled_pixel(middle, size, count)) + 0.5 - (middle + 0.5) * ratio
+        at.append((np.arange(count) + 0.5 - shift) / ratio - 0.5)
+    return np.stack(np.meshgrid(*at, indexing="ij"))
+
+
 def upsampled(marched: Array, lengths: Array, sigma_t: Any, sharpness: float = 24.0, threshold: float = 0.2) -> Array:
     """Upsamples to (H, W, 3) radiance, of rays of lengths (H, W), m, a march (h, w, 4) at a smaller size: radiance and lengths.
 
@@ -309,17 +319,12 @@ def upsampled(marched: Array, lengths: Array, sigma_t: Any, sharpness: float = 2
     """
     marched = np.asarray(marched, float)
     sizes = marched.shape[:2]
-    at = []
-    for size, pixels in zip(sizes, lengths.shape, strict=True):
-        ratio, middle = pixels / size, size // 2
-        shift = float(sampled_pixel(middle, size, pixels)) + 0.5 - (middle + 0.5) * ratio
-        at.append((np.arange(pixels) + 0.5 - shift) / ratio - 0.5)
 
     def held(y: Any, x: Any, reach: Any) -> tuple[Array, Array]:
         texel = marched[np.clip(y, 0, sizes[0] - 1), np.clip(x, 0, sizes[1] - 1)]
         return texel, relative_difference(texel[..., 3], reach)
 
-    y, x = np.meshgrid(*at, indexing="ij")
+    y, x = positions(sizes, lengths.shape)
     sums, weights = np.zeros((*lengths.shape, 3)), np.zeros((*lengths.shape, 1))
     likest, least = np.zeros((*lengths.shape, 4)), np.full(lengths.shape, np.inf)
     for row, column in np.ndindex(4, 4):

@@ -5,6 +5,7 @@
 // Fog of a medium lies before it all.
 //! include "scatter/march/air_ray.wgsl"
 //! include "scatter/march/upsampling.wgsl"
+//! include "scatter/march/unmarked.wgsl"
 override FOGGED: bool = false;  // a medium's layer lies before the air's
 override KEEPS: bool = false;   // where nothing is drawn the picture shows the sky already
 

@@ -14,6 +14,7 @@ from airlight.scatter.march.cookies import SHAPES, Cookies, shape_of
 from airlight.scatter.march.hierarchies import GROUP, Hierarchies
 from airlight.scatter.march.profile import SPAN, SPANS, Profile
 from airlight.scatter.march.records import FRAME, LIGHT, dark_record, frame_record, light_record
+from airlight.scatter.march.refine import PUT, UPSAMPLE_MARKED, Refinement, no_list
 from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Dimming, Varying
@@ -40,7 +41,8 @@ class March:
 
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
     of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
-    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME.
+    through; to be drawn on before `record`. refinement: of the last `update`, where pixels are marched by themselves. frame: the uniform
+    buffer of a FRAME.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -73,6 +75,8 @@ class March:
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
+        self.refinement: Refinement | None = None
+        self._refined: list[Any] = []  # its pipelines
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -102,7 +106,9 @@ class March:
         passes = passes_of(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
         self._softening = medium.march.soften, medium.march.soften_kernel == "gaussian"
         self._resize((max(1, round(width * share)), max(1, round(height * share))), max(len(passes), 2 * bool(medium.march.soften)))
-        self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.size, self.pixels).tobytes())
+        frame = frame_record(view, projection, medium, self.size, self.pixels)
+        self.device.queue.write_buffer(self.frame, 0, frame.tobytes())
+        self._fit_refinement(passes, medium)
         while len(self._lights) < len(passes):
             self._lights.append(self.device.buffer(size=LIGHT.itemsize, uniform=True))
         if not panes:
@@ -132,17 +138,17 @@ class March:
         self._shapes = [(self._cookies.none, self.device.sampler()) if light is None else self._cookies.of(light) for light, _ in passes]
         self._names = ["ambient" if light is None else light.word for light, _ in passes]
         self._shades = {}
-        self._pipelines, self._tables = [], [(self._varying.voxels, self._varying.no_table)] * len(passes)
+        self._pipelines, self._refined, self._tables = [], [], [(self._varying.voxels, self._varying.no_table)] * len(passes)
         self._own_frames = {i: buffer for i, buffer in self._own_frames.items() if i < len(passes)}
         for i, (light, shadow) in enumerate(passes):
             self._begins.pop(i, None)
             if light is None:
                 self._own_frames.pop(i, None)
-                self.device.queue.write_buffer(self._lights[i], 0, dark_record(medium).tobytes())
                 exact = {"EXACT": medium.exact} if self._varies else {}
-                self._pipelines.append(self.device.pipeline(path, "march", LIT=False, PANES=panes, **self._fog, **exact))
+                self._add_pass(i, dark_record(medium), frame, path, {"LIT": False, "PANES": panes, **self._fog, **exact})
                 continue
             own = light.own_medium(medium)
+            record = frame
             if own is medium:
                 self._own_frames.pop(i, None)
             else:
@@ -152,7 +158,6 @@ class March:
                 self.device.queue.write_buffer(self._own_frames[i], 0, record.tobytes())
             shade = self._shade(i, light, medium, region) if self._varies else None
             self._shades[i] = light, shade
-            self.device.queue.write_buffer(self._lights[i], 0, light_record(light, shadow, view, medium, shade).tobytes())
             biased = bool(medium.march.shadow_bias)
             chosen = {**light.flags, "PHASE": medium.lobes(light.anisotropy)[0], "FIRST": i == 0, "BIASED": biased}
             chosen["PLANES"] = len(light.planes())
@@ -166,7 +171,23 @@ class March:
                 chosen |= {"JITTER": JITTERS[jitter], "FILTER": FILTERS.index(medium.march.shadow_filter)}
                 chosen["SNAP"] = medium.march.snap
                 chosen["CASCADES"] = light.directional and shadow is not None and len(shadow.views) > 1
-            self._pipelines.append(self.device.pipeline(path, "march", **chosen))
+            self._add_pass(i, light_record(light, shadow, view, medium, shade), record, path, chosen)
+
+    def _add_pass(self, i: int, light: np.ndarray, frame: np.ndarray, path: str, constants: dict[str, Any]) -> None:
+        """Writes the record of the i-th light, and compiles its pass."""
+        self.device.queue.write_buffer(self._lights[i], 0, light.tobytes())
+        self._pipelines.append(self.device.pipeline(path, "march", **constants))
+        if self.refinement is not None:
+            self.refinement.write(i, light, frame)
+            self._refined.append(self.device.pipeline(path, "march", **constants | {"PANES": False}))
+
+    def _fit_refinement(self, passes: Sequence[tuple[PunctualLight | None, Shadow | None]], medium: ResolvedMedium) -> None:
+        """Decides whether pixels are marched by themselves: not where none is a lamp's, and not where light is to be soft."""
+        has_lamps = any(light is not None and not light.directional for light, _ in passes)
+        if self.size == self.pixels or not medium.march.refine or medium.march.soften or not has_lamps:
+            self.refinement = None
+        elif self.refinement is None:
+            self.refinement = Refinement(self.device, self.pixels)
 
     def _shade(self, i: int, light: PunctualLight, medium: ResolvedMedium, region: Any) -> Shade | None:
         """Fits the table of what dims the i-th light, and notes if it is to be filled."""
@@ -198,22 +219,26 @@ class March:
             had = self._binds[key] = parts, self.device.bind(path, *seen)
         return had[1]
 
-    def _of_light(self, i: int, depth: Any) -> Any:
-        """Makes the bind group of the i-th light."""
+    def _of_light(self, i: int, depth: Any, refinement: Refinement | None = None) -> Any:
+        """Makes the bind group of the i-th light. refinement: for its list of pixels."""
         last = len(self._shadows) - 1
-        target, before = self.marched_layers[(last - i) % 2], self.marched_layers[(last - i + 1) % 2]
+        layers = self.marched_layers if refinement is None else refinement.layers
+        target, before = layers[(last - i) % 2], layers[(last - i + 1) % 2]
         if before is target:  # one light alone reads nothing
             before = _spare(self.device)
-        light, frame = self._lights[i], self._own_frames.get(i, self.frame)
+        if refinement is None:
+            light, frame, chosen = self._lights[i], self._own_frames.get(i, self.frame), no_list(self.device)
+        else:
+            light, frame, chosen = refinement.lights[i], refinement.frames[i], refinement.chosen
         buffer, texture = self._tables[i]
         varying = self._varying.record, self._varying.voxels, buffer
         exact = self._path == WALK
-        spare, profile = _no_profile(self.device), self.profile
+        spare, profile = _no_profile(self.device), None if refinement is not None else self.profile
         panes = (*(spare if profile is None else (profile.spans, profile.values)), self._glass[i] or spare[0])
         first, last_one = (self._hierarchies.buffers[i], ()) if exact else (noise_texture(self.device), (self._moments.views[i],))
         atlas = self._varying.atlas.texture, self.device.sampler(), texture
-        more = first, light, *varying, *panes, *last_one, *atlas, *self._shapes[i]
-        return self._bound(i, self._path, frame, light, depth, self._shadows[i], before, target, *more)
+        more = first, light, *varying, *panes, *last_one, *atlas, *self._shapes[i], chosen
+        return self._bound((i, refinement is not None), self._path, frame, light, depth, self._shadows[i], before, target, *more)
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
@@ -264,9 +289,25 @@ class March:
             if entry == "upsample":
                 counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
-            pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
-            bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
+            marched, refinement = self.marched_layers[0], self.refinement
+            path = UPSAMPLE if refinement is None else UPSAMPLE_MARKED
+            marks = () if refinement is None else (refinement.marks,)
+            pipeline = self.device.pipeline(path, entry, **own)
+            if refinement is not None:
+                refinement.measure(encoder, marched, timer)
+            bind = self._bound(path, path, *bound, marched, self.layer, self.transmittance, *marks)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
+            if refinement is not None:
+                self._refine(encoder, refinement, depth, timer)
+
+    def _refine(self, encoder: Any, refinement: Refinement, depth: Any, timer: Timer | None) -> None:
+        """Records the march of the pixels that were marked."""
+        refinement.gather(encoder, self.marched_layers[0], timer)
+        for i, (pipeline, name) in enumerate(zip(self._refined, self._names, strict=True)):
+            refinement.compute(encoder, pipeline, self._of_light(i, depth, refinement), f"march refined {name}", timer)
+        pipeline = self.device.pipeline(PUT, "put")
+        bound = self.frame, self._lights[0], depth, self._shadows[0], refinement.layers[0], self.layer, refinement.chosen
+        refinement.compute(encoder, pipeline, self._bound("put", PUT, *bound), "march refined", timer)
 
     def _begin_at(self, i: int, pixel: tuple[int, int]) -> None:
         """Let the next pass of the i-th light begin at a pixel."""

@@ -26,6 +26,7 @@ struct Frame {
     depth_sharpness: f32,       // of a neighbour's weight, by the relative difference of lengths
     depth_threshold: f32,       // relative, from which on a neighbour shows something else
     variance_cut: f32,          // visibility that counts as dark
+    refine: f32,                // error of upsampling, of the mean radiance, from which on a pixel is marched by itself
     size: vec2u,                // of what is computed
     pixels: vec2u,              // of the picture
 }

@@ -7,6 +7,7 @@
 // Visibility: the nearest texel; percentage-closer filtering (Reeves et al. 1987); percentage-closer soft shadows (Fernando 2005); or
 // variance shadow maps (Donnelly and Lauritzen 2006).
 //! include "scatter/march/parts.wgsl"
+//! include "scatter/march/chosen.wgsl"
 //! include "scatter/march/groups.wgsl"
 //! include "scatter/march/filters.wgsl"
 //! include "wgsl/jitter.wgsl"
@@ -383,14 +384,15 @@ fn with_scattered(there: vec3f, ray: Ray, pixel: vec2u, around: vec2f) -> vec3f 
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
-    if (any(pixel >= frame.size)) { return; }
-    let ray = camera_ray(pixel);
+    if (!is_listed() && any(pixel >= frame.size)) { return; }
+    let sampled = marched_pixel(pixel);
+    let ray = camera_ray_at(sampled);
     if (PANES) {
         textureStore(layer, pixel, layer_of_parts(pixel, ray));
         return;
     }
     var sum = ambient_or_previous(pixel, ray);
     if (VARIES) { enter_field(ray); }
-    if (LIT) { sum = with_scattered(sum, ray, pixel, vec2f(0.0, ray.reach)); }
+    if (LIT) { sum = with_scattered(sum, ray, select(pixel, sampled, is_listed()), vec2f(0.0, ray.reach)); }
     textureStore(layer, pixel, finished(pixel, ray, sum));
 }

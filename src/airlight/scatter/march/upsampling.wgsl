@@ -1,16 +1,32 @@
 // Joint bilateral upsampling (Kopf et al. 2007) of a march at a part of the picture's size: each pixel takes the mean of 4 x 4 neighbours,
 // weighted by their nearness and by the likeness of their rays' lengths, its guide. Where none of them is alike, as in gaps between leaves,
-// a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled.
+// a search on a spiral finds the nearest one that is. Twin: reference/march.py:upsampled. Whoever includes this says whether it MARKS unsure
+// pixels, and has `mark` for these.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/march/likeness.wgsl"
 //! include "wgsl/unit_at.wgsl"
 
 const SEARCH_STEPS = 64.0;      // of the spiral
+const BEND_SHARE = 4.0;         // of the difference between means over 4 x 4 and 2 x 2 neighbours, that a pixel may be wrong by
+const DEVIATION_SHARE = 0.5;    // of the standard deviation of the 4 x 4
+const SPAN_SHARE = 0.125;       // of the range of 2 x 2 neighbours
 
 /// Read a pixel of the smaller march: radiance, and its ray's length; or, where density varies, what its optical length is more than the
 /// air's closed form.
 fn marched(q: vec2i) -> vec4f {
     return textureLoad(before, clamp(q, vec2i(0), vec2i(frame.size) - 1), 0);
+}
+
+/// Average the colours of a radiance. Twin: reference/refine.py:grey.
+fn grey(radiance: vec3f) -> f32 {
+    return dot(radiance, vec3f(1.0 / 3.0));
+}
+
+/// Estimate the error of a pixel's upsampled radiance, from the difference of its means over 4 x 4 neighbours and over 2 x 2, from the standard
+/// deviation of the former, as in the middle of an edge these are the same, and from the range of the latter whatever their depth.
+/// Twin: reference/refine.py:upsampling_error.
+fn upsampling_error(bend: f32, deviation: f32, span: f32) -> f32 {
+    return max(BEND_SHARE * abs(bend), max(DEVIATION_SHARE * deviation, SPAN_SHARE * span));
 }
 
 /// Search on a spiral (Vogel 1979) around a position of the smaller march for the nearest ray about as long as this one, or else take the
@@ -58,6 +74,13 @@ fn upsample_between(id: vec2u) {
     if (VARIES) {
         //! each k of 16: more[k] = held[k].a; held[k].a = marched_length(clamp(base + vec2i(vec2u(k % 4u, k / 4u)), vec2i(0), vec2i(frame.size) - 1), held[k]);
     }
+    var greys = array<f32, 16>();
+    var extremes = vec2f(3e38, 0.0);
+    var error = 0.0;
+    if (MARKS) {
+        //! each k of 16: greys[k] = grey(held[k].rgb);
+        //! each k of 4: extremes = vec2f(min(extremes.x, greys[5u + k % 2u + 4u * (k / 2u)]), max(extremes.y, greys[5u + k % 2u + 4u * (k / 2u)]));
+    }
     var n = 0u;
     loop {
         if (n >= count.x * count.y) { break; }
@@ -78,9 +101,27 @@ fn upsample_between(id: vec2u) {
         //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); sum += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec4f(held[k].rgb, 1.0); if (VARIES) { sum_more += (near * exp(-frame.depth_sharpness * off) + 1e-20) * more[k]; } if (off < least && near > 1e-3) { least = off; likest = held[k]; likest_more = more[k]; }
         var color = vec4f(sum.rgb, sum_more) / sum.a;
         let own = optical_length(ray, reach);
+        // Estimate how wrong it is
+        if (MARKS) {
+            let mean = grey(color.rgb);
+            var squares = 0.0;
+            //! each k of 16: near = near_x[k % 4u] * near_y[k / 4u]; off = relative_difference(held[k].a, reach); squares += (near * exp(-frame.depth_sharpness * off) + 1e-20) * (greys[k] - mean) * (greys[k] - mean);
+            var closest = vec2f(0.0);
+            //! each k of 4: near = max(near_x[1u + k % 2u] - 1.0, 0.0) * max(near_y[1u + k / 2u] - 1.0, 0.0); off = relative_difference(held[5u + k % 2u + 4u * (k / 2u)].a, reach); closest += (near * exp(-frame.depth_sharpness * off) + 1e-20) * vec2f(greys[5u + k % 2u + 4u * (k / 2u)], 1.0);
+            error = max(error, upsampling_error(mean - closest.x / closest.y, sqrt(squares / sum.a), extremes.y - extremes.x));
+        }
         // Search farther away where none is alike
         if (least > frame.depth_threshold) { color = search_alike(at, ray, own, likest, likest_more); }
         put_upsampled(pixel, ray, own, color);
         n += 1u;
+    }
+    // Mark all of them where one is unsure: one alone would stand out
+    if (MARKS) {
+        n = 0u;
+        loop {
+            if (n >= count.x * count.y) { break; }
+            mark(first + vec2u(n % count.x, n / count.x), error);
+            n += 1u;
+        }
     }
 }

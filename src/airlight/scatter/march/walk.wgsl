@@ -1,6 +1,7 @@
 // The exact walk: the integral over a ray with no error but the shadow map's own. Lit segments of t are collected, see segments.wgsl, and
 // their integrals are closed, or by quadrature: see lights.wgsl.
 //! include "scatter/march/parts.wgsl"
+//! include "scatter/march/chosen.wgsl"
 //! include "scatter/march/segments.wgsl"
 
 /// Integrate over the lit segments that wait, and drop them: transmittance for a directional light, else in-scattered radiance.
@@ -67,8 +68,9 @@ fn in_scattered(ray: Ray, pixel: vec2u, around: vec2f) -> vec3f {
 @compute @workgroup_size(8, 8)
 fn march(@builtin(global_invocation_id) id: vec3u) {
     let pixel = id.xy + light_storage.begin;
-    if (any(pixel >= frame.size)) { return; }
-    let ray = camera_ray(pixel);
+    if (!is_listed() && any(pixel >= frame.size)) { return; }
+    let sampled = marched_pixel(pixel);
+    let ray = camera_ray_at(sampled);
     if (PANES) {
         textureStore(layer, pixel, layer_of_parts(pixel, ray));
         return;
