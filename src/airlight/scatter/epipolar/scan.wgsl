@@ -29,6 +29,7 @@ struct Bundle {               // one workgroup's lines
     state_out: u32,           // NOWHERE: no farther zone goes on from here
     end: f32,                 // 1 - D: the step of the far end over that of the sample
     column: u32,              // texture column of line 0
+    sector: u32,              // where `state` tells whether the lines are needed; NOWHERE: they are
     c: vec4f,                 // of the powers
     beyond_c: vec4f,
     gain: vec4f,              // of the light; w: fifth of beyond_c
@@ -98,7 +99,9 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var sum: Rgb;             // zeroed by hand: the translator does not, within a loop
     var at = bundle.run;
     var node = 0u;
-    var left = bundle.steps;
+    // close lines leave no state: it tells of each sector whether something on it is bright
+    let is_needed = bundle.sector == NOWHERE || state[min(bundle.sector, arrayLength(&state) - 1u)] > 0.0;
+    var left = select(0u, bundle.steps, is_needed);
     while (left > 0u) {
         // Read the head of a run of steps of equal length
         let first = table_texel(at);
