@@ -40,14 +40,16 @@ def wedges(grid: Grid) -> Array:
     return np.concatenate(out)
 
 
-def lines(grid: Grid, apron: int) -> Array:
+def lines(grid: Grid, wide: Grid, apron: int) -> Array:
     """Make four LINES records, by which a shader finds the sectors of a place in the source; zeros where there are fewer quadrants."""
     out = np.zeros(4, LINES)
+    near = {(q.axis, q.sign): wide.near(q) for q in wide.quadrants}
     for record, q in zip(out, grid.quadrants, strict=False):
         major, minor = grid.light[q.axis] + apron, grid.light[1 - q.axis] + apron
         record["u"] = -q.sign * major, q.sign
         record["line"] = q.m_lo * q.sign * major - minor, -q.m_lo * q.sign
         record["scale"] = 1 / (q.dm * SECTOR)
+        record["near"] = near[q.axis, q.sign]
         record["is_down"], record["first"], record["sectors"] = q.axis, q.sector0, (q.lines - 1) // SECTOR
     return out
 
@@ -55,14 +57,14 @@ def lines(grid: Grid, apron: int) -> Array:
 class BrightSectors:
     """Plans the passes that find where the source is bright, and light the sectors of a grid that meet it. lit: a f32 a sector."""
 
-    def __init__(self, device: Device, grid: Grid, source: Any, apron: int) -> None:
+    def __init__(self, device: Device, grid: Grid, wide: Grid, source: Any, apron: int) -> None:
         width, height, _ = source.size
         count = -(-width // BLOCK) * -(-height // BLOCK)
         self.lit = device.buffer(size=4 * sum((q.lines - 1) // SECTOR for q in grid.quadrants))
         blocks = device.buffer(size=8 * (count + 1))
         groups = -(-count // LANES)
         self.dispatches = [(device.pipeline(BRIGHT, entry), n) for entry, n in (("measure", groups), ("clear", 1), ("mark", groups))]
-        self.bind = device.bind(BRIGHT, source, device.sampler(), device.buffer(lines(grid, apron).tobytes()), blocks, self.lit)
+        self.bind = device.bind(BRIGHT, source, device.sampler(), device.buffer(lines(grid, wide, apron).tobytes()), blocks, self.lit)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the passes."""

@@ -11,6 +11,7 @@ struct Lines {                // of a quadrant
     is_down: u32,             // 1: the major axis is y
     first: u32,               // of its sectors
     sectors: u32,
+    near: f32,                // distance, px, as far as wide lines are close enough
 }
 
 @group(0) @binding(0) var source: texture_2d<f32>;
@@ -82,14 +83,13 @@ fn mark(@builtin(global_invocation_id) id: vec3u) {
         let near = select(low, low.yx, q.is_down == 1u); // along the major axis, across it
         let far = select(high, high.yx, q.is_down == 1u);
         let u = q.u.x + q.u.y * vec2f(near.x, far.x);
-        if (is_bright && max(u.x, u.y) > 0.0) {
-            // The line is monotone in both coordinates where u > 0: its ends lie in the corners; a block around the light is on all
+        if (is_bright && max(u.x, u.y) > q.near) {
+            // The line is monotone in both coordinates where u > 0: its ends lie in the corners
             let across = q.line.x + q.line.y * vec2f(near.x, far.x);
-            let at = q.scale * vec4f(near.y + across, far.y + across) / max(u.xyxy, vec2f(1e-3).xyxy);
-            let is_around = min(u.x, u.y) < 1.0;
+            let at = q.scale * vec4f(near.y + across, far.y + across) / max(u.xyxy, vec4f(1.0));
             let ends = vec2f(min(min(at.x, at.y), min(at.z, at.w)), max(max(at.x, at.y), max(at.z, at.w)));
-            let begin = select(u32(clamp(ends.x, 0.0, f32(q.sectors))), 0u, is_around);
-            let end = select(u32(clamp(ends.y + 1.0, 0.0, f32(q.sectors))), q.sectors, is_around);
+            let begin = u32(clamp(ends.x, 0.0, f32(q.sectors)));
+            let end = u32(clamp(ends.y + 1.0, 0.0, f32(q.sectors)));
             for (var i = begin; i < end; i++) {
                 lit[q.first + i] = 1.0;
             }

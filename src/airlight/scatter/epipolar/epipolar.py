@@ -20,6 +20,7 @@ from airlight.scatter.radial.radial import RadialPlan
 from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
+FAINT_RATIO = 0.25  # of the far end's distance over the pixel's, up to which one sample there stands for several steps
 AT_ONCE = 32  # workgroups of a scan that are carried out at once, in work that is done in slices
 TABLE_ROW_TEXELS = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
@@ -72,6 +73,10 @@ def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]
     heads = np.zeros((len(steps), 4, 4))
     heads[:, 0], heads[:, 2] = positions[: len(a)], far
     heads[:, 1] = positions[len(a) :] - positions[: len(a)]
+    apart = np.maximum(mix.ratio * width, 1e-9)  # of the far ends of two steps, px
+    # near the light, and where it counts much, the far end must be as fine as the rest
+    most = 0.0 if mix.ratio > FAINT_RATIO or mix.opposite else 2.0 if not grid.inside else 0.5 if grid.at_edge else 0.0
+    heads[:, 3, 2] = np.clip(most // apart, 1, [len(own) for own in steps])
     heads[:, 3, :2] = [(len(own), own[..., 3].any()) for own in steps]
     return [block for head, own in zip(heads, steps, strict=True) for block in (head, own.reshape(-1, 4))]
 
@@ -204,7 +209,7 @@ class EpipolarPlan:
         passes: list[Any] = []
         if self.grid.halves:
             self.grid, close = Grid(*laid, "wide"), Grid(*laid, "close")
-            bright = BrightSectors(device, close, target.source, target.apron)
+            bright = BrightSectors(device, close, self.grid, target.source, target.apron)
             passes = [bright, GridPlan(device, close, target, gain, bright.lit, lam=lam, base=base)]
         self.passes = [GridPlan(device, self.grid, target, gain, None, lam=lam, base=base), *passes]
 

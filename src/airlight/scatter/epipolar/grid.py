@@ -18,6 +18,10 @@ from airlight.scatter.epipolar.moments import Array, Mixture
 LONG_PX = 100  # of the weight's length at the farthest pixel, from which only what is bright asks for close lines
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
+CLOSER = 0.7  # of the spacing of close lines, for a light outside: there are few
+WIDE_RADII = (120, 400)  # of wide lines, for a light outside
+CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
+BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
 PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
 
 
@@ -37,12 +41,12 @@ class Fineness:
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
     full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
-    calm: float = 1.0  # factor of the spacing, for a light at the edge or outside, of lines that meet nothing bright
+    calm: tuple[float, float] = (1, 1)  # factors of the spacing, for a light outside and at the edge, of lines that meet nothing bright
 
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 0.375, 2, 0.5, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), 3.0),
+    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), (2.8, 3.5)),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 0.28, 2, 0.5, 6e-4, 1.2, (1920, 1440)),
 }
 
@@ -115,12 +119,14 @@ class Grid:
             if length_px < SHARP_PX:  # nodes on pixels' centres do more for it than close lines
                 step, wider = min(0.5, step), 2 * wider
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
-        # close lines, of which there are few, need neither
-        self.halves = fine.calm > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
+        # the layer is as sharp as what lies before it is bright; where rays are short it is so everywhere
+        self.halves = max(fine.calm) > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
         if part == "wide":
-            fine = dataclasses.replace(fine, spacing=fine.calm * fine.spacing, largest=2 * fine.largest)
+            radii = fine.radii if inside else WIDE_RADII
+            fine = dataclasses.replace(fine, spacing=fine.calm[inside] * fine.spacing, largest=4 * fine.largest, radii=radii)
         elif part == "close":
-            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1)
+            spacing = fine.spacing * (1.0 if inside else CLOSER)
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
@@ -259,6 +265,11 @@ class Grid:
         for begin, end in itertools.pairwise(q.splits):
             cuts = [begin, *breaks[(breaks > begin) & (breaks < end)].tolist(), end]
             q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
+
+    def near(self, q: Quadrant) -> float:
+        """Find how far from the light the lines of the nearest zone lie closer than CLOSE_PX: wide lines are close enough there."""
+        stride = 2 ** (len(q.splits) - 2)
+        return max(min(CLOSE_PX / (stride * q.dm), float(q.u[q.splits[1]])), BESIDE_PX)
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """Find the position in pixels on line 0 at distances s, and its change from line to line: (n, 4)."""

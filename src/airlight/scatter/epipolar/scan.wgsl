@@ -48,7 +48,7 @@ fn sample_source(position: vec4f, line: u32, stride: u32) -> vec3f {
 }
 
 /// Reads the table: for each run of steps of equal length the position of its first sample, how it moves from step to step, the
-/// position of the far end, and (number of steps, 1 if the far end counts); then for each step and power (g, k1, k2, k3).
+/// position of the far end, and (number of steps, 1 if the far end counts, steps to one sample of it); then for each step and power (g, k1, k2, k3).
 /// A position is that of line 0 and the vector from line to line.
 fn table_texel(i: u32) -> vec4f {
     return textureLoad(table, vec2u(i & 255u, i >> 8u), 0);
@@ -111,14 +111,16 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let steps = min(u32(about.x), left);
         left -= steps;
         at += 4u;
-        for (var n = 0u; n < steps; n++) {
-            // Sample the step's two halves, and the far end of the ray
+        for (var begin = 0u; begin < steps; begin += u32(about.z)) {
+            // Sample the far end of the ray, for as many steps as move it by two pixels
+            if (FAR_END) {
+                if (about.y > 0.0) { i3 = sample_lines(end + ((f32(begin) + 0.5 * (about.z - 1.0)) * bundle.end) * step, line, bundle.stride); }
+            }
+            for (var n = begin; n < min(begin + u32(about.z), steps); n++) {
+            // Sample the step's two halves
             let position = first + f32(n) * step;
             let i1 = sample_lines(position, line, bundle.stride);
             let i2 = sample_lines(position + 0.5 * step, line, bundle.stride);
-            if (FAR_END) {
-                if (about.y > 0.0) { i3 = sample_lines(end + (f32(n) * bundle.end) * step, line, bundle.stride); }
-            }
             // Step every moment, and sum them
             sum = Rgb();
             //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
@@ -127,6 +129,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             // a store beyond the texture is dropped
             store_sums(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
             node++;
+            }
         }
     }
     if (bundle.state_out != NOWHERE) {
