@@ -123,7 +123,7 @@ class Grid:
         self.halves = max(fine.calm) > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
         if part == "wide":
             radii = fine.radii if inside else WIDE_RADII
-            fine = dataclasses.replace(fine, spacing=fine.calm[inside] * fine.spacing, largest=4 * fine.largest, radii=radii)
+            fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
         elif part == "close":
             spacing = fine.spacing * (1.0 if inside else CLOSER)
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing)
