@@ -236,9 +236,7 @@ def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters
     taps = direct_taps(size, (x, y), density)
     if not taps:
         at = (x * size[0], y * size[1])
-        return EpipolarPlan(
-            device, size, at, target, density=density, lam=p.lam, border=p.border, quality=p.quality, gain=gain, base=base
-        )
+        return EpipolarPlan(device, size, at, target, density=density, lam=p.lam, border=p.border, quality=p.quality, gain=gain, base=base)
     step = 0.5 * p.lam / taps
     share = (math.sinh(step) / step if 0 < step < 300 else 1.0) / taps  # the taps' weights are exact where I is constant
     return RadialPlan(

@@ -143,7 +143,8 @@ class Grid:
     def _lay_out(self, max_side: int) -> bool:
         """Place each quadrant in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
-        widths = [32 * -(-(q.lines if self.part != "close" else q.lines + q.lines // SECTOR - 1) // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
+        shared = [q.lines // SECTOR - 1 if self.part == "close" else 0 for q in self.quadrants]  # lines that two sectors hold
+        widths = [32 * -(-(q.lines + n) // 32) for q, n in zip(self.quadrants, shared, strict=True)]  # the scan runs 32 lines at a time
         below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
         choices = [size for size in (below, beside) if max(size) <= max_side]
         if not choices:

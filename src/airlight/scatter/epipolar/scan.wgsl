@@ -112,23 +112,23 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         left -= steps;
         at += 4u;
         for (var begin = 0u; begin < steps; begin += u32(about.z)) {
-            // Sample the far end of the ray, for as many steps as move it by two pixels
+            // Sample the far end of the ray, in the middle of some steps
             if (FAR_END) {
                 if (about.y > 0.0) { i3 = sample_lines(end + ((f32(begin) + 0.5 * (about.z - 1.0)) * bundle.end) * step, line, bundle.stride); }
             }
             for (var n = begin; n < min(begin + u32(about.z), steps); n++) {
-            // Sample the step's two halves
-            let position = first + f32(n) * step;
-            let i1 = sample_lines(position, line, bundle.stride);
-            let i2 = sample_lines(position + 0.5 * step, line, bundle.stride);
-            // Step every moment, and sum them
-            sum = Rgb();
-            //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
-            //! each k of 5: if (k < BEYOND) { let w = table_texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
-            at += POWERS + BEYOND;
-            // a store beyond the texture is dropped
-            store_sums(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
-            node++;
+                // Sample the step's two halves
+                let position = first + f32(n) * step;
+                let i1 = sample_lines(position, line, bundle.stride);
+                let i2 = sample_lines(position + 0.5 * step, line, bundle.stride);
+                // Step every moment, and sum them
+                sum = Rgb();
+                //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
+                //! each k of 5: if (k < BEYOND) { let w = table_texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
+                at += POWERS + BEYOND;
+                // a store beyond the texture is dropped
+                store_sums(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
+                node++;
             }
         }
     }
