@@ -17,6 +17,7 @@ from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
+from airlight.scatter.visibility.table import VisibilityTables
 from airlight.shadows import Shadow
 
 SHADERS = ("walk", "steps", "upsample", "build_hierarchy", "transmit", "fill_shade", "soften")
@@ -80,6 +81,8 @@ class March:
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
+        self._tabled = VisibilityTables(device, pixels, self.layer, self.transmittance)
+        self._goal = self.layer  # what is written by the lights that go by steps
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -104,6 +107,10 @@ class March:
         a box outside of which the air's noise dims no light. panes: surfaces are seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
+        lights = self._tabled.update(view, projection, lights, medium, panes)
+        if self._tabled.alone:
+            self.profile = None
+            return
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
         passes = passes_of(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
@@ -192,9 +199,9 @@ class March:
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
-        if size != self.size or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
-            self.size = size
-            first = self.layer if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
+        if size != self.size or self._goal is not self._tabled.below or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
+            self.size, self._goal = size, self._tabled.below
+            first = self._goal if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
             self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
@@ -225,6 +232,9 @@ class March:
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
+        if self._tabled.alone:
+            self._tabled.record(encoder, depth, _spare(self.device), timer)
+            return
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
         for i, key, pipeline, shade in self._fills:
@@ -273,8 +283,9 @@ class March:
                 counts = (-(-(self.size[0] + 1) // GROUP), -(-(self.size[1] + 1) // GROUP))
             own = {name: value for name, value in self._fog.items() if name in ("FOG", "VARIES")}
             pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
-            bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self.layer, self.transmittance)
+            bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self._goal, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
+        self._tabled.record(encoder, depth, _spare(self.device), timer)
 
     def _begin_at(self, i: int, pixel: tuple[int, int]) -> None:
         """Let the next pass of the i-th light begin at a pixel."""

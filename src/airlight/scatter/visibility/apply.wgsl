@@ -1,0 +1,48 @@
+// Looks the visibility of each pixel up in the table, with its own ray's length, and writes the layer.
+//! include "scatter/visibility/grid.wgsl"
+//! include "scatter/visibility/place.wgsl"
+override COLOURS: bool = false; // extinction differs between red, green and blue
+override MAPS: u32 = 1u;
+override BEYOND: bool = true;   // rays may leave the map before they end
+override LAST: bool = true;     // writes transmittance too
+
+@group(0) @binding(7) var atlas: texture_2d<f32>;
+@group(0) @binding(8) var linear: sampler;
+@group(0) @binding(9) var layer_transmittance: texture_storage_2d<rgba32float, write>;
+
+/// Read the visibility of a place in a map's grid up to so many texels, in red, green and blue.
+fn visibility_at(map: u32, place: PlaceInGrid, texels: f32, texel: vec2f) -> vec3f {
+    let step = select(3.0, 2.0, COLOURS);
+    let block = block_at(texels);
+    let layer_index = clamp(floor(block / step), 0.0, f32(grid.layers) - 1.0);
+    let part = clamp(block - layer_index * step, 0.0, step);
+    let at = vec2f(layer_index * place.rays + place.ray, place.row + f32(grid.map[map].first_row)) + 0.5;
+    let values = textureSampleLevel(atlas, linear, at * texel, 0.0);
+    if (!COLOURS) { return vec3f(between_planes(values, part)); }
+    let seen = between_planes(values.xyzz, part);
+    return clamp(seen + values.w * (frame.sigma_t - grid.middle) / max(grid.spread, 1e-30), vec3f(0.0), vec3f(1.0));
+}
+
+/// Integrate what is lit of a ray in one map. pace: texels a metre.
+fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f) -> vec3f {
+    let whole = min(ray.reach, frame.sun_reach);
+    var range = vec2f(0.0, whole);
+    if (MAPS > 1u) { range = clamp(vec2f(grid.map[map].near, grid.map[map].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole)); }
+    if (!BEYOND) { return visibility_at(map, place, range.y * pace, texel) * lit_integral(ray, range); }
+    let stop = clamp(grid.map[map].stop / pace, range.x, range.y);
+    let known = visibility_at(map, place, stop * pace, texel) * lit_integral(ray, vec2f(range.x, stop));
+    return known + lit_integral(ray, vec2f(stop, range.y));
+}
+
+/// Write a pixel's layer.
+@compute @workgroup_size(8, 8)
+fn apply(@builtin(global_invocation_id) id: vec3u) {
+    let ray = camera_ray_at(id.xy);
+    let place = place_in_grid(vec2f(id.xy) + 0.5, vec2f(frame.pixels), grid.slope, grid.offset, grid.rate, grid.first, grid.rays);
+    let texel = 1.0 / vec2f(textureDimensions(atlas));
+    var total = vec3f(0.0);
+    //! each k of 4: if (MAPS > k) { total += lit_in_map(k, ray, place, max(length((light.view[k].matrix * vec4f(ray.direction, 0.0)).xy), LEAST_PACE), texel); }
+    let sum = ambient_or_previous(id.xy, ray) + in_scatter_directional(ray) * total;
+    textureStore(layer, id.xy, vec4f(sum, ray.reach));
+    if (LAST) { textureStore(layer_transmittance, id.xy, vec4f(transmittance(optical_length(ray, ray.reach), frame.sigma_t), 1.0)); }
+}
