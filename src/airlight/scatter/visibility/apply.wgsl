@@ -4,6 +4,9 @@
 override COLOURS: bool = false; // extinction differs between red, green and blue
 override MAPS: u32 = 1u;
 override BEYOND: bool = true;   // rays may leave the map before they end
+override SHORT: bool = true;    // suns light less far than the medium reaches
+override GLOWS: bool = true;    // there is a glow around suns
+override AMBIENT: bool = true;  // there is ambient light
 override LAST: bool = true;     // writes transmittance too
 
 @group(0) @binding(7) var atlas: texture_2d<f32>;
@@ -23,14 +26,14 @@ fn visibility_at(map: u32, place: PlaceInGrid, texels: f32, texel: vec2f) -> vec
     return clamp(seen + values.w * (frame.sigma_t - grid.middle) / max(grid.spread, 1e-30), vec3f(0.0), vec3f(1.0));
 }
 
-/// Integrate what is lit of a ray in one map. pace: texels a metre.
-fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f) -> vec3f {
-    let whole = min(ray.reach, frame.sun_reach);
+/// Integrate what is lit of a ray in one map. pace: texels a metre; whole: m; full: the integral up to there where all of it is lit.
+fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f, whole: f32, full: vec3f) -> vec3f {
+    if (MAPS == 1u && !BEYOND) { return visibility_at(map, place, whole * pace, texel) * full; }
     var range = vec2f(0.0, whole);
     if (MAPS > 1u) { range = clamp(vec2f(grid.map[map].near, grid.map[map].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole)); }
-    if (!BEYOND) { return visibility_at(map, place, range.y * pace, texel) * lit_integral(ray, range); }
     let stop = clamp(grid.map[map].stop / pace, range.x, range.y);
     let known = visibility_at(map, place, stop * pace, texel) * lit_integral(ray, vec2f(range.x, stop));
+    if (MAPS == 1u) { return known + full - lit_integral(ray, vec2f(0.0, stop)); }
     return known + lit_integral(ray, vec2f(stop, range.y));
 }
 
@@ -39,10 +42,17 @@ fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f) -
 fn apply(@builtin(global_invocation_id) id: vec3u) {
     let ray = camera_ray_at(id.xy);
     let place = place_in_grid(vec2f(id.xy) + 0.5, vec2f(frame.pixels), grid.slope, grid.offset, grid.rate, grid.first, grid.rays);
-    let texel = 1.0 / vec2f(textureDimensions(atlas));
+    let whole = select(ray.reach, min(ray.reach, frame.sun_reach), SHORT);
+    let full = lit_integral(ray, vec2f(0.0, whole));
     var total = vec3f(0.0);
-    //! each k of 4: if (MAPS > k) { total += lit_in_map(k, ray, place, max(length((light.view[k].matrix * vec4f(ray.direction, 0.0)).xy), LEAST_PACE), texel); }
-    let sum = ambient_or_previous(id.xy, ray) + in_scatter_directional(ray) * total;
+    //! each k of 4: if (MAPS > k) { total += lit_in_map(k, ray, place, max(length((light.view[k].matrix * vec4f(ray.direction, 0.0)).xy), LEAST_PACE), grid.atlas_texel, whole, full); }
+    var sum = total * frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
+    if (GLOWS) { sum = total * in_scatter_directional(ray); }
+    if (!FIRST || AMBIENT) { sum += ambient_or_previous(id.xy, ray); }
     textureStore(layer, id.xy, vec4f(sum, ray.reach));
-    if (LAST) { textureStore(layer_transmittance, id.xy, vec4f(transmittance(optical_length(ray, ray.reach), frame.sigma_t), 1.0)); }
+    if (LAST) {
+        var seen = transmittance(optical_length(ray, ray.reach), frame.sigma_t);
+        if (FOG == EVEN && !SHORT) { seen = max(1.0 - frame.sigma_t * full, vec3f(0.0)); }
+        textureStore(layer_transmittance, id.xy, vec4f(seen, 1.0));
+    }
 }

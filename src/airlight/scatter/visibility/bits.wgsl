@@ -25,11 +25,9 @@ fn count(@builtin(global_invocation_id) id: vec3u) {
     let i = part.first + id.z * part.rows + min(id.x, part.count - 1u);
     let row = rows[i];
     let map = grid.map[id.z];
-    // Leave out what no ray of this row and of its neighbours reaches
-    let before = max(i, 1u) - 1u;
-    let after = min(i + 1u, grid.rows - 1u);
+    // Leave out what no ray of this row reaches
     var farthest = 0.0;
-    //! each k of 4: if (WORDS > k) { farthest = max(farthest, max(word_ends[k * grid.rows + i], max(word_ends[k * grid.rows + before], word_ends[k * grid.rows + after]))); }
+    //! each k of 4: if (WORDS > k) { farthest = max(farthest, word_ends[k * grid.rows + i]); }
     if (block_begin(f32(id.y - id.y % STEP)) > ROOM * farthest) { return; }
     let begin = block_begin(f32(id.y));
     // Look up samples, each at the middle of its part of the block

@@ -28,7 +28,7 @@ fn walk_map(i: u32, ray: Ray, range: vec2f) -> vec3f {
         let leave = clamp(min(ahead.x, ahead.y), t, end);
         let held = biased_occluder_depth(textureLoad(shadow, vec2i(cell), i, 0), bias);
         let lit = clip_range(vec2f(t, leave), line.b.z - held, line.a.z);
-        if (lit.y > lit.x) { sum += lit_integral(ray, lit); }
+        sum += lit_integral(ray, vec2f(lit.x, max(lit.x, lit.y)));
         cell = clamp(cell + select(vec2f(0.0, sign(line.a.y)), vec2f(sign(line.a.x), 0.0), ahead.x < ahead.y), vec2f(0.0), most);
         t = leave;
         continuing { break if t >= end; }
@@ -38,25 +38,26 @@ fn walk_map(i: u32, ray: Ray, range: vec2f) -> vec3f {
     let texel = floor(at.xy);
     let within = clamp(texel, vec2f(0.0), most);
     let held = biased_occluder_depth(textureLoad(shadow, vec2i(within), i, 0), bias);
-    if (any(within != texel) || at.z >= held) { sum += lit_integral(ray, vec2f(last, range.y)); }
-    return sum;
+    return sum + lit_integral(ray, vec2f(select(range.y, last, any(within != texel) || at.z >= held), range.y));
+}
+
+/// Clip a ray to what a map counts for, up to `whole`, m.
+fn range_in_map(i: u32, ray: Ray, whole: f32) -> vec2f {
+    if (MAPS == 1u) { return vec2f(0.0, whole); }
+    return clamp(vec2f(grid.map[i].near, grid.map[i].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole));
 }
 
 /// Write a pixel's layer anew, near the epipole.
 @compute @workgroup_size(8, 8)
 fn walk_core(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = core.begin + id.xy;
-    if (any(pixel >= frame.pixels) || distance(vec2f(pixel) + 0.5, core.middle) > RADIUS) { return; }
+    let pixel = min(core.begin + id.xy, frame.pixels - 1u);
+    let away = distance(vec2f(core.begin + id.xy) + 0.5, core.middle);
     let ray = camera_ray_at(pixel);
     let whole = min(ray.reach, frame.sun_reach);
     var total = vec3f(0.0);
-    var i = 0u;
-    loop {
-        var range = vec2f(0.0, whole);
-        if (MAPS > 1u) { range = clamp(vec2f(grid.map[i].near, grid.map[i].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole)); }
-        total += walk_map(i, ray, range);
-        i += 1u;
-        continuing { break if i >= MAPS; }
-    }
-    textureStore(layer, pixel, vec4f(ambient_or_previous(pixel, ray) + in_scatter_directional(ray) * total, ray.reach));
+    //! each k of 4: if (MAPS > k) { total += walk_map(k, ray, range_in_map(k, ray, whole)); }
+    let sum = ambient_or_previous(pixel, ray) + in_scatter_directional(ray) * total;
+    // Store what is out of the disc nowhere: software Vulkan fails at exponentials in a branch
+    let is_core = away <= RADIUS && all(pixel == core.begin + id.xy);
+    textureStore(layer, select(frame.pixels, pixel, is_core), vec4f(sum, ray.reach));
 }

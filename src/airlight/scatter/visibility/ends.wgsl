@@ -3,27 +3,38 @@
 @group(0) @binding(7) var<storage, read> rows: array<Row>;
 @group(0) @binding(8) var<storage, read_write> ray_ends: array<f32>; // texels; all rows' first rays first
 @group(0) @binding(9) var<storage, read_write> word_ends: array<f32>; // texels, of 32 rays; all rows' first words first
+@group(0) @binding(10) var farthest_tiles: texture_2d<f32>; // see farthest.wgsl
+
+/// Measure, along the camera's axis, m, how far what lies at a depth is; as far as the medium is lit, at most. long: m of the ray a metre of that.
+fn lit_ahead(depth: f32, long: f32) -> f32 {
+    let ahead = (frame.depth.x * depth + frame.depth.y) / (frame.depth.z * depth + frame.depth.w);
+    let most = min(frame.max_distance, frame.sun_reach) / long;
+    return select(clamp(ahead, 0.0, most), most, depth >= 1.0);
+}
 
 /// Find the ends of a row's rays, at surfaces, and how far its words are needed.
 @compute @workgroup_size(64)
 fn ends(@builtin(global_invocation_id) id: vec3u) {
     let row = rows[min(id.x, grid.rows - 1u)];
     let map = grid.map[row.map];
-    let most = min(frame.max_distance, frame.sun_reach);
     var i = 0u;
     loop {
         var farthest = 0.0;
         var k = 0u;
         loop {
             let s = f32(i) / (row.rays - 1.0);
-            let p = mix(row.begin, row.end, s);
-            let depth = textureLoad(depths, clamp(vec2i(floor(p)), vec2i(0), vec2i(frame.pixels) - 1), 0);
+            let pixel = clamp(vec2i(floor(mix(row.begin, row.end, s))), vec2i(0), vec2i(frame.pixels) - 1);
+            let depth = textureLoad(depths, pixel, 0);
             let ahead = (frame.depth.x * depth + frame.depth.y) / (frame.depth.z * depth + frame.depth.w);
-            let long = length(vec3f(frame.rays.xy * (p / vec2f(frame.pixels)) + frame.rays.zw, -1.0));
+            let at = frame.rays.xy * (mix(row.begin, row.end, s) / vec2f(frame.pixels)) + frame.rays.zw;
+            let long = sqrt(dot(at, at) + 1.0);
             let pace = max(mix(row.ends.x, row.ends.z, s), LEAST_PACE); // texels while the ray goes on by 1 along the camera's axis
             let hit = depth < 1.0 && ahead * long < frame.max_distance;
             if (id.x < grid.rows) { ray_ends[i * grid.rows + id.x] = select(NO_SURFACE, max(ahead, 0.0) * pace, hit); }
-            farthest = max(farthest, min(min(select(most, ahead * long, hit), most) / long, map.far) * pace);
+            // Let it reach as far as any pixel sees between it and its neighbours, which pass over more texels
+            let beside = abs(row.ends.z - row.ends.x) / (row.rays - 1.0);
+            let seen = lit_ahead(textureLoad(farthest_tiles, vec2u(pixel) / TILE_PX, 0).r, long);
+            farthest = max(farthest, min(seen, map.far) * (pace + beside));
             i += 1u;
             k += 1u;
             continuing { break if k >= 32u; }

@@ -60,6 +60,12 @@ class RowGrid:
         return np.repeat(np.arange(4), np.maximum(self.last - self.first + 1, 0))
 
     @property
+    def apart(self) -> float:
+        """Bounds, px, how far neighbouring rays are from each other in the picture along either axis."""
+        along = np.linalg.norm(self.end - self.begin, axis=1) / (self.rays[self.edge] - 1)
+        return float(along.max() + 1 / max(self.rate[self.rate > 0].min(initial=np.inf), 1e-3))
+
+    @property
     def words(self) -> int:
         """Counts the words of the widest row."""
         return int(self.rays.max()) // WORD

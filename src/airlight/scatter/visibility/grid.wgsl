@@ -8,6 +8,7 @@ override WIDEST: f32 = 32.0;    // texels, a power of 2
 
 const MOST_WORDS = 4u;          // of 32 rays each, of a row
 const NO_SURFACE = 1e9;         // texels
+const TILE_PX = 16u;             // pixels along a tile of the greatest depths, see farthest.wgsl
 const LEAST_PACE = 1e-6;        // texels a unit of the ray, at the epipole
 
 struct MapOfGrid {              // one for each shadow view of the sun
@@ -32,6 +33,8 @@ struct Grid {
     middle: f32,                // 1/m, mid-range of the extinctions in red, green and blue
     spread: f32,                // 1/m, from the least to the greatest of them
     maps: u32,
+    tiles_about: u32,           // on each side, that pixels between rays may lie in
+    atlas_texel: vec2f,         // 1 over the atlas's size
     map: array<MapOfGrid, 4>,
 }
 

@@ -19,12 +19,13 @@ from airlight.scatter.visibility.grid import EDGES, WORD, Fineness, RowGrid, blo
 from airlight.shadows import Shadow
 
 FOLDER = "scatter/visibility"
-ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("ends", "bits", "table", "apply", "core"))
+FARTHEST, ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("farthest", "ends", "bits", "table", "apply", "core"))
 GRID, ROW = (struct_dtype(f"{FOLDER}/grid.wgsl", name) for name in ("Grid", "Row"))
 FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
 BUDGET = 2**28  # bytes of a picture's tables
 ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
 CORE_RADIUS_PX = 24.0
+TILE_PX = 16  # as in grid.wgsl
 GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
 Lit = tuple[PunctualLight, Shadow | None]
 
@@ -58,6 +59,8 @@ class SunTable:
         self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
         self._buffers: dict[str, Any] = {}
         self._atlas: Any = None
+        tiles = [-(-side // TILE_PX) for side in pixels]
+        self._tiles = [device.texture(*tiles, "r32float") for _ in range(2)]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._shadow: Any = None
         self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
@@ -101,6 +104,8 @@ class SunTable:
         out["rows"], out["layers"], out["words"], out["maps"] = count, layers, words, maps
         out["first"], out["last"], out["rays"] = rows.first, rows.last, rows.rays
         out["middle"], out["spread"] = (medium.sigma_t.max() + medium.sigma_t.min()) / 2, np.ptp(medium.sigma_t)
+        out["tiles_about"] = math.ceil(rows.apart / TILE_PX)
+        out["atlas_texel"] = 1 / np.array(self._atlas.size[:2], float)
         for i, (at, one) in enumerate(zip(out["map"], shadow.views, strict=False)):
             at["eye"] = (one.matrix @ np.linalg.inv(view))[:3, 3]
             at["stop"], at["near"], at["far"] = stops[i], one.span[0], min(one.span[1], 3e38)
@@ -125,7 +130,12 @@ class SunTable:
         self._rises, self._step = rises, step
         self._phase = {"PHASE": medium.lobes(light.anisotropy)[0]}
         self._biased = {"BIASED": bool(medium.march.shadow_bias)}
-        self._beyond = {"BEYOND": any(reach / one.texel > stop for stop, one in zip(stops, shadow.views, strict=True))}
+        self._looks = {
+            "SHORT": medium.sun_reach < medium.max_distance,
+            "GLOWS": medium.settings.sun_glow > 0,
+            "AMBIENT": bool(medium.ambient.any()),
+        }
+        self._looks["BEYOND"] = any(reach / one.texel > stop for stop, one in zip(stops, shadow.views, strict=True))
         return total
 
     def _place_core(self, rows: RowGrid) -> tuple[int, int]:
@@ -153,7 +163,11 @@ class SunTable:
             compute(encoder, pipeline, self._bound((path, key), path, *common, to, self._grid, *held), counts, label, timer)
 
         rows = sum(count for _, count, _ in self._dispatches) * self._counts[1]
-        run(ENDS, "ends", "table ends", 0, (b["rows"], b["ray_ends"], b["word_ends"]), (-(-rows // GROUP),))
+        folded, spread = self._tiles
+        squares = tuple(-(-side // (TILE_PX * SQUARE)) for side in self.pixels)
+        run(FARTHEST, "fold", "table ends", 0, (before, folded, self.device.sampler("nearest")), squares)
+        run(FARTHEST, "spread", "table ends", 1, (folded, spread, self.device.sampler("nearest")), squares)
+        run(ENDS, "ends", "table ends", 0, (b["rows"], b["ray_ends"], b["word_ends"], spread), (-(-rows // GROUP),))
         for k, count, words in self._dispatches:
             held = b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest")
             own = {"WORDS": words, "STEP": self._step, "RISES": self._rises, **fineness}
@@ -165,7 +179,7 @@ class SunTable:
         lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
         counts = tuple(-(-side // SQUARE) for side in self.pixels)
         held = self._atlas, self.device.sampler(), transmittance
-        run(APPLY, "apply", "table look-up", first, held, counts, LAST=last, **lit, **fineness, **colours, **self._beyond)
+        run(APPLY, "apply", "table look-up", first, held, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
             run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
 

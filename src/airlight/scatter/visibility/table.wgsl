@@ -136,17 +136,8 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     let word = id.y / 4u;
     let q = id.y % 4u;
     let row = rows[i];
-    let before = max(i, 1u) - 1u;
-    let after = min(i + 1u, grid.rows - 1u);
-    let most = u32(row.rays) / 32u - 1u;
-    var farthest = 0.0;
+    let farthest = word_ends[word * grid.rows + i];
     var k = 0u;
-    loop {
-        let one = min(max(word + k, 1u) - 1u, most) * grid.rows;
-        farthest = max(farthest, max(word_ends[one + i], max(word_ends[one + before], word_ends[one + after])));
-        k += 1u;
-        continuing { break if k > 2u; }
-    }
     let first = 32u * word + q;
     var low = begin_rays(i, first, row);
     var high = begin_rays(i, first + 16u, row);
