@@ -24,7 +24,7 @@ GRID, ROW = (struct_dtype(f"{FOLDER}/grid.wgsl", name) for name in ("Grid", "Row
 FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
 BUDGET = 2**28  # bytes of a picture's tables
 ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
-CORE_RADIUS_PX = 24.0
+CORE_RADIUS_PX = 40.0
 TILE_PX = 16  # as in grid.wgsl
 GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
 Lit = tuple[PunctualLight, Shadow | None]
@@ -181,7 +181,7 @@ class SunTable:
         held = self._atlas, self.device.sampler(), transmittance
         run(APPLY, "apply", "table look-up", first, held, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
-            run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
+            run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, RADIUS=CORE_RADIUS_PX, DIRECTIONAL=True, **lit, **self._biased)
 
     def _bound(self, key: Any, path: str, *parts: Any) -> Any:
         """Makes a bind group, or keeps it while `parts` are the same."""

@@ -12,6 +12,7 @@ override COLOURS: bool = false; // extinction differs between red, green and blu
 override MAPS: u32 = 1u;
 
 const ROUNDING = 0.07;          // of a lit share, by samples
+const HALF_SAMPLE = 0.0333;     // share, that counts of fewer samples lack on the mean where some are lit
 const LEAST_SHARE = 0.06;       // of a block before a surface
 
 struct Part {                   // as in bits.wgsl
@@ -111,8 +112,8 @@ fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
     let ahead = part >= vec4f(1.0);
     let behind = part <= vec4f(0.0);
     let known = select(rays.before, share, rays.before < vec4f(0.0));
-    let held = select(known, min(share / max(part, vec4f(LEAST_SHARE)), vec4f(1.0)), !behind & (share <= part + ROUNDING));
-    let returns = ahead | (behind & (share > vec4f(0.0)) & (vec4f(begin) >= rays.surface + wide));
+    let held = select(known, min((share + select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0))) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0)), !behind & (share <= part + ROUNDING));
+    let returns = ahead | (behind & (share > vec4f(0.0)));
     sums.stored = select(rays.stored + weight * held, sums.lit, returns);
     sums.surface = select(rays.surface, vec4f(NO_SURFACE), returns & behind);
     sums.before = select(known, 0.5 * (known + share), ahead);
