@@ -30,7 +30,7 @@ fn visibility_at(map: u32, place: PlaceInGrid, texels: f32, texel: vec2f) -> vec
 fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f, whole: f32, full: vec3f) -> vec3f {
     if (MAPS == 1u && !BEYOND) { return visibility_at(map, place, whole * pace, texel) * full; }
     var range = vec2f(0.0, whole);
-    if (MAPS > 1u) { range = clamp(vec2f(grid.map[map].near, grid.map[map].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole)); }
+    if (MAPS > 1u) { range = range_in_map(grid.map[map].near, grid.map[map].far, -ray.direction.z, whole); }
     let stop = clamp(grid.map[map].stop / pace, range.x, range.y);
     let known = visibility_at(map, place, stop * pace, texel) * lit_integral(ray, vec2f(range.x, stop));
     if (MAPS == 1u) { return known + full - lit_integral(ray, vec2f(0.0, stop)); }

@@ -27,7 +27,7 @@ fn count(@builtin(global_invocation_id) id: vec3u) {
     let map = grid.map[id.z];
     // Leave out what no ray of this row reaches
     var farthest = 0.0;
-    //! each k of 4: if (WORDS > k) { farthest = max(farthest, word_ends[k * grid.rows + i]); }
+    //! each k of 4: if (WORDS > k) { farthest = max(farthest, word_ends[k * grid.count + i]); }
     if (block_begin(f32(id.y - id.y % STEP)) > ROOM * farthest) { return; }
     let begin = block_begin(f32(id.y));
     // Look up samples, each at the middle of its part of the block
@@ -39,22 +39,22 @@ fn count(@builtin(global_invocation_id) id: vec3u) {
     var c2 = vec4u(0u);
     var c3 = vec4u(0u);
     for (var j = 0u; j < 15u; j++) {
-    let r = begin + (f32(j) + 0.5) * wide / SAMPLES;
-    let at = (map.eye.xy + row.along * r) * texel;
-    let held = textureSampleLevel(shadow, nearest, at, id.z, 0);
-    let casts = held > 0.0 && all(at >= vec2f(0.0)) && all(at < vec2f(1.0));
-    let h = select(UNHIDDEN, held - map.bias - map.eye.z, casts);
-    let x = lit_from(row.ends.y * r - h * row.ends.x, row.ends.w * r - h * row.ends.z, last, RISES);
-    let m0 = lit_mask(x, 0u, RISES);
-    c0 = counted(c0, m0);
-    if (WORDS > 1u) { c1 = counted(c1, lit_mask(x, 1u, RISES)); }
-    if (WORDS > 2u) { c2 = counted(c2, lit_mask(x, 2u, RISES)); }
-    if (WORDS > 3u) { c3 = counted(c3, lit_mask(x, 3u, RISES)); }
+        let r = begin + (f32(j) + 0.5) * wide / SAMPLES;
+        let at = (map.eye.xy + row.along * r) * texel;
+        let held = textureSampleLevel(shadow, nearest, at, id.z, 0);
+        let casts = held > 0.0 && all(at >= vec2f(0.0)) && all(at < vec2f(1.0));
+        let h = select(UNHIDDEN, held - map.bias - map.eye.z, casts);
+        let x = lit_from(row.ends.y * r - h * row.ends.x, row.ends.w * r - h * row.ends.z, last, RISES);
+        let m0 = lit_mask(x, 0u, RISES);
+        c0 = counted(c0, m0);
+        if (WORDS > 1u) { c1 = counted(c1, lit_mask(x, 1u, RISES)); }
+        if (WORDS > 2u) { c2 = counted(c2, lit_mask(x, 2u, RISES)); }
+        if (WORDS > 3u) { c3 = counted(c3, lit_mask(x, 3u, RISES)); }
     }
     if (id.x >= part.count) { return; }
-    let to = id.y * grid.words * grid.rows + i;
+    let to = id.y * grid.words * grid.count + i;
     planes[to] = c0;
-    if (WORDS > 1u) { planes[to + grid.rows] = c1; }
-    if (WORDS > 2u) { planes[to + 2u * grid.rows] = c2; }
-    if (WORDS > 3u) { planes[to + 3u * grid.rows] = c3; }
+    if (WORDS > 1u) { planes[to + grid.count] = c1; }
+    if (WORDS > 2u) { planes[to + 2u * grid.count] = c2; }
+    if (WORDS > 3u) { planes[to + 3u * grid.count] = c3; }
 }

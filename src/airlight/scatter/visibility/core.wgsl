@@ -41,12 +41,6 @@ fn walk_map(i: u32, ray: Ray, range: vec2f) -> vec3f {
     return sum + lit_integral(ray, vec2f(select(range.y, last, any(within != texel) || at.z >= held), range.y));
 }
 
-/// Clip a ray to what a map counts for, up to `whole`, m.
-fn range_in_map(i: u32, ray: Ray, whole: f32) -> vec2f {
-    if (MAPS == 1u) { return vec2f(0.0, whole); }
-    return clamp(vec2f(grid.map[i].near, grid.map[i].far) / max(-ray.direction.z, 1e-6), vec2f(0.0), vec2f(whole));
-}
-
 /// Write a pixel's layer anew, near the epipole.
 @compute @workgroup_size(8, 8)
 fn walk_core(@builtin(global_invocation_id) id: vec3u) {
@@ -55,7 +49,7 @@ fn walk_core(@builtin(global_invocation_id) id: vec3u) {
     let ray = camera_ray_at(pixel);
     let whole = min(ray.reach, frame.sun_reach);
     var total = vec3f(0.0);
-    //! each k of 4: if (MAPS > k) { total += walk_map(k, ray, range_in_map(k, ray, whole)); }
+    //! each k of 4: if (MAPS > k) { total += walk_map(k, ray, select(range_in_map(grid.map[k].near, grid.map[k].far, -ray.direction.z, whole), vec2f(0.0, whole), MAPS == 1u)); }
     let sum = ambient_or_previous(pixel, ray) + in_scatter_directional(ray) * total;
     // Store what is out of the disc nowhere: software Vulkan fails at exponentials in a branch
     let is_core = away <= RADIUS && all(pixel == core.begin + id.xy);

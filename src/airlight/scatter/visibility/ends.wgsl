@@ -5,17 +5,10 @@
 @group(0) @binding(9) var<storage, read_write> word_ends: array<f32>; // texels, of 32 rays; all rows' first words first
 @group(0) @binding(10) var farthest_tiles: texture_2d<f32>; // see farthest.wgsl
 
-/// Measure, along the camera's axis, m, how far what lies at a depth is; as far as the medium is lit, at most. long: m of the ray a metre of that.
-fn lit_ahead(depth: f32, long: f32) -> f32 {
-    let ahead = (frame.depth.x * depth + frame.depth.y) / (frame.depth.z * depth + frame.depth.w);
-    let most = min(frame.max_distance, frame.sun_reach) / long;
-    return select(clamp(ahead, 0.0, most), most, depth >= 1.0);
-}
-
 /// Find the ends of a row's rays, at surfaces, and how far its words are needed.
 @compute @workgroup_size(64)
 fn ends(@builtin(global_invocation_id) id: vec3u) {
-    let row = rows[min(id.x, grid.rows - 1u)];
+    let row = rows[min(id.x, grid.count - 1u)];
     let map = grid.map[row.map];
     var i = 0u;
     loop {
@@ -30,16 +23,18 @@ fn ends(@builtin(global_invocation_id) id: vec3u) {
             let long = sqrt(dot(at, at) + 1.0);
             let pace = max(mix(row.ends.x, row.ends.z, s), LEAST_PACE); // texels while the ray goes on by 1 along the camera's axis
             let hit = depth < 1.0 && ahead * long < frame.max_distance;
-            if (id.x < grid.rows) { ray_ends[i * grid.rows + id.x] = select(NO_SURFACE, max(ahead, 0.0) * pace, hit); }
+            if (id.x < grid.count) { ray_ends[i * grid.count + id.x] = select(NO_SURFACE, max(ahead, 0.0) * pace, hit); }
             // Let it reach as far as any pixel sees between it and its neighbours, which pass over more texels
             let beside = abs(row.ends.z - row.ends.x) / (row.rays - 1.0);
-            let seen = lit_ahead(textureLoad(farthest_tiles, vec2u(pixel) / TILE_PX, 0).r, long);
+            let far = textureLoad(farthest_tiles, vec2u(pixel) / TILE_PX, 0).r;
+            let most = min(frame.max_distance, frame.sun_reach) / long;
+            let seen = select(clamp((frame.depth.x * far + frame.depth.y) / (frame.depth.z * far + frame.depth.w), 0.0, most), most, far >= 1.0);
             farthest = max(farthest, min(seen, map.far) * (pace + beside));
             i += 1u;
             k += 1u;
             continuing { break if k >= 32u; }
         }
-        if (id.x < grid.rows) { word_ends[(i / 32u - 1u) * grid.rows + id.x] = min(farthest, map.stop); }
+        if (id.x < grid.count) { word_ends[(i / 32u - 1u) * grid.count + id.x] = min(farthest, map.stop); }
         continuing { break if f32(i) >= row.rays; }
     }
 }

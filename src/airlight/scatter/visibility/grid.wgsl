@@ -23,16 +23,14 @@ struct MapOfGrid {              // one for each shadow view of the sun
 struct Grid {
     offset: vec2f,              // away(p) = slope p - offset, p in pixels
     slope: f32,                 // absolute cosine of the angle between the view's axis and the sun
-    rows: u32,                  // of all maps
+    count: u32,                 // of rows, of all maps
     rate: vec2f,                // rows a pixel along the picture's left and right edges, and along the upper and lower ones
     layers: u32,                // of the atlas, side by side
     words: u32,                 // of the widest row
     first: vec4f,               // row that leaves through the left, right, upper, lower edge
-    last: vec4f,
     rays: vec4f,                // of a row
     middle: f32,                // 1/m, mid-range of the extinctions in red, green and blue
     spread: f32,                // 1/m, from the least to the greatest of them
-    maps: u32,
     tiles_about: u32,           // on each side, that pixels between rays may lie in
     atlas_texel: vec2f,         // 1 over the atlas's size
     map: array<MapOfGrid, 4>,
@@ -64,7 +62,14 @@ fn block_begin(block: f32) -> f32 {
     return select(select(octaves, PER * WIDEST + (block - whole) * WIDEST, block > whole), block, block < PER);
 }
 
+/// Clip a ray, whole so long, m, to what a map counts for. near, far: m along the camera's axis; ahead: metres along that a metre of the ray.
+/// Twin: reference/visibility.py:range_in_map.
+fn range_in_map(near: f32, far: f32, ahead: f32, whole: f32) -> vec2f {
+    return clamp(vec2f(near, far) / max(ahead, 1e-6), vec2f(0.0), vec2f(whole));
+}
+
 /// Integrate density times transmittance over a range of t of a ray, from the sun to the eye, m, where all of it is lit.
+/// Twin: reference/visibility.py:lit_integral.
 fn lit_integral(ray: Ray, range: vec2f) -> vec3f {
     if (FOG == EVEN) { return transmittance_integral(range.y, frame.sigma_t) - transmittance_integral(range.x, frame.sigma_t); }
     return directional_integral(ray, range);

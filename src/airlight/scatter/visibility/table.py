@@ -101,8 +101,8 @@ class SunTable:
             self._atlas = self.device.texture(*(min(int(ROOM * side), self.device.max_side) for side in atlas), "rgba16float")
         out = np.zeros((), GRID)
         out["offset"], out["slope"], out["rate"] = rows.offset, rows.slope, rows.rate
-        out["rows"], out["layers"], out["words"], out["maps"] = count, layers, words, maps
-        out["first"], out["last"], out["rays"] = rows.first, rows.last, rows.rays
+        out["count"], out["layers"], out["words"] = count, layers, words
+        out["first"], out["rays"] = rows.first, rows.rays
         out["middle"], out["spread"] = (medium.sigma_t.max() + medium.sigma_t.min()) / 2, np.ptp(medium.sigma_t)
         out["tiles_about"] = math.ceil(rows.apart / TILE_PX)
         out["atlas_texel"] = 1 / np.array(self._atlas.size[:2], float)
@@ -111,7 +111,6 @@ class SunTable:
             at["stop"], at["near"], at["far"] = stops[i], one.span[0], min(one.span[1], 3e38)
             at["first_row"], at["bias"] = i * len(rows.begin), medium.march.shadow_bias / one.depth_scale
         write = self.device.queue.write_buffer
-        self._out = out
         write(self._grid, 0, out.tobytes())
         write(self._light, 0, light_data.tobytes())
         write(self._buffers["rows"], 0, records.tobytes())

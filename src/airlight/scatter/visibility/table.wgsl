@@ -53,10 +53,12 @@ fn begin_rays(i: u32, first: u32, row: Row) -> Rays {
     let y = mix(vec4f(row.begin.y), vec4f(row.end.y), s) * (frame.rays.y / f32(frame.pixels.y)) + frame.rays.w;
     let pace = max(mix(vec4f(row.ends.x), vec4f(row.ends.z), s), vec4f(LEAST_PACE));
     let climb = frame.up.x * x + frame.up.y * y - frame.up.z;
-    let index = numbers * grid.rows + i;
+    let index = numbers * grid.count + i;
     let surface = vec4f(ray_ends[index.x], ray_ends[index.y], ray_ends[index.z], ray_ends[index.w]);
     let zero = vec4f(0.0);
-    var rays = Rays(sqrt(x * x + y * y + 1.0) / pace, climb / pace, surface, zero, vec4f(1.0), zero, zero, vec4f(1e-30), zero, zero, zero, zero, zero, vec4f(-1.0));
+    let metres = sqrt(x * x + y * y + 1.0) / pace;
+    let unknown = vec4f(-1.0);
+    var rays = Rays(metres, climb / pace, surface, zero, vec4f(1.0), zero, zero, vec4f(1e-30), zero, zero, zero, zero, zero, unknown);
     if (MAPS > 1u) { rays.near = grid.map[row.map].near * pace; }
     if (FADES) { rays.way = vec4f(height_column(frame.base_height, layer_of_fog()) / max(light.climb, 1e-6)); }
     return rays;
@@ -68,20 +70,21 @@ fn mean_of_four(x: vec4f) -> vec4f {
     return select((1.0 - exp(-x)) / max(x, vec4f(1e-20)), series, x < vec4f(0.25));
 }
 
-/// Evaluate the height density's mean between the eye and four heights above the fog's base.
+/// Average density by height from the eye to four heights above the fog's base. Twin: reference/visibility.py:mean_densities.
 fn mean_densities(y: vec4f) -> vec4f {
     let fog = layer_of_fog();
-    let h = frame.base_height;
-    return vec4f(mean_height_density(h, y.x, fog), mean_height_density(h, y.y, fog), mean_height_density(h, y.z, fog), mean_height_density(h, y.w, fog));
+    var found = vec4f(0.0);
+    //! each k of 4: found[k] = mean_height_density(frame.base_height, y[k], fog);
+    return found;
 }
 
-/// Evaluate the column of fog above four heights, m.
+/// Integrate the fog above four heights, m. Twin: reference/visibility.py:columns.
 fn columns(y: vec4f) -> vec4f {
     let fog = layer_of_fog();
     return vec4f(height_column(y.x, fog), height_column(y.y, fog), height_column(y.z, fog), height_column(y.w, fog));
 }
 
-/// Add a block, from `begin` on and so wide, texels, in which such shares of four rays are lit.
+/// Add a block, from `begin` on and so wide, texels, in which such shares of four rays are lit. Twin: reference/visibility.py:add_block.
 fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
     var sums = rays;
     // Weigh the block
@@ -125,7 +128,7 @@ fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
     return sums;
 }
 
-/// Find dV / d sigma times the spread of the extinctions.
+/// Find dV / d sigma times the spread of the extinctions. Twin: reference/visibility.py:slopes.
 fn slopes(rays: Rays) -> vec4f {
     return grid.spread * (rays.stored / rays.u * rays.lengths - rays.stored_lengths) / rays.u;
 }
@@ -137,7 +140,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     let word = id.y / 4u;
     let q = id.y % 4u;
     let row = rows[i];
-    let farthest = word_ends[word * grid.rows + i];
+    let farthest = word_ends[word * grid.count + i];
     var k = 0u;
     let first = 32u * word + q;
     var low = begin_rays(i, first, row);
@@ -155,7 +158,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
             let block = layer_index * step + k;
             let begin = block_begin(f32(block));
             let wide = block_begin(f32(block) + 1.0) - begin;
-            let n = nibbles(planes[(block * grid.words + word) * grid.rows + i], q);
+            let n = nibbles(planes[(block * grid.words + word) * grid.count + i], q);
             low = add_block(low, vec4f((vec4u(n) >> vec4u(0u, 4u, 8u, 12u)) & vec4u(15u)) / SAMPLES, begin, wide);
             high = add_block(high, vec4f((vec4u(n) >> vec4u(16u, 20u, 24u, 28u)) & vec4u(15u)) / SAMPLES, begin, wide);
             if (k == 0u) { v1 = low.stored / low.u; w1 = high.stored / high.u; }
