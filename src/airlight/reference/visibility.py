@@ -34,7 +34,9 @@ def block_begin(block: Any, per: int, widest: int) -> Array:
     """Finds where whole blocks (...) begin, texels from the eye."""
     block, whole = np.asarray(block, float), per + per * np.log2(widest)
     octave, part = np.divmod(np.clip(block - per, 0, whole), per)
-    return np.where(block < per, block, np.where(block > whole, per * widest + (block - whole) * widest, per * 2**octave * (1 + part / per)))
+    return np.where(
+        block < per, block, np.where(block > whole, per * widest + (block - whole) * widest, per * 2**octave * (1 + part / per))
+    )
 
 
 def lit_from(first: Any, last: Any, rays: Any, rises: bool) -> Array:
@@ -100,7 +102,7 @@ def lit_integral(ray: Any, range: Any, frame: Any, light: Any, fog: str, fades: 
     """Integrates density times transmittance over ranges (..., 2) of t that are lit: (..., 3) m."""
     if fog == "none":
         sigma = frame["sigma_t"].astype(float)
-        return np.asarray(transmittance_integral(range[..., 1, None], sigma) - transmittance_integral(range[..., 0, None], sigma))
+        return np.asarray(transmittance_integral(range[..., 1], sigma) - transmittance_integral(range[..., 0], sigma))
     return directional_integral(ray, range, frame, light, fog, fades)
 
 
@@ -169,7 +171,15 @@ def slopes(rays: Mapping[str, Array], spread: float) -> Array:
 
 
 def visibilities(
-    grid: RowGrid, fineness: Fineness, row: int, view: Any, projection: Any, matrix: Any, held: Any, depth: Any, medium: ResolvedMedium,
+    grid: RowGrid,
+    fineness: Fineness,
+    row: int,
+    view: Any,
+    projection: Any,
+    matrix: Any,
+    held: Any,
+    depth: Any,
+    medium: ResolvedMedium,
     blocks: int,
 ) -> tuple[Array, Array]:
     """Sums a row of a table in even air: V and its slope, as it is stored, (blocks, rays) each, after each block.
@@ -193,7 +203,13 @@ def visibilities(
     hit = (z < 1) & (ahead * long < medium.max_distance)
     zero = np.zeros(count)
     rays: dict[str, Array] = {name: zero for name in (*SUMS, "climb", "near")}
-    rays |= {"metres": long / pace, "surface": np.where(hit, ahead * pace, NO_SURFACE), "before": zero - 1, "seen": zero + 1, "u": zero + 1e-30}
+    rays |= {
+        "metres": long / pace,
+        "surface": np.where(hit, ahead * pace, NO_SURFACE),
+        "before": zero - 1,
+        "seen": zero + 1,
+        "u": zero + 1e-30,
+    }
     middle, spread = float(medium.sigma_t.max() + medium.sigma_t.min()) / 2, float(np.ptp(medium.sigma_t))
     values, changes, side = [], [], len(held)
     for k in range(blocks):

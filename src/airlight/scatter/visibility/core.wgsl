@@ -2,11 +2,11 @@
 //! include "scatter/visibility/grid.wgsl"
 //! include "scatter/march/ranges.wgsl"
 override MAPS: u32 = 1u;
-override RADIUS: f32 = 24.0;    // pixels
 
 struct Core {
     middle: vec2f,              // pixels: the epipole
     begin: vec2u,               // of the pixels that are walked
+    radius: f32,                // pixels
 }
 
 @group(0) @binding(7) var<uniform> core: Core;
@@ -19,17 +19,20 @@ fn walk_map(i: u32, ray: Ray, range: vec2f) -> vec3f {
     let start = clamp(line.range.x, range.x, last);
     let end = clamp(line.range.y, start, last);
     let most = vec2f(light.side - 1.0);
-    let inverse = 1.0 / select(line.a.xy, vec2f(1e-20), abs(line.a.xy) < vec2f(1e-20));
+    let still = abs(line.a.xy) < vec2f(1e-20);
+    let inverse = 1.0 / select(line.a.xy, vec2f(1.0), still);
     var sum = lit_integral(ray, vec2f(range.x, start)) + lit_integral(ray, vec2f(end, last));
     var t = start;
     var cell = clamp(floor(line.b.xy + start * line.a.xy), vec2f(0.0), most);
     loop {
-        let ahead = (cell + select(vec2f(0.0), vec2f(1.0), line.a.xy > vec2f(0.0)) - line.b.xy) * inverse;
+        let borders = (cell + select(vec2f(0.0), vec2f(1.0), line.a.xy > vec2f(0.0)) - line.b.xy) * inverse;
+        let ahead = select(borders, vec2f(3e38), still);
         let leave = clamp(min(ahead.x, ahead.y), t, end);
         let held = biased_occluder_depth(textureLoad(shadow, vec2i(cell), i, 0), bias);
         let lit = clip_range(vec2f(t, leave), line.b.z - held, line.a.z);
         sum += lit_integral(ray, vec2f(lit.x, max(lit.x, lit.y)));
-        cell = clamp(cell + select(vec2f(0.0, sign(line.a.y)), vec2f(sign(line.a.x), 0.0), ahead.x < ahead.y), vec2f(0.0), most);
+        let step = select(vec2f(0.0, sign(line.a.y)), vec2f(sign(line.a.x), 0.0), ahead.x < ahead.y);
+        cell = clamp(cell + step, vec2f(0.0), most);
         t = leave;
         continuing { break if t >= end; }
     }
@@ -52,6 +55,6 @@ fn walk_core(@builtin(global_invocation_id) id: vec3u) {
     //! each k of 4: if (MAPS > k) { total += walk_map(k, ray, select(range_in_map(grid.map[k].near, grid.map[k].far, -ray.direction.z, whole), vec2f(0.0, whole), MAPS == 1u)); }
     let sum = ambient_or_previous(pixel, ray) + in_scatter_directional(ray) * total;
     // Store what is out of the disc nowhere: software Vulkan fails at exponentials in a branch
-    let is_core = away <= RADIUS && all(pixel == core.begin + id.xy);
+    let is_core = away <= core.radius && all(pixel == core.begin + id.xy);
     textureStore(layer, select(frame.pixels, pixel, is_core), vec4f(sum, ray.reach));
 }

@@ -24,7 +24,8 @@ GRID, ROW = (struct_dtype(f"{FOLDER}/grid.wgsl", name) for name in ("Grid", "Row
 FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
 BUDGET = 2**28  # bytes of a picture's tables
 ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
-CORE_RADIUS_PX = 40.0
+CORE_RADIUS_PX = 40.0  # around the epipole, in which pixels are walked
+CORE_SHARE = 1 / 32  # of the picture's width, that it is at most
 TILE_PX = 16  # as in grid.wgsl
 GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
 Lit = tuple[PunctualLight, Shadow | None]
@@ -55,7 +56,7 @@ class SunTable:
         self.device, self.pixels = device, pixels
         self._light = device.buffer(size=LIGHT.itemsize, uniform=True)
         self._grid = device.buffer(size=GRID.itemsize, uniform=True)
-        self._core = device.buffer(size=16, uniform=True)
+        self._core = device.buffer(size=24, uniform=True)
         self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
         self._buffers: dict[str, Any] = {}
         self._atlas: Any = None
@@ -69,8 +70,8 @@ class SunTable:
     def update(
         self, view: Any, projection: Any, light: PunctualLight, shadow: Shadow, medium: ResolvedMedium, fineness: Fineness, room: int
     ) -> int:
-        """Sets what the next `record` sees, as March.update; returns the bytes that it takes: 0 where they are more than `room`, or a texture
-        would be too large."""
+        """Sets what the next `record` sees, as March.update; returns the bytes that it takes: 0 where they are more than `room`, or a
+        texture would be too large."""
         light_data = light_record(light, shadow, view, medium)
         size = self.pixels
         rows = row_grid(light_data["position"], eye_rays(projection)[0], size, fineness)
@@ -140,18 +141,24 @@ class SunTable:
     def _place_core(self, rows: RowGrid) -> tuple[int, int]:
         """Places the pixels around the epipole that are walked; returns the workgroups that hold them."""
         epipole, size = rows.epipole, np.array(self.pixels, float)
-        low = np.clip(np.floor(epipole - CORE_RADIUS_PX), 0, size).astype(int)
-        high = np.clip(np.ceil(epipole + CORE_RADIUS_PX), 0, size).astype(int)
+        radius = min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0])
+        low = np.clip(np.floor(epipole - radius), 0, size).astype(int)
+        high = np.clip(np.ceil(epipole + radius), 0, size).astype(int)
         if (high <= low).any():
             return 0, 0
-        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes()
+        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes() + np.array([radius, 0], np.float32).tobytes()
         self.device.queue.write_buffer(self._core, 0, data)
         across, down = (-(-(high - low) // SQUARE)).tolist()
         return across, down
 
-    def record(self, encoder: Any, frame: Any, depth: Any, before: Any, target: Any, transmittance: Any, first: bool, last: bool, timer: Any) -> None:
-        """Records the table, and adds the light to `before`, or to the ambient light if it is the first, in `target`; last: whether it writes
-        transmittance too."""
+    def record(
+        self, encoder: Any, frame: Any, depth: Any, textures: tuple[Any, Any, Any], first: bool, last: bool, timer: Timer | None
+    ) -> None:
+        """Records the table, and adds its light to what was before, or to the ambient light if it is the first.
+
+        frame: the uniform buffer of a FRAME. textures: (before, target, transmittance). last: whether it writes transmittance too.
+        """
+        before, target, transmittance = textures
         b = self._buffers
         fineness, fog, fades, colours, maps = self._constants
         common = frame, self._light, depth, self._shadow, before
@@ -180,7 +187,7 @@ class SunTable:
         held = self._atlas, self.device.sampler(), transmittance
         run(APPLY, "apply", "table look-up", first, held, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
-            run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, RADIUS=CORE_RADIUS_PX, DIRECTIONAL=True, **lit, **self._biased)
+            run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
 
     def _bound(self, key: Any, path: str, *parts: Any) -> Any:
         """Makes a bind group, or keeps it while `parts` are the same."""
@@ -240,9 +247,7 @@ class VisibilityTables:
         """Chooses where the march without tables writes: the layer itself where there are none."""
         return self.layer if self.count % 2 == 0 else self._other
 
-    def update(
-        self, view: Any, projection: Any, lights: Sequence[Lit], medium: ResolvedMedium, panes: bool = False
-    ) -> Sequence[Lit]:
+    def update(self, view: Any, projection: Any, lights: Sequence[Lit], medium: ResolvedMedium, panes: bool = False) -> Sequence[Lit]:
         """Sets what the next `record` sees, as March.update; returns the lights that go by steps."""
         self.count, self.alone = 0, False
         if medium.table is None:
@@ -282,4 +287,5 @@ class VisibilityTables:
             begins = i == 0 and self.alone
             target, before = (self.layer, self._other) if (self.count - i) % 2 else (self._other, self.layer)
             last = self.alone and i == self.count - 1
-            table.record(encoder, self.frame, depth, nothing if begins else before, target, self.transmittance, begins, last, timer)
+            textures = nothing if begins else before, target, self.transmittance
+            table.record(encoder, self.frame, depth, textures, begins, last, timer)
