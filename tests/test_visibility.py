@@ -109,6 +109,14 @@ def test_range_in_map() -> None:
     np.testing.assert_allclose(found, twin.range_in_map(near, far, ahead, whole), rtol=1e-5)
 
 
+def test_pace_in_map() -> None:
+    light, rays = np.zeros((), LIGHT), np.zeros(COUNT, RAY)
+    light["view"]["matrix"], rays["direction"] = RNG.normal(size=(6, 4, 4)), between(-1, 1, 3)
+    which = RNG.integers(0, 4, COUNT, np.uint32)
+    found = call(f"{FOLDER}/apply.wgsl", "pace_in_map", [which, rays], bindings={"light": light})
+    np.testing.assert_allclose(found, twin.pace_in_map(which, rays, light), rtol=1e-4)
+
+
 @pytest.mark.parametrize("which", SUNS)
 def test_pixels_find_their_place_in_the_grid(which: str) -> None:
     """As the twin does; and the rays of the rows find themselves."""
@@ -180,9 +188,10 @@ def test_blocks_are_summed_as_by_the_twin(fog: str, fades: bool) -> None:
     found = call(f"{FOLDER}/table.wgsl", "slopes", [rays], bindings={"grid": grid})
     np.testing.assert_allclose(found, twin.slopes({n: rays[n].astype(float) for n in kind.names or ()}, 0.03), rtol=1e-3, atol=1e-5)
     y = between(-3, 9, 4)
-    for name in ("mean_densities", "columns"):
-        found = call(f"{FOLDER}/table.wgsl", name, [y], constants={"FOG": 1}, bindings={"frame": frame})
-        np.testing.assert_allclose(found, getattr(twin, name)(y, frame, "exponential"), rtol=1e-4)
+    found = call(f"{FOLDER}/table.wgsl", "mean_densities", [y], constants={"FOG": 1}, bindings={"frame": frame})
+    np.testing.assert_allclose(found, twin.mean_densities(y, frame, "exponential"), rtol=1e-4)
+    found = call(f"{FOLDER}/table.wgsl", "columns", [y], constants={"FOG": 1}, bindings={"frame": frame})
+    np.testing.assert_allclose(found, twin.columns(y, frame, "exponential"), rtol=1e-4)
 
 
 @pytest.mark.parametrize("fog", ["none", "exponential"])
@@ -316,6 +325,16 @@ def test_the_same_bytes_from_run_to_run_and_after_other_lights() -> None:
     layer([other, one], air("table"), march=march)
     assert np.array_equal(layer([one], air("table"), march=march), first)
     assert np.array_equal(layer([one], air("table")), first)
+
+
+@pytest.mark.parametrize("which", SUNS)
+def test_no_pixel_reads_what_this_frame_did_not_write(which: str) -> None:
+    one, march = posts(SUNS[which])[:2], March(open_device(), SIZE)
+    first = layer([one], air("table"), march=march)
+    atlas = march._tabled._tables[0]._atlas
+    wide, high, _ = atlas.size
+    march.device.write(atlas, np.full((high, wide, 4), 9, np.float16), 8 * wide)
+    assert np.array_equal(layer([one], air("table"), march=march), first)
 
 
 @pytest.mark.parametrize("colours", [False, True])

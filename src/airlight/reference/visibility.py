@@ -122,6 +122,13 @@ def columns(y: Any, frame: Any, fog: str) -> Array:
     return fog_twin.height_column(np.asarray(y, float), layer_of_fog(frame), fog)
 
 
+def pace_in_map(map: Any, ray: Any, light: Any) -> Array:
+    """Measures the texels of maps (...) that rays (...) pass in a metre."""
+    matrix = light["view"]["matrix"].astype(float)[map]  # columns
+    seen = np.einsum("...i,...ij->...j", ray["direction"].astype(float), matrix[..., :3, :2])
+    return np.maximum(np.linalg.norm(seen, axis=-1), 1e-6)
+
+
 def range_in_map(near: Any, far: Any, ahead: Any, whole: Any) -> Array:
     """Clips rays to what a map counts for, (..., 2) m. ahead: metres along the camera's axis a metre of the ray."""
     ends = np.stack(np.broadcast_arrays(near, far), axis=-1) / np.maximum(ahead, 1e-6)[..., None]
@@ -184,8 +191,8 @@ def visibilities(
 ) -> tuple[Array, Array]:
     """Sums a row of a table in even air: V and its slope, as it is stored, (blocks, rays) each, after each block.
 
-    view, projection: (4, 4); matrix: of the shadow map's view, world to texels and depth; held: (side, side) its depths; depth: (H, W) of the
-    picture. The map's texels are looked up one by one.
+    view, projection: (4, 4); matrix: of the shadow map's view, world to texels and depth; held: (side, side) its depths; depth: (H, W) of
+    the picture. The map's texels are looked up one by one.
     """  # fmt: skip
     count = int(grid.rays[grid.edge[row]])
     share = np.linspace(0, 1, count)[:, None]

@@ -26,6 +26,11 @@ fn visibility_at(map: u32, place: PlaceInGrid, texels: f32, texel: vec2f) -> vec
     return clamp(seen + values.w * (frame.sigma_t - grid.middle) / max(grid.spread, 1e-30), vec3f(0.0), vec3f(1.0));
 }
 
+/// Measure the texels of a map that a ray passes in a metre. Twin: reference/visibility.py:pace_in_map.
+fn pace_in_map(map: u32, ray: Ray) -> f32 {
+    return max(length((light.view[map].matrix * vec4f(ray.direction, 0.0)).xy), LEAST_PACE);
+}
+
 /// Integrate what is lit of a ray in one map. pace: texels a metre; whole: m; full: the integral up to there where all of it is lit.
 fn lit_in_map(map: u32, ray: Ray, place: PlaceInGrid, pace: f32, texel: vec2f, whole: f32, full: vec3f) -> vec3f {
     if (MAPS == 1u && !BEYOND) { return visibility_at(map, place, whole * pace, texel) * full; }
@@ -45,7 +50,7 @@ fn apply(@builtin(global_invocation_id) id: vec3u) {
     let whole = select(ray.reach, min(ray.reach, frame.sun_reach), SHORT);
     let full = lit_integral(ray, vec2f(0.0, whole));
     var total = vec3f(0.0);
-    //! each k of 4: if (MAPS > k) { total += lit_in_map(k, ray, place, max(length((light.view[k].matrix * vec4f(ray.direction, 0.0)).xy), LEAST_PACE), grid.atlas_texel, whole, full); }
+    //! each k of 4: if (MAPS > k) { total += lit_in_map(k, ray, place, pace_in_map(k, ray), grid.atlas_texel, whole, full); }
     var sum = total * frame.sigma_s * light.intensity * phase_between(ray.direction, light.position, light.lobes);
     if (GLOWS) { sum = total * in_scatter_directional(ray); }
     if (!FIRST || AMBIENT) { sum += ambient_or_previous(id.xy, ray); }

@@ -1,6 +1,7 @@
-// Counts, for each ray of a row of a table of visibility and each block of distance, the samples of the shadow map that light it. Along a row
-// the rays are ordered by the slope at which they rise towards the sun, so that a texel of the map lights all rays on one side of a place among
-// them: a sample is a mask of bits, one a ray. Masks are added in bit planes: bit i of the planes x, y, z, w together is the count of ray i.
+// Counts, for each ray of a row of a table of visibility and each block of distance, the samples of the shadow map that light it. Along a
+// row the rays are ordered by the slope at which they rise towards the sun, so that a texel of the map lights all rays on one side of a place
+// among them: a sample is a mask of bits, one a ray. Masks are added in bit planes: bit i of the planes x, y, z, w together is the count of
+// ray i.
 //! include "scatter/visibility/grid.wgsl"
 //! include "scatter/visibility/counters.wgsl"
 override WORDS: u32 = 4u;       // of 32 rays, of each row that is counted

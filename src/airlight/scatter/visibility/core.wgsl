@@ -52,7 +52,8 @@ fn walk_core(@builtin(global_invocation_id) id: vec3u) {
     let ray = camera_ray_at(pixel);
     let whole = min(ray.reach, frame.sun_reach);
     var total = vec3f(0.0);
-    //! each k of 4: if (MAPS > k) { total += walk_map(k, ray, select(range_in_map(grid.map[k].near, grid.map[k].far, -ray.direction.z, whole), vec2f(0.0, whole), MAPS == 1u)); }
+    var range = vec2f(0.0, whole);
+    //! each k of 4: if (MAPS > 1u) { range = range_in_map(grid.map[k].near, grid.map[k].far, -ray.direction.z, whole); } if (MAPS > k) { total += walk_map(k, ray, range); }
     let sum = ambient_or_previous(pixel, ray) + in_scatter_directional(ray) * total;
     // Store what is out of the disc nowhere: software Vulkan fails at exponentials in a branch
     let is_core = away <= core.radius && all(pixel == core.begin + id.xy);

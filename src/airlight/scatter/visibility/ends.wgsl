@@ -10,6 +10,9 @@
 fn ends(@builtin(global_invocation_id) id: vec3u) {
     let row = rows[min(id.x, grid.count - 1u)];
     let map = grid.map[row.map];
+    let before = rows[max(min(id.x, grid.count - 1u), 1u) - 1u].ends;
+    let after = rows[min(id.x + 1u, grid.count - 1u)].ends;
+    let fastest = max(row.ends, max(before, after)).xz;
     var i = 0u;
     loop {
         var farthest = 0.0;
@@ -25,11 +28,12 @@ fn ends(@builtin(global_invocation_id) id: vec3u) {
             let hit = depth < 1.0 && ahead * long < frame.max_distance;
             if (id.x < grid.count) { ray_ends[i * grid.count + id.x] = select(NO_SURFACE, max(ahead, 0.0) * pace, hit); }
             // Let it reach as far as any pixel sees between it and its neighbours, which pass over more texels
-            let beside = abs(row.ends.z - row.ends.x) / (row.rays - 1.0);
+            let beside = mix(fastest.x, fastest.y, s) + abs(fastest.y - fastest.x) / (row.rays - 1.0);
             let far = textureLoad(farthest_tiles, vec2u(pixel) / TILE_PX, 0).r;
             let most = min(frame.max_distance, frame.sun_reach) / long;
-            let seen = select(clamp((frame.depth.x * far + frame.depth.y) / (frame.depth.z * far + frame.depth.w), 0.0, most), most, far >= 1.0);
-            farthest = max(farthest, min(seen, map.far) * (pace + beside));
+            let farthest_ahead = (frame.depth.x * far + frame.depth.y) / (frame.depth.z * far + frame.depth.w);
+            let seen = select(clamp(farthest_ahead, 0.0, most), most, far >= 1.0);
+            farthest = max(farthest, min(seen, map.far) * max(beside, LEAST_PACE));
             i += 1u;
             k += 1u;
             continuing { break if k >= 32u; }

@@ -1,5 +1,5 @@
-// How far the picture sees at most around a place: the greatest depth of tiles of pixels, and of tiles about them. Rays of a table are summed as
-// far as any pixel needs that lies between them and their neighbours, and no farther.
+// How far the picture sees at most around a place: the greatest depth of tiles of pixels, and of tiles about them. Rays of a table are
+// summed as far as any pixel needs that lies between them and their neighbours, and no farther.
 //! include "scatter/visibility/grid.wgsl"
 @group(0) @binding(7) var tiles: texture_2d<f32>;
 @group(0) @binding(8) var spread_tiles: texture_storage_2d<r32float, write>;

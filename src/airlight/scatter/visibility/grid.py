@@ -1,7 +1,7 @@
 """Lays out the grid of a table of visibility: rows through the epipole, rays on a row, blocks of distance. NumPy only, float64.
 
-The derivation is in scatter/visibility/grid.wgsl's head. Pixels p lie in [0, W] x [0, H]; the ray of the eye through p goes along (x, y, -1), (x, y)
-as of projection.eye_rays.
+The derivation is in scatter/visibility/grid.wgsl's head. Pixels p lie in [0, W] x [0, H]; the ray of the eye through p goes along
+(x, y, -1), (x, y) as of projection.eye_rays.
 """
 
 import math
@@ -34,7 +34,8 @@ class Fineness:
 class RowGrid:
     """Holds the rows of a picture of `size` (width, height).
 
-    slope, offset: away(p) = slope p - offset points away from the epipole in the picture. rate: (2,) rows a pixel, of upright edges and of level ones.
+    slope, offset: away(p) = slope p - offset points away from the epipole in the picture. rate: (2,) rows a pixel, of upright edges and
+    of level ones.
     first, last: (4,) rows that leave through each of EDGES, last < first where none does. rays: (4,) of such a row. begin, end: (N, 2) px,
     of rows' first rays and last.
     """

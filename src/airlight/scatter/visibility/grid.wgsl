@@ -1,7 +1,7 @@
 // The grid of a table of visibility. Half planes bounded by the line from the eye towards the sun are its rows: each meets the picture in a
-// line away from the epipole, where that line pierces the picture's plane. A row holds rays of the eye, evenly apart in the picture from where
-// it enters to where it leaves, and each ray blocks of distance, counted in texels of the shadow map that it crosses: 1 wide at first, then
-// `per` blocks an octave, at most `widest`. All rays of a row lie over one line of the map. Rows are found by grid.py.
+// line away from the epipole, where that line pierces the picture's plane. A row holds rays of the eye, evenly apart in the picture from
+// where it enters to where it leaves, and each ray blocks of distance, counted in texels of the shadow map that it crosses: 1 wide at first,
+// then PER blocks an octave, at most WIDEST. All rays of a row lie over one line of the map. Rows are found by grid.py.
 //! include "scatter/march/ray.wgsl"
 override PER: f32 = 8.0;        // blocks an octave, a power of 2
 override WIDEST: f32 = 32.0;    // texels, a power of 2
@@ -62,7 +62,7 @@ fn block_begin(block: f32) -> f32 {
     return select(select(octaves, PER * WIDEST + (block - whole) * WIDEST, block > whole), block, block < PER);
 }
 
-/// Clip a ray, whole so long, m, to what a map counts for. near, far: m along the camera's axis; ahead: metres along that a metre of the ray.
+/// Clip a ray, whole so long, m, to what a map counts for. near, far: m along the camera's axis; ahead: m along that a metre of the ray.
 /// Twin: reference/visibility.py:range_in_map.
 fn range_in_map(near: f32, far: f32, ahead: f32, whole: f32) -> vec2f {
     return clamp(vec2f(near, far) / max(ahead, 1e-6), vec2f(0.0), vec2f(whole));

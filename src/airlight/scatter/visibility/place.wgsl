@@ -6,7 +6,8 @@ struct PlaceInGrid {
     rays: f32,                  // of the row
 }
 
-/// Find where a pixel lies in the grid. p: pixels; size: of the picture; the others as of Grid. Twin: reference/visibility.py:place_in_grid.
+/// Find where a pixel lies in the grid. p: pixels; size: of the picture; the others as of Grid.
+/// Twin: reference/visibility.py:place_in_grid.
 fn place_in_grid(p: vec2f, size: vec2f, slope: f32, offset: vec2f, rate: vec2f, first: vec4f, rays: vec4f) -> PlaceInGrid {
     let away = slope * p - offset;
     let inverse = 1.0 / max(abs(away), vec2f(1e-12));

@@ -3,9 +3,10 @@
 //
 //     V(t) = C(t) / U(t),   U(t) = integral of rho e^(-sigma s),   C(t) = the same, times the lit share,
 //
-// s the optical length by which the light comes, for the mid-range sigma of the three colours; where they differ, dV / d sigma goes with it. V is smooth
-// where C is not, so that pixels between rays interpolate it. A ray ends at the surface that is seen there, but pixels beside it may see farther:
-// what they are given is the ray's visibility before its surface carried on through what is solid, and behind it the true sum again.
+// s the optical length by which the light comes, for the mid-range sigma of the three colours; where they differ, dV / d sigma goes with it.
+// V is smooth where C is not, so that pixels between rays interpolate it. A ray ends at the surface that is seen there, but pixels beside it
+// may see farther: what they are given is the ray's visibility before its surface carried on through what is solid, and behind it the true
+// sum again.
 //! include "scatter/visibility/grid.wgsl"
 //! include "scatter/visibility/counters.wgsl"
 override COLOURS: bool = false; // extinction differs between red, green and blue
@@ -104,7 +105,8 @@ fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
         sums.way = sums.dense;
         if (FADES) { sums.way += columns(y) / max(light.climb, 1e-6); }
         let least = min(rays.way, sums.way);
-        weight = (sums.dense - rays.dense) * exp(-grid.middle * least) * mean_of_four(grid.middle * (max(rays.way, sums.way) - least)) * counts;
+        let mean = exp(-grid.middle * least) * mean_of_four(grid.middle * (max(rays.way, sums.way) - least));
+        weight = (sums.dense - rays.dense) * mean * counts;
         middle = 0.5 * (rays.way + sums.way);
     }
     sums.u += weight;
@@ -115,7 +117,9 @@ fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
     let ahead = part >= vec4f(1.0);
     let behind = part <= vec4f(0.0);
     let known = select(rays.before, share, rays.before < vec4f(0.0));
-    let held = select(known, min((share + select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0))) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0)), !behind & (share <= part + ROUNDING));
+    let some = select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0));
+    let own = min((share + some) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0));
+    let held = select(known, own, !behind & (share <= part + ROUNDING));
     let returns = ahead | (behind & (share > vec4f(0.0)));
     sums.stored = select(rays.stored + weight * held, sums.lit, returns);
     sums.surface = select(rays.surface, vec4f(NO_SURFACE), returns & behind);
