@@ -347,7 +347,7 @@ def test_a_table_is_its_float64_self(colours: bool) -> None:
     own = march._tabled._tables[0]
     wide, high, _ = own._atlas.size
     atlas = np.frombuffer(device.read(own._atlas, 8), np.float16).reshape(high, wide, 4).astype(float)
-    fineness = tables.FINENESS["normal"]
+    fineness = tables.FINENESS["normal"].of_picture(SIZE)
     grid = row_grid(light.direction, eye_rays(projection())[0], SIZE, fineness)
     step = 2 if colours else 3
     for row in (0, len(grid.begin) // 2, len(grid.begin) - 2):

@@ -117,8 +117,5 @@ def world(
             records.append(one)
             parts = ", ".join(f"{label} {ms / base:.1f}" for label, ms in case.passes.items())
             times = f"{long / one['ms']:6.1f} x" if long else ""
-            say(
-                f"{name:22} {variant:15} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies {times}"
-                f"  rmse {error:6.2%}  ({parts})"
-            )
+            say(f"{name:22} {variant:15} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies {times}  rmse {error:6.2%}  ({parts})")
     return records

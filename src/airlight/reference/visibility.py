@@ -138,8 +138,10 @@ def range_in_map(near: Any, far: Any, ahead: Any, whole: Any) -> Array:
 def add_block(
     rays: Mapping[str, Array], share: Any, begin: float, wide: float, frame: Any, middle: float, fog: str, climb: float | None = None
 ) -> dict[str, Array]:
-    """Adds a block in which such shares (...) of rays are lit to their sums. rays: members of the shader's Rays, (...). climb: of the light,
-    where the fog above dims it."""
+    """Adds a block in which such shares (...) of rays are lit to their sums.
+
+    rays: members of the shader's Rays, (...). climb: of the light, where the fog above dims it.
+    """
     old = {name: np.asarray(value, float) for name, value in rays.items()}
     sums, share = dict(old), np.asarray(share, float)
     counts = np.clip((begin + wide - old["near"]) / wide, 0, 1)

@@ -5,7 +5,7 @@ The derivation is in scatter/visibility/grid.wgsl's head. Pixels p lie in [0, W]
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 WORD = 32  # rays
 MOST_WORDS = 4  # of a row
+FULL_PX = 1280  # of a picture's longer side, from which on spacings are as they are said
+LEAST_SCALE = 0.4  # of spacings, in small pictures
 MARGIN_PX = 2.0  # behind the edge through which a row enters the picture
 NEAREST = 1 - 1e-6  # of the way to the epipole, up to where a row begins
 EDGES = ((0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0))  # left, right, upper, lower: axis, share of the picture's size there
@@ -28,6 +30,11 @@ class Fineness:
     ray_px: float
     per: int
     widest: int = 32
+
+    def of_picture(self, size: tuple[int, int]) -> "Fineness":
+        """Lays rows and rays closer in pictures smaller than FULL_PX, so that as much is seen between them."""
+        scale = min(max(max(size) / FULL_PX, LEAST_SCALE), 1.0)
+        return replace(self, row_px=self.row_px * scale, ray_px=self.ray_px * scale)
 
 
 @dataclass(frozen=True)

@@ -60,10 +60,16 @@ class SunTable:
         self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
         self._buffers: dict[str, Any] = {}
         self._atlas: Any = None
-        tiles = [-(-side // TILE_PX) for side in pixels]
-        self._tiles = [device.texture(*tiles, "r32float") for _ in range(2)]
+        across, down = (-(-side // TILE_PX) for side in pixels)
+        self._tiles = [device.texture(across, down, "r32float") for _ in range(2)]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._shadow: Any = None
+        self._core_groups = (0, 0)
+        self._rises, self._step = False, 3
+        self._constants: tuple[dict[str, Any], ...] = ()  # of pipelines: fineness, fog, whether it dims the sun, colours, maps
+        self._phase: dict[str, Any] = {}
+        self._biased: dict[str, Any] = {}
+        self._looks: dict[str, Any] = {}  # of the look-up
         self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
         self._counts = (0, 0)  # blocks, maps
 
@@ -74,7 +80,7 @@ class SunTable:
         texture would be too large."""
         light_data = light_record(light, shadow, view, medium)
         size = self.pixels
-        rows = row_grid(light_data["position"], eye_rays(projection)[0], size, fineness)
+        rows = row_grid(light_data["position"], eye_rays(projection)[0], size, fineness.of_picture(size))
         colours = bool(np.ptp(medium.sigma_t) > 0)
         step = 2 if colours else 3
         maps = len(shadow.views)
@@ -99,7 +105,8 @@ class SunTable:
             if name not in self._buffers or self._buffers[name].size < need:
                 self._buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
         if self._atlas is None or any(have < need for have, need in zip(self._atlas.size, atlas, strict=False)):
-            self._atlas = self.device.texture(*(min(int(ROOM * side), self.device.max_side) for side in atlas), "rgba16float")
+            wide, high = (min(int(ROOM * side), self.device.max_side) for side in atlas)
+            self._atlas = self.device.texture(wide, high, "rgba16float")
         out = np.zeros((), GRID)
         out["offset"], out["slope"], out["rate"] = rows.offset, rows.slope, rows.rate
         out["count"], out["layers"], out["words"] = count, layers, words
@@ -175,17 +182,17 @@ class SunTable:
         run(FARTHEST, "spread", "table ends", 1, (folded, spread, self.device.sampler("nearest")), squares)
         run(ENDS, "ends", "table ends", 0, (b["rows"], b["ray_ends"], b["word_ends"], spread), (-(-rows // GROUP),))
         for k, count, words in self._dispatches:
-            held = b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest")
+            bound = (b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest"))
             own = {"WORDS": words, "STEP": self._step, "RISES": self._rises, **fineness}
-            run(BITS, "count", "table bits", k, held, (-(-count // GROUP), *self._counts), **own)
+            run(BITS, "count", "table bits", k, bound, (-(-count // GROUP), *self._counts), **own)
         for k, count, words in self._dispatches:
             held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self._atlas
             own = {**fineness, **fog, **fades, **colours, **maps}
             run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self._counts[1]), **own)
         lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
         counts = tuple(-(-side // SQUARE) for side in self.pixels)
-        held = self._atlas, self.device.sampler(), transmittance
-        run(APPLY, "apply", "table look-up", first, held, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
+        looked_up = self._atlas, self.device.sampler(), transmittance
+        run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
             run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
 
