@@ -331,7 +331,7 @@ def test_the_same_bytes_from_run_to_run_and_after_other_lights() -> None:
 def test_no_pixel_reads_what_this_frame_did_not_write(which: str) -> None:
     one, march = posts(SUNS[which])[:2], March(open_device(), SIZE)
     first = layer([one], air("table"), march=march)
-    atlas = march._tabled._tables[0]._atlas
+    atlas = march.visibility_tables.tables[0].atlas
     wide, high, _ = atlas.size
     march.device.write(atlas, np.full((high, wide, 4), 9, np.float16), 8 * wide)
     assert np.array_equal(layer([one], air("table"), march=march), first)
@@ -344,20 +344,20 @@ def test_a_table_is_its_float64_self(colours: bool) -> None:
     device = open_device()
     march = March(device, SIZE)
     layer([(light, shadow)], medium, march=march)
-    own = march._tabled._tables[0]
-    wide, high, _ = own._atlas.size
-    atlas = np.frombuffer(device.read(own._atlas, 8), np.float16).reshape(high, wide, 4).astype(float)
+    own = march.visibility_tables.tables[0]
+    wide, high, _ = own.atlas.size
+    atlas = np.frombuffer(device.read(own.atlas, 8), np.float16).reshape(high, wide, 4).astype(float)
     fineness = tables.FINENESS["normal"].of_picture(SIZE)
     grid = row_grid(light.direction, eye_rays(projection())[0], SIZE, fineness)
     step = 2 if colours else 3
     for row in (0, len(grid.begin) // 2, len(grid.begin) - 2):
-        blocks = own._counts[0]
+        blocks = own.counts[0]
         values, changes = twin.visibilities(
             grid, fineness, row, np.eye(4), projection(), shadow.views[0].matrix, maps[0], ground(SIZE), medium, blocks
         )
         count = values.shape[1]
         found = atlas[row, : blocks // step * count].reshape(-1, count, 4)
-        written = np.frombuffer(device.queue.read_buffer(own._buffers["word_ends"]), np.float32)[row]
+        written = np.frombuffer(device.queue.read_buffer(own.buffers["word_ends"]), np.float32)[row]
         until = int(twin.block_at(written, 8, 32)) // step
         expected = values[: until * step].reshape(until, step, count).transpose(0, 2, 1)
         wrong = np.abs(found[:until, :, 1 : 1 + step] - expected)

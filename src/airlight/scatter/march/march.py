@@ -48,7 +48,7 @@ class March:
 
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
     of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
-    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME.
+    through; to be drawn on before `record`. frame: the uniform buffer of a FRAME. visibility_tables: of those lights that go by tables.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -81,7 +81,7 @@ class March:
         self._radius: int | None = None  # of the moments, where they are needed
         self._drawn: list[Any] = []  # of each shadow map, see Shadow
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
-        self._tabled = VisibilityTables(device, pixels, self.layer, self.transmittance)
+        self.visibility_tables = VisibilityTables(device, pixels, self.layer, self.transmittance)
         self._goal = self.layer  # what is written by the lights that go by steps
 
     @staticmethod
@@ -107,8 +107,8 @@ class March:
         a box outside of which the air's noise dims no light. panes: surfaces are seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
-        lights = self._tabled.update(view, projection, lights, medium, panes)
-        if self._tabled.alone:
+        lights = self.visibility_tables.update(view, projection, lights, medium, panes)
+        if self.visibility_tables.alone:
             self.profile = None
             return
         if medium.varies != self._varies:
@@ -199,8 +199,9 @@ class March:
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
-        if size != self.size or self._goal is not self._tabled.below or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
-            self.size, self._goal = size, self._tabled.below
+        is_short = lights > 1 and self.marched_layers[0] is self.marched_layers[1]
+        if size != self.size or self._goal is not self.visibility_tables.below or is_short:
+            self.size, self._goal = size, self.visibility_tables.below
             first = self._goal if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
             self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
@@ -232,8 +233,8 @@ class March:
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
-        if self._tabled.alone:
-            self._tabled.record(encoder, depth, _spare(self.device), timer)
+        if self.visibility_tables.alone:
+            self.visibility_tables.record(encoder, depth, _spare(self.device), timer)
             return
         if self._path == WALK:
             self._build_hierarchy(encoder, timer)
@@ -285,7 +286,7 @@ class March:
             pipeline = self.device.pipeline(UPSAMPLE, entry, **own)
             bind = self._bound("upsample", UPSAMPLE, *bound, self.marched_layers[0], self._goal, self.transmittance)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
-        self._tabled.record(encoder, depth, _spare(self.device), timer)
+        self.visibility_tables.record(encoder, depth, _spare(self.device), timer)
 
     def _begin_at(self, i: int, pixel: tuple[int, int]) -> None:
         """Let the next pass of the i-th light begin at a pixel."""

@@ -50,7 +50,11 @@ def refusal(light: PunctualLight, shadow: Shadow | None, medium: ResolvedMedium,
 
 
 class SunTable:
-    """Holds one sun's table for pictures of `pixels` (width, height)."""
+    """Holds one sun's table for pictures of `pixels` (width, height).
+
+    atlas: the texture of what is summed: rows below each other, layers of a row's rays side by side. buffers: by the names of the shaders'
+    variables. counts: (blocks, maps).
+    """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         self.device, self.pixels = device, pixels
@@ -58,8 +62,8 @@ class SunTable:
         self._grid = device.buffer(size=GRID.itemsize, uniform=True)
         self._core = device.buffer(size=24, uniform=True)
         self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
-        self._buffers: dict[str, Any] = {}
-        self._atlas: Any = None
+        self.buffers: dict[str, Any] = {}
+        self.atlas: Any = None
         across, down = (-(-side // TILE_PX) for side in pixels)
         self._tiles = [device.texture(across, down, "r32float") for _ in range(2)]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
@@ -71,7 +75,7 @@ class SunTable:
         self._biased: dict[str, Any] = {}
         self._looks: dict[str, Any] = {}  # of the look-up
         self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
-        self._counts = (0, 0)  # blocks, maps
+        self.counts = (0, 0)  # blocks, maps
 
     def update(
         self, view: Any, projection: Any, light: PunctualLight, shadow: Shadow, medium: ResolvedMedium, fineness: Fineness, room: int
@@ -102,18 +106,18 @@ class SunTable:
         if total > room or max(atlas) > self.device.max_side or sizes["planes"] > largest:
             return 0
         for name, need in sizes.items():
-            if name not in self._buffers or self._buffers[name].size < need:
-                self._buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
-        if self._atlas is None or any(have < need for have, need in zip(self._atlas.size, atlas, strict=False)):
+            if name not in self.buffers or self.buffers[name].size < need:
+                self.buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
+        if self.atlas is None or any(have < need for have, need in zip(self.atlas.size, atlas, strict=False)):
             wide, high = (min(int(ROOM * side), self.device.max_side) for side in atlas)
-            self._atlas = self.device.texture(wide, high, "rgba16float")
+            self.atlas = self.device.texture(wide, high, "rgba16float")
         out = np.zeros((), GRID)
         out["offset"], out["slope"], out["rate"] = rows.offset, rows.slope, rows.rate
         out["count"], out["layers"], out["words"] = count, layers, words
         out["first"], out["rays"] = rows.first, rows.rays
         out["middle"], out["spread"] = (medium.sigma_t.max() + medium.sigma_t.min()) / 2, np.ptp(medium.sigma_t)
         out["tiles_about"] = math.ceil(rows.apart / TILE_PX)
-        out["atlas_texel"] = 1 / np.array(self._atlas.size[:2], float)
+        out["atlas_texel"] = 1 / np.array(self.atlas.size[:2], float)
         for i, (at, one) in enumerate(zip(out["map"], shadow.views, strict=False)):
             at["eye"] = (one.matrix @ np.linalg.inv(view))[:3, 3]
             at["stop"], at["near"], at["far"] = stops[i], one.span[0], min(one.span[1], 3e38)
@@ -121,13 +125,13 @@ class SunTable:
         write = self.device.queue.write_buffer
         write(self._grid, 0, out.tobytes())
         write(self._light, 0, light_data.tobytes())
-        write(self._buffers["rows"], 0, records.tobytes())
+        write(self.buffers["rows"], 0, records.tobytes())
         self._dispatches = []
         for k, (first, last) in enumerate(zip(rows.first.tolist(), rows.last.tolist(), strict=True)):
             if last >= first:
                 write(self._parts[k], 0, np.array([first, last - first + 1, len(rows.begin), 0], np.uint32).tobytes())
                 self._dispatches.append((k, last - first + 1, int(rows.rays[k]) // WORD))
-        self._counts = blocks, maps
+        self.counts = blocks, maps
         self._core_groups = self._place_core(rows)
         self._shadow = shadow.texture
         fog = {"FOG": FOGS.index(medium.settings.fog)}
@@ -166,7 +170,7 @@ class SunTable:
         frame: the uniform buffer of a FRAME. textures: (before, target, transmittance). last: whether it writes transmittance too.
         """
         before, target, transmittance = textures
-        b = self._buffers
+        b = self.buffers
         fineness, fog, fades, colours, maps = self._constants
         common = frame, self._light, depth, self._shadow, before
 
@@ -175,7 +179,7 @@ class SunTable:
             to = target if path in (APPLY, CORE) else transmittance
             compute(encoder, pipeline, self._bound((path, key), path, *common, to, self._grid, *held), counts, label, timer)
 
-        rows = sum(count for _, count, _ in self._dispatches) * self._counts[1]
+        rows = sum(count for _, count, _ in self._dispatches) * self.counts[1]
         folded, spread = self._tiles
         squares = tuple(-(-side // (TILE_PX * SQUARE)) for side in self.pixels)
         run(FARTHEST, "fold", "table ends", 0, (before, folded, self.device.sampler("nearest")), squares)
@@ -184,14 +188,14 @@ class SunTable:
         for k, count, words in self._dispatches:
             bound = (b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest"))
             own = {"WORDS": words, "STEP": self._step, "RISES": self._rises, **fineness}
-            run(BITS, "count", "table bits", k, bound, (-(-count // GROUP), *self._counts), **own)
+            run(BITS, "count", "table bits", k, bound, (-(-count // GROUP), *self.counts), **own)
         for k, count, words in self._dispatches:
-            held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self._atlas
+            held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self.atlas
             own = {**fineness, **fog, **fades, **colours, **maps}
-            run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self._counts[1]), **own)
+            run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self.counts[1]), **own)
         lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
         counts = tuple(-(-side // SQUARE) for side in self.pixels)
-        looked_up = self._atlas, self.device.sampler(), transmittance
+        looked_up = self.atlas, self.device.sampler(), transmittance
         run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
             run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
@@ -238,7 +242,8 @@ class VisibilityTables:
     """Adds the light of those lights that go by tables, at the picture's size.
 
     layer, transmittance: textures of the march, that are written. alone: whether there are no others, and none that goes by steps has to be
-    summed before: then transmittance is written too. below: the texture from which the sum of those that go by steps is read.
+    summed before: then transmittance is written too. below: the texture from which the sum of those that go by steps is read. tables: of
+    the lights, in their order, of which the first `count` are in use.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int], layer: Any, transmittance: Any) -> None:
@@ -246,7 +251,7 @@ class VisibilityTables:
         self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
         self.count, self.alone = 0, False
         self._other: Any = None
-        self._tables: list[SunTable] = []
+        self.tables: list[SunTable] = []
         self._told = False
 
     @property
@@ -264,9 +269,9 @@ class VisibilityTables:
         for light, shadow in lights:
             refused = refusal(light, shadow, medium, flat, panes)
             if refused is None and shadow is not None:
-                if self.count == len(self._tables):
-                    self._tables.append(SunTable(self.device, self.pixels))
-                used = self._tables[self.count].update(view, projection, light, shadow, medium, FINENESS[medium.table], room)
+                if self.count == len(self.tables):
+                    self.tables.append(SunTable(self.device, self.pixels))
+                used = self.tables[self.count].update(view, projection, light, shadow, medium, FINENESS[medium.table], room)
                 if used:
                     room -= used
                     self.count += 1
@@ -274,7 +279,7 @@ class VisibilityTables:
                 refused = f"for pictures and maps that need no more than {BUDGET >> 20} MB"
             why = why or refused
             others.append((light, shadow))
-        del self._tables[self.count :]
+        del self.tables[self.count :]
         if why is not None and medium.march.steps == "table" and not self._told:
             self._told = True
             warn(f"a table of visibility is {why}: other light goes by steps")
@@ -290,7 +295,7 @@ class VisibilityTables:
 
     def record(self, encoder: Any, depth: Any, nothing: Any, timer: Timer | None = None) -> None:
         """Records the tables, and adds their light to what is `below`. nothing: a texture that is bound where nothing is read."""
-        for i, table in enumerate(self._tables[: self.count]):
+        for i, table in enumerate(self.tables[: self.count]):
             begins = i == 0 and self.alone
             target, before = (self.layer, self._other) if (self.count - i) % 2 else (self._other, self.layer)
             last = self.alone and i == self.count - 1

@@ -145,7 +145,6 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     let q = id.y % 4u;
     let row = rows[i];
     let farthest = word_ends[word * grid.count + i];
-    var k = 0u;
     let first = 32u * word + q;
     var low = begin_rays(i, first, row);
     var high = begin_rays(i, first + 16u, row);
@@ -157,22 +156,14 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     loop {
         var v1 = v0; var v2 = v0; var v3 = v0;
         var w1 = w0; var w2 = w0; var w3 = w0;
-        k = 0u;
-        loop {
-            let block = layer_index * step + k;
-            let begin = block_begin(f32(block));
-            let wide = block_begin(f32(block) + 1.0) - begin;
-            let n = nibbles(planes[(block * grid.words + word) * grid.count + i], q);
-            low = add_block(low, vec4f((vec4u(n) >> vec4u(0u, 4u, 8u, 12u)) & vec4u(15u)) / SAMPLES, begin, wide);
-            high = add_block(high, vec4f((vec4u(n) >> vec4u(16u, 20u, 24u, 28u)) & vec4u(15u)) / SAMPLES, begin, wide);
-            if (k == 0u) { v1 = low.stored / low.u; w1 = high.stored / high.u; }
-            if (k == 1u) { v2 = low.stored / low.u; w2 = high.stored / high.u; }
-            if (k == 2u) { v3 = low.stored / low.u; w3 = high.stored / high.u; }
-            if (block == 0u) { v0 = v1; w0 = w1; }
-            if (COLOURS && k == 0u) { v3 = slopes(low); w3 = slopes(high); }
-            k += 1u;
-            continuing { break if k >= step; }
-        }
+        // Add the blocks of a layer, without a loop, which software Vulkan does not unroll
+        var begin = block_begin(f32(layer_index * step));
+        var wide = 0.0;
+        var n = 0u;
+        var from_low = vec4f(0.0);
+        var from_high = vec4f(0.0);
+        //! each j of 3: if (!COLOURS || j < 2u) { wide = block_begin(f32(layer_index * step + j) + 1.0) - begin; n = nibbles(planes[((layer_index * step + j) * grid.words + word) * grid.count + i], q); low = add_block(low, vec4f((vec4u(n) >> vec4u(0u, 4u, 8u, 12u)) & vec4u(15u)) / SAMPLES, begin, wide); high = add_block(high, vec4f((vec4u(n) >> vec4u(16u, 20u, 24u, 28u)) & vec4u(15u)) / SAMPLES, begin, wide); begin += wide; from_low = low.stored / low.u; from_high = high.stored / high.u; if (j == 0u) { v1 = from_low; w1 = from_high; if (COLOURS) { v3 = slopes(low); w3 = slopes(high); } } if (j == 1u) { v2 = from_low; w2 = from_high; } if (j == 2u) { v3 = from_low; w3 = from_high; } }
+        if (layer_index == 0u) { v0 = v1; w0 = w1; }
         let at = layer_index * wide_row + first;
         //! each j of 4: textureStore(atlas, vec2u(at + 4u * j, i), vec4f(v0[j], v1[j], v2[j], v3[j]));
         //! each j of 4: textureStore(atlas, vec2u(at + 16u + 4u * j, i), vec4f(w0[j], w1[j], w2[j], w3[j]));
