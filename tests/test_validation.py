@@ -44,11 +44,11 @@ def test_every_scene_is_that_of_mitsuba(name: str) -> None:
         assert found.unsure < 0.003
 
 
-def stepped(name: str, width: int, height: int, time: float = 0.0) -> float:
-    """The rmse over the mean of 64 steps at half the resolution, whole pictures, from the exact walk at all of it."""
+def stepped(name: str, width: int, height: int, time: float = 0.0, by: int | str = 64, quality: str = "normal") -> float:
+    """The rmse over the mean of 64 steps at half the resolution, whole pictures, from the exact walk at all of it. by: instead of 64."""
     stage, found = open_scene(name), []
-    for steps, resolution in (("exact", 1.0), (64, 0.5)):
-        built = build(stage.settings | {"method": "march", "steps": steps})
+    for steps, resolution in (("exact", 1.0), (by, 0.5)):
+        built = build(stage.settings | {"method": "march", "steps": steps, "quality": quality, "shadow_size": 2048})
         more = {"medium": built[Medium], "march": built[March], "in_scene": SceneOptions(resolution=resolution)}
         studio = Studio(stage, Shot(width, height, samples=1), built[Parameters], **more)
         found.append(studio.frame(time, layer=True).layer[..., :3].astype(float))
@@ -63,3 +63,14 @@ def test_steps_at_half_the_resolution_are_near_the_walk() -> None:
 @pytest.mark.parametrize(("name", "time"), [("foliage-view", 0), ("foliage-beside", 0), ("foliage-behind", 0), ("flying", 20.2)])
 def test_steps_at_half_the_resolution_of_a_picture_are_near_the_walk(name: str, time: float) -> None:
     assert stepped(name, 640, 360, time) < 0.03
+
+
+def test_a_table_is_near_the_walk() -> None:
+    assert stepped("foliage-view", 320, 180, by="table") < 0.025
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("quality", "most"), [("draft", 0.025), ("normal", 0.021), ("final", 0.018)])
+@pytest.mark.parametrize("name", ["foliage-view", "foliage-beside", "foliage-behind", "window"])
+def test_a_table_for_a_picture_is_near_the_walk(name: str, quality: str, most: float) -> None:
+    assert stepped(name, 640, 360, by="table", quality=quality) < most

@@ -17,6 +17,8 @@ OPTICAL_DEPTH = 0.5  # across a scene, where sigma_t is unset
 FOG_OPTICAL_DEPTH = 3.0  # the same at the density of its base, of fog that thins out with height: few rays stay down there
 MAX_DISTANCE_RADII = 4.0  # of a scene, where max_distance is unset
 BY_QUALITY = {"draft": (32, 1024), "normal": (64, 2048), "final": (0, 4096)}  # steps, 0: exact; shadow_size
+TABLES = {"draft": "draft", "normal": "normal", "final": "fine"}  # by quality, names of scatter/visibility/table.py
+BY_TABLE: tuple[str, ...] = ()  # qualities in which light goes by tables where steps are unset
 VISIBLE_CONTRAST = 0.02  # the least that is seen, by which visibility is defined (Koschmieder 1924)
 HIDING_DEPTH = -math.log(VISIBLE_CONTRAST)  # 3.912, the optical depth at the visibility's distance: nothing is seen through more
 SEEN_DEPTH = 2.0  # optical depth of the densest way through volumes and particles, where no extinction is said
@@ -34,7 +36,8 @@ class ResolvedMedium:
     """Holds a medium and how it is marched, with nothing unset. sigma_t, sigma_s, ambient: (3,) float64, 1/m, 1/m, radiance.
 
     settings, march: as they were given. fields: densities on grids, in world metres. time: s, of what the wind moves. origin: (3,) m, the
-    world's place of what is drawn at 0, as fog_base is counted from it.
+    world's place of what is drawn at 0, as fog_base is counted from it. table: the fineness of tables of visibility, as
+    scatter/visibility/table.py names them, by which lights go where they can; None: all go by steps.
     """
 
     sigma_t: npt.NDArray[np.float64]
@@ -52,6 +55,7 @@ class ResolvedMedium:
     time: float = 0.0
     fields: tuple[Field, ...] = ()
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    table: str | None = None
 
     @property
     def varies(self) -> bool:
@@ -151,7 +155,10 @@ def resolve(
     if not fields and basin is None:  # where there is nothing but air its density is one of the coefficients
         sigma_t, air = sigma_t * air, 1.0
     steps, size = BY_QUALITY[quality]
-    requested = steps if march.steps is None else march.steps
+    requested = march.steps
+    table = TABLES[quality] if requested == "table" or (requested is None and quality in BY_TABLE) else None
+    if requested is None or requested == "table":
+        requested = steps
     return ResolvedMedium(
         sigma_t=sigma_t,
         sigma_s=sigma_t * medium.albedo,
@@ -167,6 +174,7 @@ def resolve(
         noise_size=medium.noise_size if medium.noise_size is not None else NOISE_SHARE * radius,
         time=time,
         fields=tuple(fields) + (() if basin is None else (basin,)),
+        table=table,
     )
 
 

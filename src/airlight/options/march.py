@@ -11,10 +11,11 @@ SHADERX3 = "Light Shaft Rendering"
 class March(Options, group="march"):
     """Sum the light in a medium along rays, through shadow maps. Validated on construction; raises AirlightError."""
 
-    steps: int | Literal["exact"] | None = whole(
+    steps: int | Literal["exact", "table"] | None = whole(
         None,
-        "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; unset: 32, 64, exact, by quality",
-        "Airlight", ge=1, le=4096, slider=(4, 256), log=True, words=("exact",),
+        "steps along a ray; exact: every texel of the shadow maps that it crosses, no step size; table: what is lit of rays is summed once "
+        "for all pixels, where that goes, else as if unset; unset: 32, 64, exact, by quality",
+        "Airlight", ge=1, le=4096, slider=(4, 256), log=True, words=("exact", "table"),
     )
     sun_steps: int | None = whole(
         None,

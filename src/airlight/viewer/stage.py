@@ -49,7 +49,7 @@ def drafts(parameters: Parameters, scene: SceneOptions, march: March, share: flo
     return (
         msgspec.structs.replace(parameters, quality="draft"),
         msgspec.structs.replace(scene, resolution=min(scene.share(parameters), RESOLUTION)),
-        msgspec.structs.replace(march, steps=min(steps, DRAFT_STEPS), shadow_size=min(size, most)),
+        msgspec.structs.replace(march, steps="table" if march.steps == "table" else min(steps, DRAFT_STEPS), shadow_size=min(size, most)),
     )
 
 

@@ -19,6 +19,7 @@ from airlight.scatter.march.shade import Shade
 from airlight.scatter.march.variance import Moments
 from airlight.scatter.march.varying import Dimming, Varying
 from airlight.scatter.radial.radial import JITTERS, noise_texture
+from airlight.scatter.visibility.table import VisibilityTables
 from airlight.shadows import Shadow
 
 SHADERS = ("walk", "steps", "upsample", "transmit", "fill_shade", "soften")
@@ -42,7 +43,7 @@ class March:
     layer, transmittance: textures of that size, rgba32float, of the last `record`. layer: in-scattered radiance, and in alpha the length
     of the ray in the medium, metres. transmittance: RGB, 0..1, of that length. profile: of the last `update`, where surfaces are seen
     through; to be drawn on before `record`. refinement: of the last `update`, where pixels are marched by themselves. frame: the uniform
-    buffer of a FRAME.
+    buffer of a FRAME. visibility_tables: of those lights that go by tables.
     """
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
@@ -77,6 +78,8 @@ class March:
         self._softening: tuple[int, bool] = (0, True)  # passes, whether Gaussian
         self.refinement: Refinement | None = None
         self._refined: list[Any] = []  # its pipelines
+        self.visibility_tables = VisibilityTables(device, pixels, self.layer, self.transmittance)
+        self._goal = self.layer  # what is written by the lights that go by steps
 
     @staticmethod
     def resolve(medium: ResolvedMedium) -> ResolvedMedium:
@@ -101,6 +104,10 @@ class March:
         a box outside of which the air's noise dims no light. panes: surfaces are seen through, for which it has to keep a `profile`.
         """
         width, height = self.pixels
+        lights = self.visibility_tables.update(view, projection, lights, medium, panes)
+        if self.visibility_tables.alone:
+            self.profile = None
+            return
         if medium.varies != self._varies:
             self._varies, self.size = medium.varies, (0, 0)
         passes = passes_of(lights, medium, np.linalg.inv(np.asarray(view, np.float64))[:3, 3])
@@ -205,9 +212,10 @@ class March:
 
     def _resize(self, size: tuple[int, int], lights: int) -> None:
         """Allocates layers of the size that is computed: what is last written is the first of them."""
-        if size != self.size or (lights > 1 and self.marched_layers[0] is self.marched_layers[1]):
-            self.size = size
-            first = self.layer if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
+        is_short = lights > 1 and self.marched_layers[0] is self.marched_layers[1]
+        if size != self.size or self._goal is not self.visibility_tables.below or is_short:
+            self.size, self._goal = size, self.visibility_tables.below
+            first = self._goal if size == self.pixels and not self._varies else self.device.texture(*size, "rgba32float")
             self.marched_layers = [first, self.device.texture(*size, "rgba32float") if lights > 1 else first]
             self._binds.clear()
 
@@ -242,6 +250,9 @@ class March:
 
     def record(self, encoder: Any, depth: Any, timer: Timer | None = None) -> None:
         """Records the march, from the picture's depth, depth32float, a texture or its view, to `layer`."""
+        if self.visibility_tables.alone:
+            self.visibility_tables.record(encoder, depth, _spare(self.device), timer)
+            return
         if self._path == WALK:
             self._hierarchies.record(encoder, self._shadows, no_shadow(self.device), timer)
         for i, key, pipeline, shade in self._fills:
@@ -295,10 +306,11 @@ class March:
             pipeline = self.device.pipeline(path, entry, **own)
             if refinement is not None:
                 refinement.measure(encoder, marched, timer)
-            bind = self._bound(path, path, *bound, marched, self.layer, self.transmittance, *marks)
+            bind = self._bound(path, path, *bound, marched, self._goal, self.transmittance, *marks)
             compute(encoder, pipeline, bind, counts, "upsample", timer)
             if refinement is not None:
                 self._refine(encoder, refinement, depth, timer)
+        self.visibility_tables.record(encoder, depth, _spare(self.device), timer)
 
     def _refine(self, encoder: Any, refinement: Refinement, depth: Any, timer: Timer | None) -> None:
         """Records the march of the pixels that were marked."""
@@ -306,7 +318,7 @@ class March:
         for i, (pipeline, name) in enumerate(zip(self._refined, self._names, strict=True)):
             refinement.compute(encoder, pipeline, self._of_light(i, depth, refinement), f"march refined {name}", timer)
         pipeline = self.device.pipeline(PUT, "put")
-        bound = self.frame, self._lights[0], depth, self._shadows[0], refinement.layers[0], self.layer, refinement.chosen
+        bound = self.frame, self._lights[0], depth, self._shadows[0], refinement.layers[0], self._goal, refinement.chosen
         refinement.compute(encoder, pipeline, self._bound("put", PUT, *bound), "march refined", timer)
 
     def _begin_at(self, i: int, pixel: tuple[int, int]) -> None:

@@ -1,0 +1,303 @@
+"""Plans and records tables of visibility for suns: counts of lit samples, their sums, and the look-up of each pixel."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from airlight.errors import warn
+from airlight.gpu.device import Device
+from airlight.gpu.structs import struct_dtype
+from airlight.gpu.timing import Timer, compute
+from airlight.lights.punctual import PunctualLight
+from airlight.medium.resolve import FOGS, ResolvedMedium
+from airlight.projection import eye_rays
+from airlight.scatter.march.cookies import SHAPES, shape_of
+from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
+from airlight.scatter.visibility.grid import EDGES, WORD, Fineness, RowGrid, block_count, row_grid
+from airlight.shadows import Shadow
+
+FOLDER = "scatter/visibility"
+FARTHEST, ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("farthest", "ends", "bits", "table", "apply", "core"))
+GRID, ROW = (struct_dtype(f"{FOLDER}/grid.wgsl", name) for name in ("Grid", "Row"))
+FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
+BUDGET = 2**28  # bytes of a picture's tables
+ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
+CORE_RADIUS_PX = 40.0  # around the epipole, in which pixels are walked
+CORE_SHARE = 1 / 32  # of the picture's width, that it is at most
+TILE_PX = 16  # as in grid.wgsl
+GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
+Lit = tuple[PunctualLight, Shadow | None]
+
+
+def refusal(light: PunctualLight, shadow: Shadow | None, medium: ResolvedMedium, flat: bool, panes: bool) -> str | None:
+    """Words why a light does not go by a table, to follow "a table of visibility is "; None: it does."""
+    m = medium.march
+    if flat:
+        return "for cameras with perspective"
+    if m.shadow_filter != "nearest" or m.soften:
+        return "for shadow-filter nearest, without soften"
+    if not light.directional:
+        return "for suns"
+    if shadow is None or not shadow.views or m.sun_steps is not None:
+        return "for suns with shadows, whose steps are not said"
+    if medium.varies or (medium.fades_suns and medium.settings.fog == "linear"):
+        return "for even air and for exponential fog"
+    if panes or shadow.glass is not None or SHAPES.index(shape_of(light)) or light.own_medium(medium) is not medium:
+        return "for light without glass, cookies, or a medium of its own"
+    return None
+
+
+class SunTable:
+    """Holds one sun's table for pictures of `pixels` (width, height).
+
+    atlas: the texture of what is summed: rows below each other, layers of a row's rays side by side. buffers: by the names of the shaders'
+    variables. counts: (blocks, maps).
+    """
+
+    def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
+        self.device, self.pixels = device, pixels
+        self._light = device.buffer(size=LIGHT.itemsize, uniform=True)
+        self._grid = device.buffer(size=GRID.itemsize, uniform=True)
+        self._core = device.buffer(size=24, uniform=True)
+        self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
+        self.buffers: dict[str, Any] = {}
+        self.atlas: Any = None
+        across, down = (-(-side // TILE_PX) for side in pixels)
+        self._tiles = [device.texture(across, down, "r32float") for _ in range(2)]
+        self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
+        self._shadow: Any = None
+        self._core_groups = (0, 0)
+        self._rises, self._step = False, 3
+        self._constants: tuple[dict[str, Any], ...] = ()  # of pipelines: fineness, fog, whether it dims the sun, colours, maps
+        self._phase: dict[str, Any] = {}
+        self._biased: dict[str, Any] = {}
+        self._looks: dict[str, Any] = {}  # of the look-up
+        self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
+        self.counts = (0, 0)  # blocks, maps
+
+    def update(
+        self, view: Any, projection: Any, light: PunctualLight, shadow: Shadow, medium: ResolvedMedium, fineness: Fineness, room: int
+    ) -> int:
+        """Sets what the next `record` sees, as March.update; returns the bytes that it takes: 0 where they are more than `room`, or a
+        texture would be too large."""
+        light_data = light_record(light, shadow, view, medium)
+        size = self.pixels
+        rows = row_grid(light_data["position"], eye_rays(projection)[0], size, fineness.of_picture(size))
+        colours = bool(np.ptp(medium.sigma_t) > 0)
+        step = 2 if colours else 3
+        maps = len(shadow.views)
+        records, rises = _row_records(rows, shadow, view, projection)
+        reach = min(medium.max_distance, medium.sun_reach)
+        stops = [_stop(one, view, shadow.size) for one in shadow.views]
+        longest = max(min(stop, reach / one.texel) for stop, one in zip(stops, shadow.views, strict=True))
+        layers = -(-block_count(longest, fineness.per, fineness.widest) // step)
+        blocks, count, words = layers * step, len(records), rows.words
+        atlas = int(rows.rays.max()) * layers, count
+        sizes = {
+            "rows": count * ROW.itemsize,
+            "planes": blocks * words * count * 16,
+            "ray_ends": words * WORD * count * 4,
+            "word_ends": words * count * 4,
+        }
+        total = int(ROOM**2 * atlas[0] * atlas[1] * 8 + ROOM * sum(sizes.values()))
+        largest = self.device.device.limits["max-storage-buffer-binding-size"]
+        if total > room or max(atlas) > self.device.max_side or sizes["planes"] > largest:
+            return 0
+        for name, need in sizes.items():
+            if name not in self.buffers or self.buffers[name].size < need:
+                self.buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
+        if self.atlas is None or any(have < need for have, need in zip(self.atlas.size, atlas, strict=False)):
+            wide, high = (min(int(ROOM * side), self.device.max_side) for side in atlas)
+            self.atlas = self.device.texture(wide, high, "rgba16float")
+        out = np.zeros((), GRID)
+        out["offset"], out["slope"], out["rate"] = rows.offset, rows.slope, rows.rate
+        out["count"], out["layers"], out["words"] = count, layers, words
+        out["first"], out["rays"] = rows.first, rows.rays
+        out["middle"], out["spread"] = (medium.sigma_t.max() + medium.sigma_t.min()) / 2, np.ptp(medium.sigma_t)
+        out["tiles_about"] = math.ceil(rows.apart / TILE_PX)
+        out["atlas_texel"] = 1 / np.array(self.atlas.size[:2], float)
+        for i, (at, one) in enumerate(zip(out["map"], shadow.views, strict=False)):
+            at["eye"] = (one.matrix @ np.linalg.inv(view))[:3, 3]
+            at["stop"], at["near"], at["far"] = stops[i], one.span[0], min(one.span[1], 3e38)
+            at["first_row"], at["bias"] = i * len(rows.begin), medium.march.shadow_bias / one.depth_scale
+        write = self.device.queue.write_buffer
+        write(self._grid, 0, out.tobytes())
+        write(self._light, 0, light_data.tobytes())
+        write(self.buffers["rows"], 0, records.tobytes())
+        self._dispatches = []
+        for k, (first, last) in enumerate(zip(rows.first.tolist(), rows.last.tolist(), strict=True)):
+            if last >= first:
+                write(self._parts[k], 0, np.array([first, last - first + 1, len(rows.begin), 0], np.uint32).tobytes())
+                self._dispatches.append((k, last - first + 1, int(rows.rays[k]) // WORD))
+        self.counts = blocks, maps
+        self._core_groups = self._place_core(rows)
+        self._shadow = shadow.texture
+        fog = {"FOG": FOGS.index(medium.settings.fog)}
+        fineness_constants = {"PER": fineness.per, "WIDEST": fineness.widest}
+        fades = {"FADES": medium.fades_suns}
+        self._constants = fineness_constants, fog, fades, {"COLOURS": colours}, {"MAPS": maps}
+        self._rises, self._step = rises, step
+        self._phase = {"PHASE": medium.lobes(light.anisotropy)[0]}
+        self._biased = {"BIASED": bool(medium.march.shadow_bias)}
+        self._looks = {
+            "SHORT": medium.sun_reach < medium.max_distance,
+            "GLOWS": medium.settings.sun_glow > 0,
+            "AMBIENT": bool(medium.ambient.any()),
+        }
+        self._looks["BEYOND"] = any(reach / one.texel > stop for stop, one in zip(stops, shadow.views, strict=True))
+        return total
+
+    def _place_core(self, rows: RowGrid) -> tuple[int, int]:
+        """Places the pixels around the epipole that are walked; returns the workgroups that hold them."""
+        epipole, size = rows.epipole, np.array(self.pixels, float)
+        radius = min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0])
+        low = np.clip(np.floor(epipole - radius), 0, size).astype(int)
+        high = np.clip(np.ceil(epipole + radius), 0, size).astype(int)
+        if (high <= low).any():
+            return 0, 0
+        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes() + np.array([radius, 0], np.float32).tobytes()
+        self.device.queue.write_buffer(self._core, 0, data)
+        across, down = (-(-(high - low) // SQUARE)).tolist()
+        return across, down
+
+    def record(
+        self, encoder: Any, frame: Any, depth: Any, textures: tuple[Any, Any, Any], first: bool, last: bool, timer: Timer | None
+    ) -> None:
+        """Records the table, and adds its light to what was before, or to the ambient light if it is the first.
+
+        frame: the uniform buffer of a FRAME. textures: (before, target, transmittance). last: whether it writes transmittance too.
+        """
+        before, target, transmittance = textures
+        b = self.buffers
+        fineness, fog, fades, colours, maps = self._constants
+        common = frame, self._light, depth, self._shadow, before
+
+        def run(path: str, entry: str, label: str, key: Any, held: Sequence[Any], counts: tuple[int, ...], **constants: Any) -> None:
+            pipeline = self.device.pipeline(path, entry, **constants)
+            to = target if path in (APPLY, CORE) else transmittance
+            compute(encoder, pipeline, self._bound((path, key), path, *common, to, self._grid, *held), counts, label, timer)
+
+        rows = sum(count for _, count, _ in self._dispatches) * self.counts[1]
+        folded, spread = self._tiles
+        squares = tuple(-(-side // (TILE_PX * SQUARE)) for side in self.pixels)
+        run(FARTHEST, "fold", "table ends", 0, (before, folded, self.device.sampler("nearest")), squares)
+        run(FARTHEST, "spread", "table ends", 1, (folded, spread, self.device.sampler("nearest")), squares)
+        run(ENDS, "ends", "table ends", 0, (b["rows"], b["ray_ends"], b["word_ends"], spread), (-(-rows // GROUP),))
+        for k, count, words in self._dispatches:
+            bound = (b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest"))
+            own = {"WORDS": words, "STEP": self._step, "RISES": self._rises, **fineness}
+            run(BITS, "count", "table bits", k, bound, (-(-count // GROUP), *self.counts), **own)
+        for k, count, words in self._dispatches:
+            held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self.atlas
+            own = {**fineness, **fog, **fades, **colours, **maps}
+            run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self.counts[1]), **own)
+        lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
+        counts = tuple(-(-side // SQUARE) for side in self.pixels)
+        looked_up = self.atlas, self.device.sampler(), transmittance
+        run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
+        if self._core_groups[0]:
+            run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
+
+    def _bound(self, key: Any, path: str, *parts: Any) -> Any:
+        """Makes a bind group, or keeps it while `parts` are the same."""
+        had = self._binds.get(key)
+        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
+            seen = [part.create_view(dimension="2d-array") if part is self._shadow else part for part in parts]
+            had = self._binds[key] = parts, self.device.bind(path, *seen)
+        return had[1]
+
+
+def _row_records(rows: RowGrid, shadow: Shadow, view: Any, projection: Any) -> tuple[np.ndarray, bool]:
+    """Fills a ROW for each row of each of a shadow's views; tells whether the slope towards the sun rises along them."""
+    into, size = np.linalg.inv(np.asarray(view, np.float64)), np.array(rows.size, float)
+    (scale_x, scale_y, from_x, from_y), _ = eye_rays(projection)
+    ends = []
+    for p in (rows.begin, rows.end):
+        at = p / size * (scale_x, scale_y) + (from_x, from_y)
+        ends.append(np.column_stack([at, np.full(len(at), -1.0)]))
+    counts, out, turn = rows.rays[rows.edge], [], 0.0
+    for i, one in enumerate(shadow.views):
+        matrix = (one.matrix @ into)[:3, :3]
+        first, last = (end @ matrix.T for end in ends)
+        length = np.linalg.norm(last[:, :2], axis=1)
+        along = np.where(length[:, None] > 1e-9, last[:, :2] / np.maximum(length, 1e-30)[:, None], [1.0, 0.0])
+        pace = (first[:, :2] * along).sum(axis=1)
+        own = np.zeros(len(first), ROW)
+        own["ends"] = np.column_stack([pace, first[:, 2], length, last[:, 2]])
+        own["along"], own["begin"], own["end"], own["rays"], own["map"] = along, rows.begin, rows.end, counts, i
+        turn += float((last[:, 2] * pace - first[:, 2] * length).sum())
+        out.append(own)
+    return np.concatenate(out), turn > 0
+
+
+def _stop(one: Any, view: Any, side: int) -> float:
+    """Measures, texels, from the eye to the farthest corner of a shadow view's map."""
+    x, y = (one.matrix @ np.linalg.inv(view))[:2, 3]
+    return math.hypot(max(abs(x), abs(side - x)), max(abs(y), abs(side - y)))
+
+
+class VisibilityTables:
+    """Adds the light of those lights that go by tables, at the picture's size.
+
+    layer, transmittance: textures of the march, that are written. alone: whether there are no others, and none that goes by steps has to be
+    summed before: then transmittance is written too. below: the texture from which the sum of those that go by steps is read. tables: of
+    the lights, in their order, of which the first `count` are in use.
+    """
+
+    def __init__(self, device: Device, pixels: tuple[int, int], layer: Any, transmittance: Any) -> None:
+        self.device, self.pixels, self.layer, self.transmittance = device, pixels, layer, transmittance
+        self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
+        self.count, self.alone = 0, False
+        self._other: Any = None
+        self.tables: list[SunTable] = []
+        self._told = False
+
+    @property
+    def below(self) -> Any:
+        """Chooses where the march without tables writes: the layer itself where there are none."""
+        return self.layer if self.count % 2 == 0 else self._other
+
+    def update(self, view: Any, projection: Any, lights: Sequence[Lit], medium: ResolvedMedium, panes: bool = False) -> Sequence[Lit]:
+        """Sets what the next `record` sees, as March.update; returns the lights that go by steps."""
+        self.count, self.alone = 0, False
+        if medium.table is None:
+            return lights
+        others, room, why = [], BUDGET, None
+        flat = bool(eye_rays(projection)[1])
+        for light, shadow in lights:
+            refused = refusal(light, shadow, medium, flat, panes)
+            if refused is None and shadow is not None:
+                if self.count == len(self.tables):
+                    self.tables.append(SunTable(self.device, self.pixels))
+                used = self.tables[self.count].update(view, projection, light, shadow, medium, FINENESS[medium.table], room)
+                if used:
+                    room -= used
+                    self.count += 1
+                    continue
+                refused = f"for pictures and maps that need no more than {BUDGET >> 20} MB"
+            why = why or refused
+            others.append((light, shadow))
+        del self.tables[self.count :]
+        if why is not None and medium.march.steps == "table" and not self._told:
+            self._told = True
+            warn(f"a table of visibility is {why}: other light goes by steps")
+        self.alone = self.count > 0 and not others
+        if self.count > 1 or (self.count and others):
+            if self._other is None:
+                self._other = self.device.texture(*self.pixels, "rgba32float")
+        else:
+            self._other = None
+        if self.count:
+            self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.pixels, self.pixels).tobytes())
+        return others
+
+    def record(self, encoder: Any, depth: Any, nothing: Any, timer: Timer | None = None) -> None:
+        """Records the tables, and adds their light to what is `below`. nothing: a texture that is bound where nothing is read."""
+        for i, table in enumerate(self.tables[: self.count]):
+            begins = i == 0 and self.alone
+            target, before = (self.layer, self._other) if (self.count - i) % 2 else (self._other, self.layer)
+            last = self.alone and i == self.count - 1
+            textures = nothing if begins else before, target, self.transmittance
+            table.record(encoder, self.frame, depth, textures, begins, last, timer)
