@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from airlight.bench import measure, process
-from airlight.bench.daylight import daylight
+from airlight.bench.daylight import daylight, shadowed
 from airlight.bench.look import look
 from airlight.bench.media import EVEN, media
 from airlight.bench.scenes import scenes
@@ -68,7 +68,7 @@ def _telling(say: Any, work: Work, lines: int) -> Callable[[str], None]:
 Part = tuple[Callable[..., list[dict[str, Any]]], float, int]
 WHOLE: tuple[Part, ...] = (
     (measure.methods, 160, 60), (measure.rivals, 40, 6), (measure.extras, 60, 12), (look, 30, 12), (scenes, 60, 12), (world, 150, 18),
-    (media, 50, 10), (shaped, 25, 3), (daylight, 10, 5),
+    (media, 50, 10), (shaped, 25, 3), (daylight, 10, 5), (shadowed, 20, 2),
 )  # fmt: skip
 QUICK: tuple[Part, ...] = (
     (partial(measure.methods, runs=3, lights=["inside"], lengths=[(0.926, 3.24)]), 12, 5),
@@ -81,7 +81,8 @@ QUICK: tuple[Part, ...] = (
 PROCESSES = (150.0, 7), (12.0, 3)  # the same, of whole processes
 LEFT_OUT = (
     "--quick: fewer runs, so that times scatter more; left out are lights at the edge and outside, other lengths of shafts, OpenCV, 4K and "
-    "four lights, calls through the API, flying, other media and 2,000 steps in them, light with a shape, and a hundred EXR frames"
+    "four lights, calls through the API, flying, other media and 2,000 steps in them, light with a shape, daylight in scenes, and a hundred "
+    "EXR frames"
 )
 
 

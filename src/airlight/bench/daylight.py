@@ -1,13 +1,17 @@
-"""Daylight at 1280 x 720, in one run: sky and aerial perspective of the table of view rays, and of even air, as ratios to a copy."""
+"""Daylight at 1280 x 720, in one run: sky and aerial perspective of the table of view rays, and of even air, as ratios to a copy; and in
+scenes, with their shadows, as a ratio to the march of their sun in an even medium."""
 
+import importlib.util
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from airlight.bench.measure import Passes, _times, record_of
 from airlight.daylight import Atmosphere
-from airlight.gpu.device import Device
+from airlight.gpu.device import Device, shared_device
+from airlight.options import Medium, Parameters, SceneOptions, build
 from airlight.scatter.daylight.passes import DaylightPass
 from airlight.scatter.daylight.table import ViewTable
 
@@ -20,6 +24,8 @@ CASES: dict[str, dict[str, Any]] = {
 }
 MOVING = "a table for another sun"
 SUN, ALTITUDE, STEP = 20.0, 50.0, 0.01  # degrees, m, degrees that the sun moves
+SCENES, SIGMA_T = ("flying", "foliage-beside"), 0.02  # and 1/m, of their fog
+AIR, MARCH = ("daylight shadows", "daylight"), ("march sun", "upsample")  # passes
 FARTHEST, NEAREST = 6e4, 5.0  # m, of what is seen in the lower half of the picture
 
 
@@ -59,4 +65,36 @@ def daylight(device: Device, say: Callable[[str], None], runs: int = 9) -> list[
     base = records[0]["ms"]
     for one in records[1:]:
         say(f"daylight {one['method']:24} {one['ms']:8.1f} ms {one['ms'] / base:6.1f} copies")
+    return records
+
+
+def shadowed(_: Device, say: Callable[[str], None], runs: int = 5) -> list[dict[str, Any]]:
+    """Measure in each of SCENES, quality normal, what the air with the scene's shadows in it takes, beside the march of the same sun through
+    an even fog, in the same frames. Nothing where pygfx is not installed or the device has no timestamps."""
+    if importlib.util.find_spec("pygfx") is None:
+        say("daylight: pygfx is not installed (pip install 'airlight[scenes]'), so scenes are left out")
+        return []
+    from airlight.scenes import open_scene
+    from airlight.scenes.daylight import Daylight
+    from airlight.scenes.offline import Shot, Studio
+    from airlight.scenes.replay import Replay
+
+    shared_device()
+    records = []
+    for name in SCENES:
+        stage = open_scene(name)
+        built = build(stage.settings)
+        Daylight(Atmosphere(30.0, multiple="psi"), lambda _: (60.0, SUN)).put(stage)
+        parameters = msgspec.structs.replace(built[Parameters], method="march", quality="normal")
+        medium = Medium(sigma_t=(SIGMA_T, SIGMA_T, SIGMA_T))
+        replay = Replay(Studio(stage, Shot(*SIZE, samples=1), parameters, in_scene=built[SceneOptions], medium=medium))
+        replay.frame(layer=True)
+        frames = [replay.spent()[1] for _ in range(runs)]
+        if not all(frames):
+            say("daylight: this device has no timestamps, so scenes are left out")
+            return records
+        air, march = ([sum(frame.get(label, 0.0) for label in labels) for frame in frames] for labels in (AIR, MARCH))
+        records += [record_of("daylight", f"{name}, {what}", SIZE, ms) for what, ms in (("march", march), ("air", air))]
+        ratio = records[-1]["ms"] / records[-2]["ms"]
+        say(f"daylight {name + ', with shadows':24} {records[-1]['ms']:8.1f} ms {ratio:6.2f} times the march of its sun in even fog")
     return records
