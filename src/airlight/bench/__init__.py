@@ -81,8 +81,8 @@ QUICK: tuple[Part, ...] = (
 PROCESSES = (150.0, 7), (12.0, 3)  # the same, of whole processes
 LEFT_OUT = (
     "--quick: fewer runs, so that times scatter more; left out are lights at the edge and outside, other lengths of shafts, OpenCV, 4K and "
-    "four lights, calls through the API, flying, other media and 2,000 steps in them, light with a shape, daylight in scenes, and a hundred "
-    "EXR frames"
+    "four lights, calls through the API, flying, other media and 2,000 steps in them, light with a shape, daylight in scenes, and a "
+    "hundred EXR frames"
 )
 
 
