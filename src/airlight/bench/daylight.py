@@ -69,7 +69,7 @@ def daylight(device: Device, say: Callable[[str], None], runs: int = 9) -> list[
 
 
 def shadowed(_: Device, say: Callable[[str], None], runs: int = 5) -> list[dict[str, Any]]:
-    """Measure in each of SCENES, quality normal, what the air with the scene's shadows in it takes, beside the march of the same sun through
+    """Measure in each of SCENES, quality normal, what air with the scene's shadows in it takes, beside the march of the same sun through
     an even fog, in the same frames. Nothing without pygfx or timestamps."""
     if importlib.util.find_spec("pygfx") is None:
         say("daylight: pygfx is not installed (pip install 'airlight[scenes]'), so scenes are left out")
