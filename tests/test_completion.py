@@ -38,7 +38,7 @@ def offered(line: str) -> list[str]:
         ("render ", [FILE, *NAMES, *VALIDATION]),
         ("render table --medium ", [FILE, *presets.names(presets.MEDIA)]),
         ("render table --method m", ["multipass", "march"]),
-        ("render table --steps ", ["exact"]),
+        ("render table --steps ", ["exact", "table"]),
         ("render a.glb --environment s", [FILE, "sunrise", "sky"]),
         ("view fl", [FILE, "flying", "flood"]),
         ("compare sl", [FILE, "slats", "slide"]),

@@ -47,7 +47,7 @@ def test_what_declarations_say() -> None:
     sigma_t, steps, snap = by_name["sigma_t"], by_name["steps"], by_name["snap"]
     assert (sigma_t.kind, sigma_t.is_triple, sigma_t.default, sigma_t.low, sigma_t.high) == (float, True, None, 0, 1e6)
     assert (by_name["albedo"].default, by_name["albedo"].high) == ((0.9, 0.9, 0.9), 1)
-    assert (steps.kind, steps.words, steps.choices, steps.default, steps.low, steps.high) == (int, ("exact",), (), None, 1, 4096)
+    assert (steps.kind, steps.words, steps.choices, steps.default, steps.low, steps.high) == (int, ("exact", "table"), (), None, 1, 4096)
     assert (snap.kind, snap.default, by_name["extinction"].default) == (bool, False, True)
     assert (by_name["jitter"].choices, by_name["jitter"].default) == (("fixed", "midpoint", "gradient", "blue"), None)
 

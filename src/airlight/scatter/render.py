@@ -317,7 +317,8 @@ def render_layer(
     out = np.empty((*picture.shape[:2], 3), np.float32)
 
     def rows(first: int, last: int) -> None:
-        out[first:last] = half[first:last, :, :3]
+        for i in range(3):  # one by one: NumPy is quicker at it
+            out[first:last, :, i] = half[first:last, :, i]
         if done.scale != 1.0:
             out[first:last] /= np.float32(done.scale)
 
