@@ -80,7 +80,7 @@ def shadowed(_: Device, say: Callable[[str], None], runs: int = 5) -> list[dict[
     from airlight.scenes.replay import Replay
 
     shared_device()
-    records = []
+    records: list[dict[str, Any]] = []
     for name in SCENES:
         stage = open_scene(name)
         built = build(stage.settings)
