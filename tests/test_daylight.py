@@ -256,6 +256,12 @@ def test_shadows_that_overlap_count_once() -> None:
     assert np.allclose(once, twice, rtol=1e-6)
     assert np.allclose(air.aerial(*view, shadow=[(0, 1e9)])[0], 0)
     assert (air.aerial(*view, shadow=[])[0] == air.aerial(*view)[0]).all()
+    assert (air.aerial(*view, shadow=np.array([[100, 4000]]))[0] == once).all()
+    for bad in (5, [5], [(1, 2, 3)]):
+        with pytest.raises(AirlightError, match="shadow is a list of"):
+            air.aerial(*view, shadow=bad)
+    with pytest.raises(AirlightError, match="give one number"):
+        air.orders_table([1, 2])
 
 
 def test_ways_multiply() -> None:

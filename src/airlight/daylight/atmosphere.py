@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from airlight.daylight.checks import broadcast, numbers, one_of
+from airlight.daylight.checks import broadcast, number, numbers, one_of
 from airlight.daylight.coefficients import coefficients
 from airlight.daylight.columns import SHADER_SIZE, columns_table, columns_to_top
 from airlight.daylight.march import Gathered, Rays, gather
@@ -107,7 +107,7 @@ class Atmosphere:
         shadow: Sequence[Any] | None = None,
     ) -> Parts:  # fmt: skip
         """Evaluate the parts of `aerial` and `sky` by themselves: see `Parts`."""
-        stretches = [_stretch(one) for one in shadow or ()]
+        stretches = _stretches(shadow)
         view, azimuth, sun, height, length, *ends = broadcast(
             view_elevation=np.radians(numbers("view_elevation", view_elevation, -90, 90)),
             azimuth_from_sun=np.radians(numbers("azimuth_from_sun", azimuth_from_sun, -np.inf, np.inf)),
@@ -147,13 +147,13 @@ class Atmosphere:
         return self.coefficients.channels(solver.psi(height, np.radians(sun)))
 
     def orders_table(self, sun_elevation: float) -> Array:
-        """Give (16, 48, 17, 2, W) float32, 1/sr: light scattered before, as Rayleigh's phase and the aerosol's turn it into a view.
+        """Give (20, 48, 17, 2, W) float32, 1/sr: light scattered before, as Rayleigh's phase and the aerosol's turn it into a view.
 
         Axes: height, view elevation, azimuth from the sun, at `reference.daylight.orders_position`; phase; wavelength. A metre of air
         scatters its coefficients times that. Whatever `multiple` is. sun_elevation: -30..90, of the table's vertical.
         """
         solver: Orders = kept(Orders, self.coefficients)
-        return solver.table(float(numbers("sun_elevation", sun_elevation, -30, 90)))
+        return solver.table(number("sun_elevation", sun_elevation, -30, 90))
 
     def optical_depth_table(self, size: tuple[int, int] = SHADER_SIZE) -> Array:
         """Give (heights, cosines, W) optical depth to the end of the air, at `reference.daylight.depth_table_ray`, ends included."""
@@ -169,11 +169,16 @@ def _altitude(altitude: Any) -> Array:
     return np.maximum(numbers("altitude", altitude, *ALTITUDE, unit="m"), 0)
 
 
-def _stretch(stretch: Any) -> tuple[Array, Array]:
+def _stretches(shadow: Any) -> list[tuple[Array, Array]]:
+    """Check a shadow's stretches, each (start, end) m."""
     try:
-        start, end = stretch
+        pairs = [(start, end) for start, end in (() if shadow is None else shadow)]
     except (TypeError, ValueError):
         raise AirlightError("shadow is a list of (start, end), in metres from the eye") from None
+    return [_stretch(start, end) for start, end in pairs]
+
+
+def _stretch(start: Any, end: Any) -> tuple[Array, Array]:
     start, end = (numbers(f"shadow's {name}", one, 0, np.inf, unit="m", finite=False) for name, one in (("start", start), ("end", end)))
     if (end < start).any():
         raise AirlightError("shadow has a stretch that ends before it starts; give (start, end), in metres from the eye")

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from airlight.options import Daylight
 
 HIDDEN, CLEAR = 0.01, 0.99  # transmittance: of the nearest twentieth, of the farthest
+STRONGEST = 1e9  # sun's strength that the option takes
 AT_ODDS = 2.0  # times that the photograph's own sky is brighter or darker than the model's
 CLIPPED = 0.97  # linear: as bright pixels do not say how bright they were
 LOOKED_AT = 200  # pixels of the sky
@@ -81,4 +82,5 @@ class Doubts:
         ratio = self.strength / fits if fits > 0 else 1.0
         if not 1 / AT_ODDS <= ratio <= AT_ODDS:
             how = f"{number(ratio, 2)} times brighter" if ratio > 1 else f"{number(1 / ratio, 2)} times darker"
-            tell(f"{path}: the air is {how} than the photograph's own sky: --sun-strength {number(fits, 2)} has the sky's measure")
+            cure = f"--sun-strength {number(fits, 2)} has the sky's measure" if fits <= STRONGEST else "more --visibility, or a higher sun"
+            tell(f"{path}: the air is {how} than the photograph's own sky: {cure}")
