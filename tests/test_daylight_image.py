@@ -69,11 +69,16 @@ def truth(camera: Camera, metres: np.ndarray, sun: float, azimuth: float, **air:
     return radiance * irradiance_of_white(model, sun, 2000.0), through
 
 
+def white_in_the_sun(**air: Any) -> tuple[str, str]:
+    return "--sun-strength", str(irradiance_of_white(Atmosphere(multiple="none", **air), 15.0, 2000.0))
+
+
 @pytest.mark.parametrize("multiple", ["none", pytest.param("orders", marks=pytest.mark.slow)])
 def test_a_picture_without_shadows_is_the_library(files: Path, multiple: str) -> None:
     """The sun behind the camera: D is 0, and each pixel that has a depth is L0 T + L1 + Lms; the sky stays as it was, to the bit."""
+    white = irradiance_of_white(Atmosphere(visibility=30, multiple=multiple), 15.0, 2000.0)
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "3", "--altitude", "2000",
-        "--visibility", "30", "--multiple", multiple)  # fmt: skip
+        "--visibility", "30", "--multiple", multiple, "--sun-strength", str(white))  # fmt: skip
     metres = plane_of_file("depth.exr", "R")
     sky = metres > 1e9
     camera = Camera(WIDTH, HEIGHT, FOV, 3.0, 0.0, 200.0)
@@ -126,7 +131,7 @@ def test_a_sky_that_is_drawn_goes_on_below_the_horizon(files: Path) -> None:
 @pytest.mark.parametrize(("kind", "adds"), [("air", True), ("replace", False)])
 def test_skies(files: Path, kind: str, adds: bool) -> None:
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "8", "--altitude", "2000",
-        "--sky", kind, "--multiple", "none")  # fmt: skip
+        "--sky", kind, "--multiple", "none", *white_in_the_sun())  # fmt: skip
     camera = Camera(WIDTH, HEIGHT, FOV, 8.0, 0.0, 200.0)
     sky = plane_of_file("depth.exr", "R") > 1e9
     added, through = truth(camera, np.full((HEIGHT, WIDTH), 1e7), 15.0, 40.0, multiple="none")
@@ -138,7 +143,7 @@ def test_a_soft_mask_mixes_sky_and_land(files: Path) -> None:
     write_image("mask.png", grey(np.linspace(0, 1, HEIGHT)[::-1, None] ** 2.2))
     share = read_image("mask.png").codes[..., 0] / 255.0
     args = ("--mask", "mask.png", "--distance", "5000", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--altitude", "2000")
-    run(*args, "--visibility", "30", "--multiple", "none")
+    run(*args, "--visibility", "30", "--multiple", "none", *white_in_the_sun(visibility=30))
     out = read_image("out.exr").codes[..., 1]
     along = Camera(WIDTH, HEIGHT, FOV).lengths(0, 0, WIDTH, HEIGHT)
     added, through = truth(Camera(WIDTH, HEIGHT, FOV, 0.0, 0.0, 200.0), 5000 / along, 15.0, 40.0, visibility=30, multiple="none")

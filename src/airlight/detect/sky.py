@@ -15,17 +15,20 @@ BRIGHTER = 0.9  # of the sky's mean to what is below it, at least; snow may be a
 ASIDE = 40  # px of the copy to each side, whose skyline counts where there is none
 WHITE = 0.95  # linear: as bright pixels tell no colour
 MOST_GLARE = 0.05  # of the picture, that is white since the sun dazzles; more is a sky
-GLARE = 1.0  # of the radius of what is white: how far beyond it hides what it lies on
+GLARE = 0.5  # of the radius of what is white: how far beyond it hides what it lies on
 STEEP = 0.2  # rise of a skyline, on average over a gap, up to which it is none of a wall
 BINS, RANGE = (24, 14, 14), ((-4.0, 0.2), (-1.6, 1.6), (-2.4, 1.6))  # of luminance, red to green, blue to green; natural logarithms
 FLOOR = 1e-3  # of a bin's share, as if any colour may be anywhere
 MOST_SURE = 3.0  # natural logarithm of odds, by one pixel
 BEND = 3.0  # what a skyline costs that falls or rises a pixel, in such
-STEP = 6.0  # what it gains by a step of luminance, in logarithms
+STEP = 12.0  # what it gains by a step of colour, of 1 in logarithms
+STEP_PX = 1, 5  # of the copy: half the ways over which steps are measured
+BELOW = 0.05  # of the picture's height: how far below a skyline that is not sure land is looked at
 LOOKS = 4  # at the colours of sky and land, from the last skyline
 EDGE_PX, WIDEST_PX = 2, 16  # of the copy: half the width of an edge, at least and at most
-FALL = 0.3  # of an edge's steepest slope, up to which it goes on
-EVEN = 9  # columns to each side, over which the width of an edge is alike
+INNER = 0.5  # of an edge's width: where colours alone tell its shares; farther out these go evenly to what is sure
+FALL = 0.2  # of an edge's steepest slope, up to which it goes on
+EVEN = 20  # columns to each side, over which the width of an edge is alike
 Plane = np.ndarray
 
 
@@ -40,13 +43,17 @@ def find_sky(image: Plane) -> Plane:
     if sky is None:
         return np.zeros((height, width), np.float32)
     rows = np.count_nonzero(sky, axis=0)
+    hidden = np.zeros(len(rows), bool)
     if not sky.all():
-        rows = _skyline(copy, small, rows)
-    above, below = _edge_widths(small, rows)
+        rows, hidden = _skyline(copy, small, rows)
+    above, below = (np.where(hidden, EDGE_PX, one) for one in _edge_widths(small, rows))
     y = np.arange(len(small))[:, None]
     planes = y < rows - above, y >= rows + below, y < rows
-    sure_sky, sure_land, otherwise = (_enlarged(one.astype(np.float32), height, width) for one in planes)
-    return mixture(image, sure_sky > 0.999, sure_land > 0.999, otherwise)
+    sky, land, otherwise = (_enlarged(one.astype(np.float32), height, width) for one in planes)
+    share = mixture(image, sky > 0.999, land > 0.999, otherwise)
+    ends = (rows - above * INNER - y) / (above * (1 - INNER)), (y + 1 - rows - below * INNER) / (below * (1 - INNER))
+    least, most = (_enlarged(np.clip(one, 0, 1).astype(np.float32), height, width) for one in ends)
+    return np.asarray(np.clip(share, least, 1 - most), np.float32)
 
 
 def _smooth_part(small: Plane) -> Plane | None:
@@ -69,33 +76,47 @@ def _smooth_part(small: Plane) -> Plane | None:
     return found if found.any() else None
 
 
-def _skyline(copy: Plane, small: Plane, rows: Plane) -> Plane:
-    """Find the skyline, (W,) the first row of each column that is no sky, by what colours sky and land have; rows: a first guess.
+def _skyline(copy: Plane, small: Plane, rows: Plane) -> tuple[Plane, Plane]:
+    """Find the skyline, (W,) the first row of each column that is no sky, by what colours sky and land have, and where the sun dazzles
+    it; rows: a first guess.
 
     Of all skylines the one with the least sum of: odds against the colours above and below it, steps that it lacks, and how far it rises
-    and falls. Where the sun dazzles it goes straight on.
+    and falls. There it goes straight on.
     """
     height, width = small.shape
     glare = _glare(copy @ REC709_F32)
     bins = _bins(copy, small)
-    step = np.zeros((height + 1, width))
-    step[1:-1] = np.abs(np.diff(small, axis=0)) * ~(glare[1:] | glare[:-1])
+    step = _steps(copy, small) * np.pad(~(glare[1:] | glare[:-1]), ((1, 1), (0, 0)))
     y = np.arange(height)[:, None]
     for _ in range(LOOKS):
-        odds = np.where(glare, 0, _odds(bins, (y < 0.9 * rows) & ~glare, (y >= np.minimum(rows + EDGE_PX, height - 1)) & ~glare))
+        odds = np.where(glare, 0, _odds(bins, (y < 0.9 * rows) & ~glare, (y >= np.minimum(rows + BELOW * height, height - 1)) & ~glare))
         cost = np.zeros((height + 1, width))
         cost[1:] = -np.cumsum(odds, axis=0)
-        found = _least(cost - STEP * np.minimum(step, 1), BEND)
+        found = _least(cost - STEP * step, BEND)
         if np.array_equal(found, rows):
             break
         rows = found
-    beside = (glare[np.clip(rows - one, 0, height - 1), np.arange(width)] for one in (0, 1))
-    return _straight_on(rows, np.logical_or(*beside))
+    lowest = np.where(glare.any(axis=0), height - np.argmax(glare[::-1], axis=0), -height)
+    hidden = np.abs(rows - lowest) <= np.count_nonzero(glare, axis=0)
+    return _straight_on(rows, hidden), hidden
+
+
+def _steps(copy: Plane, small: Plane) -> Plane:
+    """Measure how much colours change between two rows, (H + 1, W), 0 to 1: next to each other, and some px apart, as out of focus."""
+    logs = np.log(copy + DARK)
+    planes = np.stack([small, logs[..., 0] - logs[..., 1], logs[..., 2] - logs[..., 1]])
+    out = np.zeros((small.shape[0] + 1, small.shape[1]))
+    for reach in STEP_PX:
+        wide = np.pad(planes, ((0, 0), (reach, reach), (0, 0)), mode="edge")
+        apart = wide[:, 2 * reach - 1 :] - wide[:, : 1 - 2 * reach or None]
+        out += np.minimum(np.sqrt((apart**2).sum(axis=0)), 1) / len(STEP_PX)
+    out[[0, -1]] = 0
+    return out
 
 
 def _straight_on(rows: Plane, hidden: Plane) -> Plane:
     """Let a skyline (W,) dip below a straight line neither where it is hidden nor in half as many columns to each side, where it is drawn
-    to the glare; where a wall ends such a gap, the line is as low as its lower side."""
+    to the glare. Between walls of a street it may."""
     out, ends = rows.copy(), np.flatnonzero(np.diff(np.concatenate([[0], hidden, [0]]).astype(int)))
     for first, last in zip(ends[::2], ends[1::2]):
         more = (last - first) // 2 + 1
@@ -105,8 +126,9 @@ def _straight_on(rows: Plane, hidden: Plane) -> Plane:
             continue
         low, high = known[0], known[-1]
         wall = abs(low - high) > STEEP * (last - first)
-        line = np.full(last - first, max(known)) if wall else np.linspace(low, high, last - first + 2)[1:-1].round()
-        out[first:last] = np.minimum(rows[first:last], line)
+        if not wall:
+            line = np.linspace(low, high, last - first + 2)[1:-1].round()
+            out[first:last] = np.minimum(rows[first:last], line)
     return out
 
 
@@ -176,7 +198,8 @@ def _edge_widths(small: Plane, rows: Plane) -> tuple[Plane, Plane]:
         flat[:2], flat[-1] = False, True
         ends = np.argmax(flat, axis=0)
         beside = np.lib.stride_tricks.sliding_window_view(np.pad(ends, EVEN, mode="edge"), 2 * EVEN + 1)
-        found.append(np.maximum(np.median(beside, axis=1), EDGE_PX))
+        wide = np.pad(np.maximum(np.quantile(beside, 0.75, axis=1), EDGE_PX), EVEN, mode="edge")
+        found.append(np.convolve(wide, np.full(2 * EVEN + 1, 1 / (2 * EVEN + 1)), mode="valid"))
     return found[0], found[1]
 
 

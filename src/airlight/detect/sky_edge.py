@@ -6,9 +6,11 @@ from airlight.planes import box
 
 TILE = 512  # px, of the parts that are worked on one by one
 BAND_PX = 3  # to each side of an edge that is known to a pixel: where pixels may be mixed
-RADII_PX = (6, 16, 40, 100)  # within which the colours of pure sky and pure land are averaged: the first that holds some
-LEAST_SURE = 1e-3  # of such a square
-LEAST_CONTRAST = 0.06  # of the brighter, between sky and land, linear: less tells nothing apart
+RADII_PX = (6, 16, 40, 100)  # of the squares over which the colours of pure sky and pure land are averaged
+NEARNESS = 4  # power of these by which smaller ones count more
+LEAST_SURE = 1e-9  # of such squares, by their weights: rounding leaves less where there is none
+LEAST_CONTRAST = 0.06  # of the brighter, between sky and land, linear: less tells nothing apart, 1.4 times that all
+WHITE = 0.95  # linear: what the sun dazzles tells no share either
 SURE = 0.02  # share, up to which a pixel is pure
 OVER = 1.25  # by how much shares are stretched about a half: sharpened edges overshoot, and land is not all of one colour
 Plane = np.ndarray
@@ -40,8 +42,10 @@ def mixture(image: Plane, sky: Plane, land: Plane, otherwise: Plane) -> Plane:
         strength = np.maximum((light * light).sum(axis=-1), (dark * dark).sum(axis=-1))
         with np.errstate(invalid="ignore", divide="ignore"):
             along = ((image[own] - dark) * apart).sum(axis=-1) / contrast
-            told = (contrast > LEAST_CONTRAST**2 * strength) & ~(sky | land)[own]
-        found[own] = np.where(told, np.clip((along - 0.5) * OVER + 0.5, 0, 1), found[own])
+            trust = np.clip(contrast / (LEAST_CONTRAST**2 * strength) - 1, 0, 1)
+        told = np.isfinite(trust) & np.isfinite(along) & ~(sky | land)[own] & (image[own].min(axis=-1) < WHITE)
+        share = np.clip((along - 0.5) * OVER + 0.5, 0, 1)
+        found[own] = np.where(told, found[own] + trust * (share - found[own]), found[own])
     return found
 
 
@@ -75,16 +79,14 @@ def spread(values: Plane, known: Plane, wanted: Plane) -> Plane:
 
 def _means(image: Plane, sure: Plane) -> Plane:
     """Average an image (H, W, C) over what is sure, (H, W) bool, near each pixel; NaN where there is none."""
-    out = np.full(image.shape, np.nan)
     weight, values = sure.astype(np.float32), np.where(sure[..., None], image, 0)
-    for radius in RADII_PX:
-        share = box(weight, radius)
-        empty = np.isnan(out[..., 0]) & (share > LEAST_SURE)
-        if empty.any():
-            out[empty] = box(values, radius)[empty] / share[empty][:, None]
-        if not np.isnan(out[..., 0]).any():
-            break
-    return out
+    total, sums = np.zeros(sure.shape), np.zeros(image.shape)
+    for radius in RADII_PX:  # together, so that the mean does not jump where a square comes to hold some
+        part = (RADII_PX[0] / radius) ** NEARNESS
+        total += part * box(weight, radius)
+        sums += part * box(values, radius)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(total > LEAST_SURE, 1, np.nan)[..., None] * sums / total[..., None])
 
 
 def _tiles(wanted: Plane, margin: int) -> list[tuple[tuple[slice, slice], tuple[slice, slice]]]:

@@ -83,7 +83,7 @@ class Doubts:
         """Tell which strength of the sun fits the photograph's own sky, where that has another."""
         if self.day.sky == "replace" or self.air is None:
             return
-        fits, strength = strength_of_sky(self.air, self.view, self.found, light), self.view.strength or 0.0
+        fits, strength = strength_of_sky(self.air, self.view, self.found, light, True), self.view.strength or 0.0
         ratio = strength / fits if fits else 1.0
         if fits and ratio and not 1 / AT_ODDS <= ratio <= AT_ODDS:
             how = f"{number(ratio, 2)} times brighter" if ratio > 1 else f"{number(1 / ratio, 2)} times darker"

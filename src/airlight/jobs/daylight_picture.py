@@ -135,13 +135,14 @@ class DaylightWork(ImageWork):
         if self.day.daylight == PRINTED:
             return float(np.pi)
         white = irradiance_of_white(self._air, view.sun.elevation, view.altitude)
-        own = strength_of_sky(self._air, view, found, light) if self.day.sky != "air" else None
+        own = strength_of_sky(self._air, view, found, light, self.day.sky != "replace") if self.day.sky != "air" else None
         if own is None:
             return white
         own = min(own, STRONGEST)
         if not 1 / ALIKE <= own / white <= ALIKE:
             ratio = f"{number(own / white, 2)} times brighter" if own > white else f"{number(white / own, 2)} times darker"
-            tell(f"daylight is as bright as its own sky, {ratio} than by white in the sun, --sun-strength {number(white, 2)}")
+            by_white = f"which --sun-strength {number(white, 2)} gives"
+            tell(f"daylight has the measure of the photograph's sky, {ratio} than with white in the sun at 1, {by_white}")
         return own
 
     def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:

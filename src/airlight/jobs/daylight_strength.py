@@ -15,6 +15,7 @@ STRONGEST = 1e9  # sun's strength that the option takes
 CLIPPED = 0.97  # linear: as bright pixels do not say how bright they were
 BY_DAY = 0.01  # linear: the median of a darker sky is none of a day, but night, or what a render has behind it
 LOOKED_AT = 200  # pixels of the sky
+LOWEST = 0.25  # of the sky that is seen: the part above the horizon that a kept one goes by
 LEAST_SKY = 0.02  # of the picture
 
 
@@ -24,10 +25,10 @@ def some_of(height: int, width: int) -> tuple[slice, slice]:
     return slice(step // 2, None, step), slice(step // 2, None, step)
 
 
-def strength_of_sky(air: "Atmosphere", view: "View", found: "Distances", light: np.ndarray) -> float | None:
+def strength_of_sky(air: "Atmosphere", view: "View", found: "Distances", light: np.ndarray, is_kept: bool) -> float | None:
     """Estimate the sun's irradiance above the air that a photograph's own sky stands for; None where it shows too little of one.
 
-    light: (H, W, 3) linear Rec. 709.
+    light: (H, W, 3) linear Rec. 709. is_kept: what counts is where it meets the land, else all of it.
     """
     from airlight.daylight.picture import sky_strength
 
@@ -46,5 +47,7 @@ def strength_of_sky(air: "Atmosphere", view: "View", found: "Distances", light: 
     keep = up > 0
     if not keep.any():
         return None
+    if is_kept:  # far things are to go over into it
+        keep &= up <= np.quantile(up[keep], LOWEST)
     fits = sky_strength(air, own[rows, columns][keep], up[keep], turn[keep] - view.azimuth, view.sun.elevation, view.altitude)
     return fits if fits > 0 else None
