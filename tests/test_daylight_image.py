@@ -135,7 +135,7 @@ def test_mixed_pixels_lose_the_light_of_the_old_sky() -> None:
 
 
 def test_a_replaced_sky_leaves_no_fringe(files: Path) -> None:
-    """What is written is the photograph times its transmittance and the layer; at a mixed pixel the land's own light, and no more, is in it."""
+    """What is written is the photograph times its transmittance and the layer; of a mixed pixel the land's light alone stays."""
     share = np.clip(HEIGHT / 2 + 0.5 - np.arange(HEIGHT), 0, 1)[:, None] * np.ones(WIDTH)
     write_image("in.exr", grey(0.02 * (1 - share) + 0.7 * share), bits=32, overwrite=True)
     write_image("depth.exr", grey(np.where(share >= 0.5, 1e10, 50.0)), bits=32, overwrite=True)
