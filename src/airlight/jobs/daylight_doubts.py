@@ -81,8 +81,8 @@ class Doubts:
 
     def _tell_strength(self, light: np.ndarray, tell: Callable[[str], object]) -> None:
         """Tell which strength of the sun fits the photograph's own sky, where that has another."""
-        if self.day.sky == "replace" or self.air is None:
-            return
+        if self.day.sky == "replace" or self.air is None or (self.day.sun_strength is None and self.day.sky != "air"):
+            return  # chosen by that sky, no brighter than white
         fits, strength = strength_of_sky(self.air, self.view, self.found, light, True), self.view.strength or 0.0
         ratio = strength / fits if fits else 1.0
         if fits and ratio and not 1 / AT_ODDS <= ratio <= AT_ODDS:

@@ -14,7 +14,7 @@ from airlight.jobs.daylight_doubts import Doubts
 from airlight.jobs.daylight_request import OF_KNEE
 from airlight.jobs.daylight_strength import STRONGEST, strength_of_sky
 from airlight.jobs.daylight_sun import PRINTED, atmosphere
-from airlight.jobs.daylight_text import read_span
+from airlight.jobs.daylight_text import LOWEST_SUN, read_span
 from airlight.jobs.daylight_view import View, find_view
 from airlight.jobs.image_work import ImageWork, Loaded
 from airlight.jobs.light_text import place
@@ -138,7 +138,8 @@ class DaylightWork(ImageWork):
         own = strength_of_sky(self._air, view, found, light, self.day.sky != "replace") if self.day.sky != "air" else None
         if own is None:
             return white
-        own = min(own, STRONGEST)
+        most = irradiance_of_white(self._air, view.sun.elevation, view.altitude, LOWEST_SUN)
+        own = min(own, most, STRONGEST)  # mist and clouds are brighter than a clear sky, and no reason to expose for more
         if not 1 / ALIKE <= own / white <= ALIKE:
             ratio = f"{number(own / white, 2)} times brighter" if own > white else f"{number(white / own, 2)} times darker"
             by_white = f"which --sun-strength {number(white, 2)} gives"
