@@ -162,8 +162,8 @@ def _odds(bins: Plane, sky: Plane, land: Plane) -> Plane:
         counts = np.bincount(bins[which], minlength=int(np.prod(BINS))).reshape(BINS).astype(float)
         for axis in range(3):
             ends = [(1, 1) if one == axis else (0, 0) for one in range(3)]
-            wide = np.pad(counts, ends)
-            counts = sum(k * np.take(wide, range(i, i + BINS[axis]), axis=axis) for i, k in enumerate((0.25, 0.5, 0.25)))
+            before, own, after = (np.take(np.pad(counts, ends), range(i, i + BINS[axis]), axis=axis) for i in range(3))
+            counts = 0.25 * before + 0.5 * own + 0.25 * after
         shares.append(counts.ravel() / max(counts.sum(), 1) + FLOOR)
     return np.asarray(np.clip(np.log(shares[0] / shares[1]), -MOST_SURE, MOST_SURE)[bins])
 
