@@ -84,7 +84,7 @@ def _option(p: Option) -> Callable[[F], F]:
     if p.choices:
         kind = _Choice(p)
     elif p.kind in (int, float):
-        ends = {"min": p.low, "max": p.high, "min_open": p.low_open, "max_open": p.high_open}
+        ends: dict[str, Any] = {"min": p.low, "max": p.high, "min_open": p.low_open, "max_open": p.high_open}
         kind = Real(beyond=p.beyond, **ends) if p.kind is float else click.IntRange(**ends)
         if p.is_triple or p.words:
             kind = _Numbers(kind, p.axes if p.is_triple else "", p.words)
