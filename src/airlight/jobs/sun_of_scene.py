@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from airlight.daylight.coefficients import KOSCHMIEDER
 from airlight.errors import AirlightError, warn
 from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, SUN_DOWN, atmosphere, is_daylight
 from airlight.jobs.daylight_text import BY_DAY, check_elevation, read_sun, read_when, read_where
-from airlight.messages import say
+from airlight.messages import number, say
 from airlight.options import Daylight, DaylightScene, Medium, declared
 from airlight.scatter.methods import FOR_MEDIUM, METHODS
 
@@ -26,6 +27,8 @@ UP = -0.27  # degrees of the sun's apparent centre, at which its upper edge is a
 OF_AIR = ("visibility", "turbidity", "ozone", "ground_albedo", "aerosol_albedo", "aerosol_anisotropy", "wavelengths", "multiple")
 OF_PICTURES = ("attenuate", "sky", *OF_PRINTED)  # which a scene has no use for
 OF_REACH = ("max_distance", "transparency", "particle_cells")  # of a medium, which say of none that there is one
+DENSE_KM = 0.2  # visibility, up to which haze may let no daylight down
+NO_LIGHT = 1e-6  # 1/sr: radiance of all directions on the mean, of 1 above the air, below which there is none by day
 NO_SUN = "--daylight air needs a sun: add --sun AZ,EL, --when and --where, or --day and --where"
 Place = tuple[float, float, float]
 
@@ -87,7 +90,23 @@ def foresee_daylight(options: Daylight, day: DaylightScene, request: SunRequest,
             raise AirlightError(NO_SUN)
         _check_rest(options, day, request)
         return None
-    return scene_daylight(options, day, request)
+    found = scene_daylight(options, day, request)
+    if found is not None:
+        refuse_darkness(options, found)
+    return found
+
+
+def refuse_darkness(options: Daylight, daylight: SceneDaylight) -> None:
+    """Raise AirlightError for haze that by day lets nothing of the sun's light down to the scene: a picture of it would be black."""
+    if options.visibility is None or options.visibility > DENSE_KM:
+        return
+    from airlight.scenes.daylight import Sky
+
+    elevation = daylight.track(0.0 if daylight.span is None else sum(daylight.span) / 2)[1]
+    if elevation > 0 and float(Sky(daylight.air, elevation, daylight.altitude).mean.max()) < NO_LIGHT:
+        near = f"fog near the ground, as by --sigma-t {number(KOSCHMIEDER / (1000 * options.visibility), 2)} without --visibility"
+        deep = "of daylight next to nothing comes down through so much haze, which is kilometres deep"
+        raise AirlightError(f"--visibility {options.visibility:g}: {deep}: give --visibility 0.2 or more, or {near}")
 
 
 def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest, made: SceneDaylight | None = None) -> None:
@@ -104,6 +123,8 @@ def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest, made
     daylight = made or scene_daylight(options, day, request)
     if daylight is None:
         return
+    if made is None:
+        refuse_darkness(options, daylight)
     elevation = daylight.track(0.0)[1]
     if daylight.span is None and elevation < SUN_DOWN:
         warn(f"the sun is {-elevation:.1f} degrees below the horizon: the sky lights the scene, and there are no shafts of it")
@@ -118,7 +139,7 @@ def own_sun(stage: Stage) -> tuple[float, float] | None:
     suns = [one for one in punctual_lights(stage.lights) if isinstance(one, DirectionalLight)]
     if not suns:
         return None
-    x, y, z = (float(v) for v in max(suns, key=lambda one: max(one.color)).direction)
+    x, y, z = (float(v) for v in max(suns, key=lambda one: max(one.intensity)).direction)
     elevation = math.degrees(math.atan2(y, math.hypot(x, z)))
     return math.degrees(math.atan2(x, -z)) % 360, check_elevation(elevation, "the scene's own sun", "give --sun AZ,EL")
 
