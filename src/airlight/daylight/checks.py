@@ -65,7 +65,7 @@ def _real(name: str, value: Any, bounds: str) -> Array:
     try:
         given = value if isinstance(value, np.ndarray | np.generic) else np.asarray(value, object)
         if given.dtype.kind == "O":
-            wrong = [one for one in given.flat if not isinstance(one, Real) or isinstance(one, bool)]
+            wrong = [one for one in given.flat if isinstance(one, bool) or not isinstance(one, Real)]
         else:
             wrong = [] if given.dtype.kind in "iuf" else list(given.flat[:1])
         if wrong:

@@ -157,7 +157,8 @@ def lacking_outdoors(luminance: np.ndarray, drawn: np.ndarray) -> float:
     if sky.size:
         low, high = np.quantile(sky, SKY_PART)
         average = float(np.log2(sky[(sky >= low) & (sky <= high)]).mean())
-        lacks.append((math.log2(SKY_KEY) - average, math.sqrt(sky.size)))
+        wanted = math.log2(SKY_KEY) - average
+        lacks.append((min([wanted, *(stops for stops, _ in lacks)]), math.sqrt(sky.size)))  # a sky that is darker than the ground stays so
     if not lacks:
         return 0.0
     found = sum(stops * weight for stops, weight in lacks) / sum(weight for _, weight in lacks)
