@@ -1,4 +1,4 @@
-"""Write a layer of broken cloud as a volume, FILE.npz, for `airlight render valley --volume`: scripts/pictures.sh draws docs/daylight.md by it.
+"""Write a layer of broken cloud over the scene `valley` as a volume, FILE.npz, for --volume: docs/daylight.md.
 
 Its cover is noise of the octaves of SIZES, m, above what leaves HOLES of the sky open; flat below, rounded above.
 """
@@ -11,8 +11,8 @@ import numpy.typing as npt
 BOUNDS = np.array([[-1400.0, 260.0, -2600.0], [1400.0, 330.0, 300.0]])  # m: least and greatest x, y, z
 CELL = 20.0  # m, along x and z
 LAYERS = 8
-SIZES = ((520.0, 1.0), (240.0, 0.5), (110.0, 0.22))  # of the clouds, m, and how much each counts
-HOLES, EDGE = 0.45, 0.5  # share of the sky that is open; how soft its edges are, in deviations of the noise
+SIZES = ((300.0, 1.0), (130.0, 0.25))  # of the clouds, m, and how much each counts
+HOLES, EDGE = 0.1, 0.15  # share of the sky that is open; how soft its edges are, in deviations of the noise
 SEED = 7
 
 

@@ -19,6 +19,8 @@ from airlight.reference import tone as twin
 from airlight.reference.colour import srgb_decode
 
 pytest.importorskip("pygfx")
+from test_daylight_scene import lit_stage
+
 from airlight.scenes import open_scene
 from airlight.scenes.environment import SKY_SHARE, Environment, load_environment
 from airlight.scenes.exposure import expose, is_physical, lacking, lacking_outdoors, meter
@@ -324,6 +326,32 @@ def test_slopes_against_the_light_are_not_black_nor_their_sky_white() -> None:
     assert outdoors(ground / 1024, sky / 1024) == pytest.approx(math.log2(shown) + 10)
     assert outdoors(ground, np.zeros(0)) == pytest.approx(lacking(ground)) and outdoors(np.zeros(0), np.zeros(3)) == 0
     assert np.median(sky) * 2.0 ** outdoors(np.zeros(0), sky) == pytest.approx(0.7, rel=0.02)
+
+
+def test_a_day_is_exposed_so_that_none_of_its_times_burns() -> None:
+    class Sun:
+        """A sun that moves, whose sky stays the same."""
+
+        span = (0.0, 4.0)
+
+        def move(self, *_: Any, **__: Any) -> None: ...
+
+        def stops(self) -> float:
+            return 0.0
+
+    def exposed(glare: float) -> float:
+        def seen(time: float, pre: float) -> tuple[np.ndarray, np.ndarray]:
+            return np.full(1000, pre * 4000.0 * (glare if time > 3.5 else 1.0)), np.ones(1000, bool)
+
+        stage = lit_stage()
+        stage.measured, stage.daylight = True, Sun()
+        found = meter(stage, seen).automatic
+        assert found is not None
+        return found
+
+    even = exposed(1.0)
+    assert 4000 * 2.0**even == pytest.approx(0.27, rel=0.02)
+    assert exposed(8.0) == pytest.approx(even - 3 + 0.5, abs=0.02) and exposed(1 / 8) == pytest.approx(even, abs=0.02)
 
 
 def test_what_stands_for_a_display_is_not_metered(tmp_path: Path) -> None:
