@@ -15,7 +15,13 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture
 
+LONG_PX = 100  # of the weight's length at the farthest pixel, from which only what is bright asks for close lines
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
+SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
+CLOSER = 0.7  # of the spacing of close lines, for a light outside: there are few
+WIDE_RADII = (120, 400)  # of wide lines, for a light outside
+CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
+BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
 PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
 
 
@@ -35,11 +41,12 @@ class Fineness:
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
     full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
+    calm: tuple[float, float] = (1, 1)  # factors of the spacing, for a light outside and at the edge, of lines that meet nothing bright
 
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 0.375, 2, 0.5, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0)),
+    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), (2.8, 3.5)),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 0.28, 2, 0.5, 6e-4, 1.2, (1920, 1440)),
 }
 
@@ -59,6 +66,7 @@ class Quadrant:
     runs: list[list[tuple[int, int]]] = field(init=False)  # of each zone: steps of equal length, from node to node
     row0: int = 0  # row of the sums' texture of the first stored node
     column0: int = 0  # column of line 0
+    sector0: int = 0  # of close lines, the number of the first sector
     stored: int = 0  # index of the first stored node
 
 
@@ -72,7 +80,8 @@ def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
 
 class Grid:
     """Lays the lines and nodes of one light over a picture. size: (width, height); light in pixels (corner origin); border clamp or
-    black."""
+    black. part: all lines, or those of the two grids that share the work: wide lines, and close ones in sectors of SECTOR for what
+    is bright."""
 
     def __init__(
         self,
@@ -84,7 +93,9 @@ class Grid:
         fine: Fineness,
         border: str,
         max_side: int = 16384,
+        part: str = "all",
     ) -> None:
+        self.part = part
         self.size, self.light, self.mix, self.border, self.density = size, light, mix, border, density
         length = max(lam, 1.5) / density
         # a small image costs little, and has as much detail in fewer pixels
@@ -108,6 +119,14 @@ class Grid:
             if length_px < SHARP_PX:  # nodes on pixels' centres do more for it than close lines
                 step, wider = min(0.5, step), 2 * wider
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
+        # the layer is as sharp as what lies before it is bright; where rays are short it is so everywhere
+        self.halves = max(fine.calm) > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
+        if part == "wide":
+            radii = fine.radii if inside else WIDE_RADII
+            fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
+        elif part == "close":
+            spacing = fine.spacing * (1.0 if inside else CLOSER)
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
@@ -124,13 +143,15 @@ class Grid:
     def _lay_out(self, max_side: int) -> bool:
         """Place each quadrant in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
-        widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
+        shared = [q.lines // SECTOR - 1 if self.part == "close" else 0 for q in self.quadrants]  # lines that two sectors hold
+        widths = [32 * -(-(q.lines + n) // 32) for q, n in zip(self.quadrants, shared, strict=True)]  # the scan runs 32 lines at a time
         below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
         choices = [size for size in (below, beside) if max(size) <= max_side]
         if not choices:
             return False
         self.columns, self.rows = min(choices, key=lambda size: size[0] * size[1])
         for i, q in enumerate(self.quadrants):
+            q.sector0 = sum(other.lines // SECTOR for other in self.quadrants[:i])
             if (self.columns, self.rows) == beside:
                 q.column0 = sum(widths[:i])
             else:
@@ -160,6 +181,8 @@ class Grid:
         count = min(math.ceil((m_hi - m_lo) * u_max / spacing - 1e-6) + 1, max_side - 1)
         factor = 2 ** (self.fine.zones - 1)
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
+        if self.part == "close":
+            count = SECTOR * min(math.ceil((count - 1) / SECTOR), max_side // (SECTOR + 1)) + 1
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
     def _nodes(self, q: Quadrant) -> tuple[Array, bool]:
@@ -243,6 +266,11 @@ class Grid:
         for begin, end in itertools.pairwise(q.splits):
             cuts = [begin, *breaks[(breaks > begin) & (breaks < end)].tolist(), end]
             q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
+
+    def near(self, q: Quadrant) -> float:
+        """Find how far from the light the lines of the nearest zone lie closer than CLOSE_PX: wide lines are close enough there."""
+        stride = 2 ** (len(q.splits) - 2)
+        return max(min(CLOSE_PX / (stride * q.dm), float(q.u[q.splits[1]])), BESIDE_PX)
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """Find the position in pixels on line 0 at distances s, and its change from line to line: (n, 4)."""
