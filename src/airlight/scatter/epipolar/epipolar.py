@@ -12,7 +12,7 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import divide, timing
 from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
-from airlight.scatter.epipolar.bright import BrightSectors, wedges
+from airlight.scatter.epipolar.detail import DetailedSectors, wedges
 from airlight.scatter.epipolar.gather import NOWHERE, EpipolarGather
 from airlight.scatter.epipolar.grid import QUALITY, SECTOR, Fineness, Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
@@ -115,6 +115,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             record["lines"], record["stride"] = lines, stride
             record["run"], record["column"] = texels, q.column0
             record["row"], record["skip"] = (q.row0 + begin - q.stored + zone) % (1 << 32), max(q.stored - begin, 0)
+            record["aside"] = stride * grid.aside(q)
             record["end"] = -mix.ratio if mix.opposite else mix.ratio
             record["c"][: len(mix.c)] = mix.c
             record["beyond_c"][: min(4, len(mix.beyond_c))] = mix.beyond_c[:4]
@@ -206,12 +207,13 @@ class EpipolarPlan:
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
         laid = size, light, self.mix, lam, density, fine, border, device.max_side
         self.grid = Grid(*laid)
-        passes: list[Any] = []
         if self.grid.halves:
             self.grid, close = Grid(*laid, "wide"), Grid(*laid, "close")
-            bright = BrightSectors(device, close, self.grid, target.source, target.apron)
-            passes = [bright, GridPlan(device, close, target, gain, bright.lit, lam=lam, base=base)]
-        self.passes = [GridPlan(device, self.grid, target, gain, None, lam=lam, base=base), *passes]
+        first = GridPlan(device, self.grid, target, gain, None, lam=lam, base=base)
+        self.passes: list[Any] = [first]
+        if self.grid.part == "wide":
+            found = DetailedSectors(device, close, self.grid, first.sums)
+            self.passes += [found, GridPlan(device, close, target, gain, found.lit, lam=lam, base=base)]
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the passes."""

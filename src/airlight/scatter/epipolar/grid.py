@@ -177,6 +177,7 @@ class Grid:
         spacing = self.fine.spacing * closer
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
+            spacing += 0.5 if self.part == "wide" else 0.0  # wide ones on centres and borders in turn, or they would miss every other row
             m_hi = m_lo + math.ceil((m_hi - m_lo) * u_max / spacing - 1e-3) * spacing / u_max
         count = min(math.ceil((m_hi - m_lo) * u_max / spacing - 1e-6) + 1, max_side - 1)
         factor = 2 ** (self.fine.zones - 1)
@@ -266,6 +267,13 @@ class Grid:
         for begin, end in itertools.pairwise(q.splits):
             cuts = [begin, *breaks[(breaks > begin) & (breaks < end)].tolist(), end]
             q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
+
+    def aside(self, q: Quadrant) -> float:
+        """Find how far beside its line, in lines of the finest zone, a step's one sample and then its other lie.
+
+        Lines far apart miss what lies between; bilinear samples on both sides of them reach farther.
+        """
+        return 0.25 * max(0.0, 1 - 2 / max(q.dm * q.u_max, 1e-9)) if self.part == "wide" else 0.0
 
     def near(self, q: Quadrant) -> float:
         """Find how far from the light the lines of the nearest zone lie closer than CLOSE_PX: wide lines are close enough there."""

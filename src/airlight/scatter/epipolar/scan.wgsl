@@ -30,6 +30,7 @@ struct Bundle {               // one workgroup's lines
     end: f32,                 // 1 - D: the step of the far end over that of the sample
     column: u32,              // texture column of line 0
     sector: u32,              // where `state` tells whether the lines are needed; NOWHERE: they are
+    aside: f32,               // lines of the finest zone by which a step's samples lie beside the line, one on each side
     c: vec4f,                 // of the powers
     beyond_c: vec4f,
     gain: vec4f,              // of the light; w: fifth of beyond_c
@@ -119,8 +120,9 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             for (var n = begin; n < min(begin + u32(about.z), steps); n++) {
                 // Sample the step's two halves
                 let position = first + f32(n) * step;
-                let i1 = sample_lines(position, line, bundle.stride);
-                let i2 = sample_lines(position + 0.5 * step, line, bundle.stride);
+                let middle = position + 0.5 * step;
+                let i1 = sample_lines(position - vec4f(bundle.aside * position.zw, 0.0, 0.0), line, bundle.stride);
+                let i2 = sample_lines(middle + vec4f(bundle.aside * middle.zw, 0.0, 0.0), line, bundle.stride);
                 // Step every moment, and sum them
                 sum = Rgb();
                 //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
