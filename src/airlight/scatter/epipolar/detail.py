@@ -28,7 +28,10 @@ def wedges(grid: Grid) -> Array:
         for first, last in ((max(a, q.stored), b) for a, b in q.runs[0] if b > q.stored):
             # corners of two triangles: sector, side of it, end of the run
             i, side, end = (a.reshape(-1) for a in np.broadcast_arrays(np.arange(sectors)[:, None], [0, 0, 1, 1, 1, 0], [0, 1, 1, 1, 0, 0]))
-            u = np.array([q.u[first], q.u[last]])[end]
+            # the picture's nearest and farthest pixels may lie on the first and last node, or a rounding outside
+            before, after = min(1.0, q.u[first]) * (first == q.stored), 1.0 * (last == len(q.u) - 1)
+            u = np.array([q.u[first] - before, q.u[last] + after])[end]
+            node = np.array([first - before / (q.u[first + 1] - q.u[first]), last + after / (q.u[last] - q.u[last - 1])])[end]
             v = across[i + side] * u
             record = np.zeros(len(i), CORNER)
             record["position"][:, q.axis] = grid.light[q.axis] + q.sign * u
@@ -37,7 +40,7 @@ def wedges(grid: Grid) -> Array:
             share = u / q.u[-1]
             record["line"] = np.stack([(begin + SECTOR * side) * share / grid.columns, share], axis=1)
             record["first"], record["last"] = begin / grid.columns, (begin + SECTOR) / grid.columns
-            record["row"] = (q.row0 + np.array([first, last])[end] - q.stored + 0.5) / grid.rows
+            record["row"] = (q.row0 + node - q.stored + 0.5) / grid.rows
             record["sector"] = q.sector0 + i
             out.append(record)
     return np.concatenate(out)

@@ -19,6 +19,7 @@ LONG_PX = 100  # of the weight's length at the farthest pixel, from which only w
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
 CLOSER = 0.7  # of the spacing of close lines, for a light outside: there are few
+WIDEST_PX = 3.0  # between wide lines at the far edge
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
 CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
 BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
@@ -175,6 +176,8 @@ class Grid:
         part = min(1.0, 0.6 * max(self.size) / u_max)
         closer = self.fine.edge if self.at_edge else max(part**3, self.fine.edge) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
+        if self.part == "wide":
+            spacing = min(spacing, WIDEST_PX)
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
             spacing += 0.5 if self.part == "wide" else 0.0  # wide ones on centres and borders in turn, or they would miss every other row
@@ -183,7 +186,10 @@ class Grid:
         factor = 2 ** (self.fine.zones - 1)
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
         if self.part == "close":
-            count = SECTOR * min(math.ceil((count - 1) / SECTOR), max_side // (SECTOR + 1)) + 1
+            whole = SECTOR * min(math.ceil((count - 1) / SECTOR), max_side // (SECTOR + 1)) + 1
+            if u_min > PARALLEL * max(self.size):
+                m_hi = m_lo + (m_hi - m_lo) * (whole - 1) / (count - 1)  # some beyond the picture, so that they keep to the pixels
+            count = whole
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
     def _nodes(self, q: Quadrant) -> tuple[Array, bool]:
