@@ -57,6 +57,17 @@ def _pieces(wide: Grid, q: Quadrant) -> list[tuple[int, int, int]]:
     return out
 
 
+def _seen(wide: Grid, q: Quadrant, slopes: Array) -> tuple[Array, Array]:
+    """Find the nodes (first, last) between which lines of slopes (2, n), and those between them, lie in the picture: beyond, their sums
+    may not have been written."""
+    minor, other = wide.light[1 - q.axis], wide.size[1 - q.axis]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.array([0.0, other])[:, None, None] - minor
+        crossings = np.where(slopes == 0, np.where(crossings < 0, -np.inf, np.inf), crossings / slopes)
+    entry, leave = crossings.min(axis=0).max(axis=0), crossings.max(axis=0).min(axis=0)
+    return np.searchsorted(q.u, entry), np.searchsorted(q.u, leave) - 1
+
+
 def windows(close: Grid, wide: Grid) -> Array:
     """Make WINDOW records of the sums of wide lines, by which the sectors of close lines are judged."""
     out = []
@@ -70,12 +81,15 @@ def windows(close: Grid, wide: Grid) -> Array:
             ends = (q.m_lo - own.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])) / (own.dm * stride)
             begin = np.clip(np.floor(ends[0]), 1, max(last, 1))
             end = np.clip(np.ceil(ends[1]), 1, max(last, 1))
+            first, final = _seen(wide, own, own.m_lo + own.dm * stride * np.stack([begin - 1, end + 1]))
+            first, final = np.maximum(first, node), np.minimum(final, node + nodes - 1)
             record = np.zeros(len(sector), WINDOW)
-            record["row"], record["rows"] = own.row0 + node - own.stored + zone, nodes
-            record["area"] = 0.5 * abs(own.u[min(node + nodes, len(own.u) - 1)] ** 2 - own.u[node] ** 2) * q.dm * SECTOR
+            record["row"], record["rows"] = own.row0 + first - own.stored + zone, np.maximum(final - first + 1, 0)
             record["column"], record["columns"] = own.column0 + begin, (end - begin + 1) * (last >= 1)
             record["sector"] = q.sector0 + sector
-            out.append(record)
+            beyond = np.minimum(final + 1, len(own.u) - 1)
+            record["area"] = 0.5 * np.abs(own.u[beyond] ** 2 - own.u[np.minimum(first, beyond)] ** 2) * q.dm * SECTOR
+            out.append(record[final >= first])
     return np.concatenate(out)
 
 
@@ -87,7 +101,8 @@ class DetailedSectors:
         judged = windows(close, wide)
         counts = {"measure": -(-len(judged) // LANES), "mark": 1}
         self.dispatches = [(device.pipeline(DETAIL, entry, MOST=MOST), count) for entry, count in counts.items()]
-        self.bind = device.bind(DETAIL, sums, device.buffer(judged.tobytes()), device.buffer(size=8 * len(judged)), self.lit)
+        self.found = device.buffer(size=8 * len(judged))
+        self.bind = device.bind(DETAIL, sums, device.buffer(judged.tobytes()), self.found, self.lit)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the passes."""

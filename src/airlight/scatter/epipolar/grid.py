@@ -18,8 +18,9 @@ from airlight.scatter.epipolar.moments import Array, Mixture
 LONG_PX = 100  # of the weight's length at the farthest pixel, from which only what is bright asks for close lines
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
-CLOSER = 0.7  # of the spacing of close lines, for a light outside: there are few
+CLOSER = (1.0, 1.4)  # factors of the spacing of close lines, for a light outside and at the edge
 WIDEST_PX = 3.0  # between wide lines at the far edge
+CLOSE_STEPS = (1, 1)
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
 CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
 BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
@@ -126,8 +127,9 @@ class Grid:
             radii = fine.radii if inside else WIDE_RADII
             fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
         elif part == "close":
-            spacing = fine.spacing * (1.0 if inside else CLOSER)
-            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing)
+            spacing = fine.spacing * CLOSER[int(inside)]
+            step = CLOSE_STEPS[int(inside)] * fine.largest
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing, largest=step)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
