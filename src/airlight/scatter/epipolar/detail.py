@@ -14,7 +14,7 @@ from airlight.scatter.epipolar.moments import Array
 
 DETAIL = "scatter/epipolar/detail.wgsl"
 WINDOW = struct_dtype(DETAIL, "Window")
-MOST = 0.1  # root mean square of the bend from line to line, over the mean of all sums, up to which wide lines do
+MOST = 0.04  # root mean square of the bend from line to line, over the mean of all sums, up to which wide lines do
 LANES = 64  # detail.wgsl
 ROWS = 32  # of the sums, that are judged together
 
@@ -58,14 +58,11 @@ def _pieces(wide: Grid, q: Quadrant) -> list[tuple[int, int, int]]:
 
 
 def _seen(wide: Grid, q: Quadrant, slopes: Array) -> tuple[Array, Array]:
-    """Find the nodes (first, last) between which lines of slopes (2, n), and those between them, lie in the picture: beyond, their sums
-    may not have been written."""
-    minor, other = wide.light[1 - q.axis], wide.size[1 - q.axis]
+    """Find the distances along the major axis at which lines of some slopes enter the picture, and leave it."""
+    ends = np.array([0.0, wide.size[1 - q.axis]]) - wide.light[1 - q.axis]
     with np.errstate(divide="ignore", invalid="ignore"):
-        crossings = np.array([0.0, other])[:, None, None] - minor
-        crossings = np.where(slopes == 0, np.where(crossings < 0, -np.inf, np.inf), crossings / slopes)
-    entry, leave = crossings.min(axis=0).max(axis=0), crossings.max(axis=0).min(axis=0)
-    return np.searchsorted(q.u, entry), np.searchsorted(q.u, leave) - 1
+        crossings = [np.where(slopes == 0, np.copysign(np.inf, end), end / slopes) for end in ends]
+    return np.minimum(*crossings), np.maximum(*crossings)
 
 
 def windows(close: Grid, wide: Grid) -> Array:
@@ -75,14 +72,17 @@ def windows(close: Grid, wide: Grid) -> Array:
     for q in close.quadrants:
         own = of[q.axis, q.sign]
         sector = np.arange((q.lines - 1) // SECTOR)
+        is_judged = np.zeros(len(sector), bool)
         for zone, node, nodes in _pieces(wide, own):
             stride = 2 ** (len(own.splits) - 2 - zone)
             last = (own.lines - 1) // stride - 1  # column that has a neighbour on each side
             ends = (q.m_lo - own.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])) / (own.dm * stride)
             begin = np.clip(np.floor(ends[0]), 1, max(last, 1))
             end = np.clip(np.ceil(ends[1]), 1, max(last, 1))
-            first, final = _seen(wide, own, own.m_lo + own.dm * stride * np.stack([begin - 1, end + 1]))
-            first, final = np.maximum(first, node), np.minimum(final, node + nodes - 1)
+            # beyond the picture their sums may not have been written
+            entry, leave = _seen(wide, own, own.m_lo + own.dm * stride * np.stack([begin - 1, end + 1]))
+            first = np.maximum(np.searchsorted(own.u, entry.max(axis=0)), node)
+            final = np.minimum(np.searchsorted(own.u, leave.min(axis=0)), node + nodes) - 1
             record = np.zeros(len(sector), WINDOW)
             record["row"], record["rows"] = own.row0 + first - own.stored + zone, np.maximum(final - first + 1, 0)
             record["column"], record["columns"] = own.column0 + begin, (end - begin + 1) * (last >= 1)
@@ -90,6 +90,12 @@ def windows(close: Grid, wide: Grid) -> Array:
             beyond = np.minimum(final + 1, len(own.u) - 1)
             record["area"] = 0.5 * np.abs(own.u[beyond] ** 2 - own.u[np.minimum(first, beyond)] ** 2) * q.dm * SECTOR
             out.append(record[final >= first])
+            is_judged[record["sector"][final >= first] - q.sector0] = True
+        edges = q.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])
+        missed = np.flatnonzero(~is_judged & (_seen(wide, own, edges)[1].max(axis=0) > wide.near(own)))
+        record = np.zeros(len(missed), WINDOW)
+        record["sector"] = q.sector0 + missed
+        out.append(record)
     return np.concatenate(out)
 
 
@@ -101,8 +107,9 @@ class DetailedSectors:
         judged = windows(close, wide)
         counts = {"measure": -(-len(judged) // LANES), "mark": 1}
         self.dispatches = [(device.pipeline(DETAIL, entry, MOST=MOST), count) for entry, count in counts.items()]
-        self.found = device.buffer(size=8 * len(judged))
-        self.bind = device.bind(DETAIL, sums, device.buffer(judged.tobytes()), self.found, self.lit)
+        number = device.buffer(np.array([len(judged), 0, 0, 0], np.uint32).tobytes(), uniform=True)
+        found = device.buffer(size=8 * len(judged))
+        self.bind = device.bind(DETAIL, sums, device.buffer(judged.tobytes()), number, found, self.lit)
 
     def record(self, encoder: Any, timer: Any = None) -> None:
         """Record the passes."""

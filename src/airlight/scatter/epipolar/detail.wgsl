@@ -16,8 +16,9 @@ struct Window {               // sums of a sector's part that are judged togethe
 
 @group(0) @binding(0) var sums: texture_2d<f32>; // of the wide lines
 @group(0) @binding(1) var<storage, read> windows: array<Window>;
-@group(0) @binding(2) var<storage, read_write> found: array<vec2f>; // of each window the mean square of the bend, and the mean
-@group(0) @binding(3) var<storage, read_write> lit: array<f32>; // of each sector, 1: it needs close lines
+@group(0) @binding(2) var<uniform> count: u32;   // of windows: the buffer may be longer
+@group(0) @binding(3) var<storage, read_write> found: array<vec2f>; // of each window the mean square of the bend, and the mean
+@group(0) @binding(4) var<storage, read_write> lit: array<f32>; // of each sector, 1: it needs close lines
 
 /// Finds how far a sum is from the line through its neighbours' (x), and the sum (y): of the channel where each is largest.
 /// Twin: reference/epipolar.py:bend.
@@ -29,7 +30,7 @@ fn bend(before: vec3f, here: vec3f, after: vec3f) -> vec2f {
 /// Measures a window.
 @compute @workgroup_size(LANES)
 fn measure(@builtin(global_invocation_id) id: vec3u) {
-    let window = windows[min(id.x, arrayLength(&windows) - 1u)];
+    let window = windows[min(id.x, count - 1u)];
     var sum = vec2f(0.0);
     for (var row = window.row; row < window.row + window.rows; row += EVERY) {
         var before = textureLoad(sums, vec2u(window.column - 1u, row), 0).rgb;
@@ -42,7 +43,7 @@ fn measure(@builtin(global_invocation_id) id: vec3u) {
             here = after;
         }
     }
-    if (id.x < arrayLength(&windows)) {
+    if (id.x < count) {
         found[id.x] = sum / f32(max(window.columns * ((window.rows + EVERY - 1u) / EVERY), 1u));
     }
 }
@@ -56,7 +57,7 @@ fn mark(@builtin(local_invocation_index) lane: u32) {
     for (var i = lane; i < arrayLength(&lit); i += LANES) {
         lit[i] = 0.0;
     }
-    for (var i = lane; i < arrayLength(&windows); i += LANES) {
+    for (var i = lane; i < count; i += LANES) {
         part += windows[i].area * vec2f(found[i].y, 1.0);
     }
     parts[lane] = part;
@@ -67,7 +68,7 @@ fn mark(@builtin(local_invocation_index) lane: u32) {
         all += parts[i];
     }
     let most = MOST * all.x / max(all.y, 1.0);
-    for (var i = lane; i < arrayLength(&windows); i += LANES) {
+    for (var i = lane; i < count; i += LANES) {
         if (windows[i].columns == 0u || found[i].x > most * most) {
             lit[windows[i].sector] = 1.0;
         }

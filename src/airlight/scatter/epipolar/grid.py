@@ -18,9 +18,9 @@ from airlight.scatter.epipolar.moments import Array, Mixture
 LONG_PX = 100  # of the weight's length at the farthest pixel, from which only what is bright asks for close lines
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
-CLOSER = (1.0, 1.4)  # factors of the spacing of close lines, for a light outside and at the edge
+CLOSER = (0.7, 1.2)  # factors of the spacing of close lines, for a light outside and at the edge
 WIDEST_PX = 3.0  # between wide lines at the far edge
-CLOSE_STEPS = (1, 1)
+CLOSE_STEPS = 2  # factor of the steps of close lines
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
 CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
 BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
@@ -48,7 +48,7 @@ class Fineness:
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 0.375, 2, 0.5, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), (2.8, 3.5)),
+    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), (2.0, 2.8)),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 0.28, 2, 0.5, 6e-4, 1.2, (1920, 1440)),
 }
 
@@ -128,7 +128,7 @@ class Grid:
             fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
         elif part == "close":
             spacing = fine.spacing * CLOSER[int(inside)]
-            step = CLOSE_STEPS[int(inside)] * fine.largest
+            step = fine.largest * (1 if parallel else CLOSE_STEPS)
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing, largest=step)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
