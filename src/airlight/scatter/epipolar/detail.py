@@ -16,6 +16,7 @@ DETAIL = "scatter/epipolar/detail.wgsl"
 WINDOW = struct_dtype(DETAIL, "Window")
 MOST = 0.04  # root mean square of the bend from line to line, over the mean of all sums, up to which wide lines do
 LANES = 64  # detail.wgsl
+NEEDLE = 0.25  # of a run's far end, up to which its near end is so narrow that its triangles would be needles
 ROWS = 32  # of the sums, that are judged together
 
 
@@ -25,11 +26,15 @@ def wedges(grid: Grid) -> Array:
     for q in grid.quadrants:
         sectors = (q.lines - 1) // SECTOR
         across = q.m_lo + q.dm * SECTOR * np.arange(sectors + 1)
-        for first, last in ((max(a, q.stored), b) for a, b in q.runs[0] if b > q.stored):
-            # corners of two triangles: sector, side of it, end of the run
-            i, side, end = (a.reshape(-1) for a in np.broadcast_arrays(np.arange(sectors)[:, None], [0, 0, 1, 1, 1, 0], [0, 1, 1, 1, 0, 0]))
+        runs = [(max(a, q.stored), b) for a, b in q.runs[0] if b > q.stored]
+        for first, last in reversed(runs):  # from the farthest: a nearer one is drawn over it
+            # from the light in one triangle, where two would make needles: corners' sectors, sides of them, ends of the run
+            is_whole = q.u[first] < NEEDLE * q.u[last]
+            sides, ends = ([0, 0, 1], [0, 1, 1]) if is_whole else ([0, 0, 1, 1, 1, 0], [0, 1, 1, 1, 0, 0])
+            i, side, end = (a.reshape(-1) for a in np.broadcast_arrays(np.arange(sectors)[:, None], sides, ends))
             # the picture's nearest and farthest pixels may lie on the first and last node, or a rounding outside
-            before, after = min(1.0, q.u[first]) * (first == q.stored), 1.0 * (last == len(q.u) - 1)
+            before = q.u[first] if is_whole else min(1.0, q.u[first]) * (first == q.stored)
+            after = 1.0 * (last == len(q.u) - 1)
             u = np.array([q.u[first] - before, q.u[last] + after])[end]
             node = np.array([first - before / (q.u[first + 1] - q.u[first]), last + after / (q.u[last] - q.u[last - 1])])[end]
             v = across[i + side] * u
