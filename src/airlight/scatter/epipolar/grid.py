@@ -19,7 +19,7 @@ LONG_PX = 100  # of the weight's length at the farthest pixel, from which only w
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
 CLOSER = (0.7, 1.2)  # factors of the spacing of close lines, for a light outside and at the edge
-WIDEST_PX = 3.0  # between wide lines at the far edge
+WIDEST_PX, CLOSEST_PX = 2.5, 0.7  # most between wide and close lines at the far edge, for a light outside
 CLOSE_STEPS = 2  # factor of the steps of close lines
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
 CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
@@ -178,8 +178,8 @@ class Grid:
         part = min(1.0, 0.6 * max(self.size) / u_max)
         closer = self.fine.edge if self.at_edge else max(part**3, self.fine.edge) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
-        if self.part == "wide":
-            spacing = min(spacing, WIDEST_PX)
+        if self.part != "all" and not self.inside:
+            spacing = min(spacing, WIDEST_PX if self.part == "wide" else CLOSEST_PX)
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
             spacing += 0.5 if self.part == "wide" else 0.0  # wide ones on centres and borders in turn, or they would miss every other row
