@@ -187,7 +187,7 @@ class GridPlan:
 
 class EpipolarPlan:
     """Plans the passes of one light over a source of fixed size: along one grid, or along wide lines and, over these, close ones where
-    something is bright. `record` allocates nothing."""
+    the sums of wide ones bend. `record` allocates nothing."""
 
     def __init__(
         self,

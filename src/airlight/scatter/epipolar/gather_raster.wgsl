@@ -14,7 +14,7 @@ struct Corner {
 const NOWHERE = 0xffffffffu;
 
 @group(0) @binding(5) var<storage, read> corners: array<Corner>;
-@group(0) @binding(6) var<storage, read> lit: array<f32>; // bright.wgsl
+@group(0) @binding(6) var<storage, read> lit: array<f32>; // detail.wgsl
 
 struct Varyings {
     @builtin(position) position: vec4f,

@@ -15,14 +15,14 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture
 
-LONG_PX = 100  # of the weight's length at the farthest pixel, from which only what is bright asks for close lines
+LONG_PX = 100  # of the weight's length at the farthest pixel, from which wide lines do where their sums do not bend
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
 CLOSER = (0.7, 1.2)  # factors of the spacing of close lines, for a light outside and at the edge
 WIDEST_PX, CLOSEST_PX = 2.5, 0.7  # most between wide and close lines at the far edge, for a light outside
 CLOSE_STEPS = 2  # factor of the steps of close lines
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
-CLOSE_PX = 0.75  # between lines, with which they are close enough for what is bright
+CLOSE_PX = 0.75  # between wide lines, with which they are close enough for anything
 BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
 PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
 
@@ -43,7 +43,7 @@ class Fineness:
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
     full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
-    calm: tuple[float, float] = (1, 1)  # factors of the spacing, for a light outside and at the edge, of lines that meet nothing bright
+    calm: tuple[float, float] = (1, 1)  # factors of the spacing, for a light outside and at the edge, of wide lines
 
 
 QUALITY = {
@@ -82,8 +82,8 @@ def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
 
 class Grid:
     """Lays the lines and nodes of one light over a picture. size: (width, height); light in pixels (corner origin); border clamp or
-    black. part: all lines, or those of the two grids that share the work: wide lines, and close ones in sectors of SECTOR for what
-    is bright."""
+    black. part: all lines, or those of the two grids that share the work: wide lines, and close ones in sectors of SECTOR where
+    the sums of wide ones bend."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class Grid:
             if length_px < SHARP_PX:  # nodes on pixels' centres do more for it than close lines
                 step, wider = min(0.5, step), 2 * wider
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
-        # the layer is as sharp as what lies before it is bright; where rays are short it is so everywhere
+        # the layer is sharp where what lies before it is bright or regular; where rays are short it is so everywhere
         self.halves = max(fine.calm) > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
         if part == "wide":
             radii = fine.radii if inside else WIDE_RADII

@@ -100,7 +100,7 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var sum: Rgb;             // zeroed by hand: the translator does not, within a loop
     var at = bundle.run;
     var node = 0u;
-    // close lines leave no state: it tells of each sector whether something on it is bright
+    // close lines leave no state: it tells of each sector whether it needs them
     let is_needed = bundle.sector == NOWHERE || state[min(bundle.sector, arrayLength(&state) - 1u)] > 0.0;
     var left = select(0u, bundle.steps, is_needed);
     while (left > 0u) {
