@@ -1,4 +1,4 @@
-"""What tells where epipolar lines must lie close, float64: twin of scatter/epipolar/detail.wgsl."""
+"""Tell where epipolar lines must lie close, in float64: twin of scatter/epipolar/detail.wgsl."""
 
 from typing import Any
 

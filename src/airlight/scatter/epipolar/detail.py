@@ -85,7 +85,8 @@ def windows(close: Grid, wide: Grid) -> Array:
             begin = np.clip(np.floor(ends[0]), 1, max(last, 1))
             end = np.clip(np.ceil(ends[1]), 1, max(last, 1))
             # beyond the picture their sums may not have been written
-            entry, leave = _seen(wide, own, own.m_lo + own.dm * stride * np.stack([begin - 1, end + 1]))
+            slopes: Array = own.m_lo + own.dm * stride * np.stack([begin - 1, end + 1])
+            entry, leave = _seen(wide, own, slopes)
             first = np.maximum(np.searchsorted(own.u, entry.max(axis=0)), node)
             final = np.minimum(np.searchsorted(own.u, leave.min(axis=0)), node + nodes) - 1
             record = np.zeros(len(sector), WINDOW)
@@ -96,7 +97,7 @@ def windows(close: Grid, wide: Grid) -> Array:
             record["area"] = 0.5 * np.abs(own.u[beyond] ** 2 - own.u[np.minimum(first, beyond)] ** 2) * q.dm * SECTOR
             out.append(record[final >= first])
             is_judged[record["sector"][final >= first] - q.sector0] = True
-        edges = q.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])
+        edges: Array = q.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])
         missed = np.flatnonzero(~is_judged & (_seen(wide, own, edges)[1].max(axis=0) > wide.near(own)))
         record = np.zeros(len(missed), WINDOW)
         record["sector"] = q.sector0 + missed
