@@ -97,7 +97,7 @@ def windows(close: Grid, wide: Grid) -> Array:
             record["area"] = 0.5 * np.abs(own.u[beyond] ** 2 - own.u[np.minimum(first, beyond)] ** 2) * q.dm * SECTOR
             out.append(record[final >= first])
             is_judged[record["sector"][final >= first] - q.sector0] = True
-        edges: Array = q.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1])
+        edges = np.asarray(q.m_lo + q.dm * SECTOR * np.stack([sector, sector + 1]), np.float64)
         missed = np.flatnonzero(~is_judged & (_seen(wide, own, edges)[1].max(axis=0) > wide.near(own)))
         record = np.zeros(len(missed), WINDOW)
         record["sector"] = q.sector0 + missed
