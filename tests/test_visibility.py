@@ -21,6 +21,7 @@ from airlight.projection import eye_rays
 from airlight.reference import visibility as twin
 from airlight.scatter.march.march import March
 from airlight.scatter.visibility import table as tables
+from airlight.scatter.visibility.base import GRID
 from airlight.scatter.visibility.grid import EDGES, Fineness, block_count, row_grid
 from airlight.shadows import Shadow
 from airlight.shadows.fit import basis, orthographic_view
@@ -42,6 +43,12 @@ SUNS = {
     "along the view": (0.0, 0.0, -1.0),
     "straight behind": (0.0, 0.0, 1.0),
 }
+
+
+def flat(rays: np.ndarray) -> dict[str, np.ndarray]:
+    """The members of rays, and of their sums."""
+    own = {name: rays[name] for name in rays.dtype.names or () if name != "sums"}
+    return own | {name: rays["sums"][name] for name in rays["sums"].dtype.names or ()}
 
 
 def between(low: float, high: float, *shape: int) -> np.ndarray:
@@ -162,31 +169,27 @@ def test_block_counts() -> None:
 @pytest.mark.parametrize("fades", [False, True])
 def test_blocks_are_summed_as_by_the_twin(fog: str, fades: bool) -> None:
     """Step by step, each from the shader's own sums, with surfaces in some of the blocks."""
-    frame, light, grid = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros((), tables.GRID)
+    frame, light, grid = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros((), GRID)
     frame["base_height"], frame["fog_depth"], light["climb"], grid["middle"], grid["spread"] = 1.5, 3.0, 0.6, 0.08, 0.03
     constants = {"FOG": ("none", "exponential").index(fog), "FADES": fades, "COLOURS": True, "MAPS": 2}
     bindings = {"frame": frame, "light": light, "grid": grid}
     kind = struct_dtype(f"{FOLDER}/table.wgsl", "Rays")
     rays = np.zeros(COUNT, kind)
-    rays["metres"], rays["climb"], rays["surface"], rays["near"] = (
-        between(0.01, 0.1, 4),
-        between(-0.05, 0.05, 4),
-        between(0, 60, 4),
-        between(0, 6, 4),
-    )
-    rays["seen"], rays["u"], rays["before"] = 1, 1e-30, -1
+    rays["metres"], rays["climb"], rays["near"] = between(0.01, 0.1, 4), between(-0.05, 0.05, 4), between(0, 6, 4)
+    rays["seen"] = 1
+    rays["sums"] = call(f"{FOLDER}/table.wgsl", "begin_sums", [between(0, 60, 4)])
     for k in range(12):
         begin, share = 4.0 * k, np.round(between(-0.5, 1.5, 4).clip(0, 1) * 15) / 15
-        expected = twin.add_block({n: rays[n] for n in kind.names or ()}, share, begin, 4.0, frame, 0.08, fog, 0.6 if fades else None)
+        expected = twin.add_block(flat(rays), share, begin, 4.0, frame, 0.08, fog, 0.6 if fades else None)
         rays = call(
             f"{FOLDER}/table.wgsl", "add_block", [rays, share, np.float32(begin), np.float32(4)], constants=constants, bindings=bindings
         )
-        for name in kind.names or ():
+        for name, values in flat(rays).items():
             if fog == "none" and name in ("dense", "way"):
                 continue
-            np.testing.assert_allclose(rays[name], expected[name], rtol=2e-4, atol=2e-5, err_msg=f"{name} of block {k}")
-    found = call(f"{FOLDER}/table.wgsl", "slopes", [rays], bindings={"grid": grid})
-    np.testing.assert_allclose(found, twin.slopes({n: rays[n].astype(float) for n in kind.names or ()}, 0.03), rtol=1e-3, atol=1e-5)
+            np.testing.assert_allclose(values, expected[name], rtol=2e-4, atol=2e-5, err_msg=f"{name} of block {k}")
+    found = call(f"{FOLDER}/table.wgsl", "slopes", [rays["sums"]], bindings={"grid": grid})
+    np.testing.assert_allclose(found, twin.slopes({n: v.astype(float) for n, v in flat(rays).items()}, 0.03), rtol=1e-3, atol=1e-5)
     y = between(-3, 9, 4)
     found = call(f"{FOLDER}/table.wgsl", "mean_densities", [y], constants={"FOG": 1}, bindings={"frame": frame})
     np.testing.assert_allclose(found, twin.mean_densities(y, frame, "exponential"), rtol=1e-4)

@@ -157,20 +157,36 @@ def add_block(
         least, most = np.minimum(old["way"], sums["way"]), np.maximum(old["way"], sums["way"])
         weight = (sums["dense"] - old["dense"]) * np.exp(-middle * least) * mean_of_four(middle * (most - least)) * counts
         place = 0.5 * (old["way"] + sums["way"])
+    return sums | add_weighed(old, share, weight, place, 1.0, begin, wide)
+
+
+def begin_sums(surface: Any) -> dict[str, Array]:
+    """Begins sums of rays that end at such surfaces (...)."""
+    surface = np.asarray(surface, float)
+    zeros = {name: np.zeros(surface.shape) for name in ("lit", "stored", "lengths", "lit_lengths", "stored_lengths")}
+    return zeros | {"surface": surface, "u": np.full(surface.shape, 1e-30), "before": np.full(surface.shape, -1.0)}
+
+
+def add_weighed(
+    old: Mapping[str, Array], share: Array, weight: Array, middle: Array, strength: Any, begin: float, wide: float
+) -> dict[str, Array]:
+    """Adds a block from `begin` on in which such shares (...) of rays are lit to their sums, of the shader's Sums. weight: of the block;
+    middle: its optical length; strength: factor of the light, that U does not hold."""
+    sums, whole = dict(old), weight * strength
     sums["u"] = old["u"] + weight
-    sums["lit"] = old["lit"] + weight * share
+    sums["lit"] = old["lit"] + whole * share
     part = np.clip((old["surface"] - begin) / wide, 0, 1)
     known = np.where(old["before"] < 0, share, old["before"])
     some = np.minimum((share + np.where(share > 0, HALF_SAMPLE, 0)) / np.maximum(part, LEAST_SHARE), 1)
     held = np.where((part > 0) & (share <= part + ROUNDING), some, known)
     returns = (part >= 1) | ((part <= 0) & (share > 0))
-    sums["stored"] = np.where(returns, sums["lit"], old["stored"] + weight * held)
+    sums["stored"] = np.where(returns, sums["lit"], old["stored"] + whole * held)
     sums["surface"] = np.where(returns & (part <= 0), NO_SURFACE, old["surface"])
     sums["before"] = np.where(part >= 1, 0.5 * (known + share), known)
-    sums["lengths"] = old["lengths"] + weight * place
-    sums["lit_lengths"] = old["lit_lengths"] + weight * share * place
-    sums["stored_lengths"] = np.where(returns, sums["lit_lengths"], old["stored_lengths"] + weight * held * place)
-    return sums
+    sums["lengths"] = old["lengths"] + weight * middle
+    sums["lit_lengths"] = old["lit_lengths"] + whole * share * middle
+    sums["stored_lengths"] = np.where(returns, sums["lit_lengths"], old["stored_lengths"] + whole * held * middle)
+    return {name: sums[name] for name in (*begin_sums(0.0),)}
 
 
 def slopes(rays: Mapping[str, Array], spread: float) -> Array:
