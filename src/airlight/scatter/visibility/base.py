@@ -38,6 +38,8 @@ class Table:
         self._tiles = [device.texture(across, down, "r32float") for _ in range(2)]
         self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
         self._shadow: Any = None
+        self._core = device.buffer(size=24, uniform=True)
+        self._core_groups = (0, 0)
         self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
         self.counts = (0, 0)
 
@@ -83,6 +85,18 @@ class Table:
                 part = np.array([first, last - first + 1, len(rows.begin), 0], np.uint32)
                 self.device.queue.write_buffer(self._parts[k], 0, part.tobytes())
                 self._dispatches.append((k, last - first + 1, int(rows.rays[k]) // WORD))
+
+    def _place_core(self, rows: RowGrid, radius: float) -> tuple[int, int]:
+        """Places the pixels up to so many around the epipole that are walked; returns the workgroups that hold them."""
+        epipole, size = rows.epipole, np.array(self.pixels, float)
+        low = np.clip(np.floor(epipole - radius), 0, size).astype(int)
+        high = np.clip(np.ceil(epipole + radius), 0, size).astype(int)
+        if (high <= low).any():
+            return 0, 0
+        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes() + np.array([radius, 0], np.float32).tobytes()
+        self.device.queue.write_buffer(self._core, 0, data)
+        across, down = (-(-(high - low) // SQUARE)).tolist()
+        return across, down
 
     def _record_farthest(self, encoder: Any, bound: tuple[Any, ...], before: Any, timer: Timer | None) -> Any:
         """Records how far the picture sees around its tiles; returns the texture of it. bound: what all shaders of tables bind first."""

@@ -47,6 +47,12 @@ struct Row {
     map: u32,
 }
 
+struct Core {                   // pixels around the epipole, whose light is not read from the table
+    middle: vec2f,              // pixels: the epipole
+    begin: vec2u,               // of the pixels
+    radius: f32,                // pixels
+}
+
 @group(0) @binding(6) var<uniform> grid: Grid;
 
 /// Find the block at a distance, and the part of it. texels: of the map, from the eye. Twin: reference/visibility.py:block_at.

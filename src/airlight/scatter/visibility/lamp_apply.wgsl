@@ -44,8 +44,7 @@ fn apply(@builtin(global_invocation_id) id: vec3u) {
     let where_full = vec2f(sqrt(at_eye / PI), clamp(at_lamp / max(PI - at_eye - lamp.begin, 1e-6), 0.0, 1.0));
     let mean = textureSampleLevel(full, linear, (where_full * (FULL_SIDE - 1.0) + 0.5) / FULL_SIDE, 0.0).rgb;
     let seen = visibility_at(place, max(at_lamp / lamp.wide, 0.0));
-    let whole = frame.sigma_s * light.intensity * transmittance(lamp.away, frame.sigma_t) * mean;
-    var sum = whole * seen * (max(at_lamp, 0.0) / (lamp.away * sine));
+    var sum = lamp.power * mean * seen * (max(at_lamp, 0.0) / (lamp.away * sine));
     if (!FIRST || AMBIENT) { sum += ambient_or_previous(id.xy, ray); }
     textureStore(layer, id.xy, vec4f(sum, ray.reach));
     if (LAST) { textureStore(layer_transmittance, id.xy, vec4f(transmittance(ray.reach, frame.sigma_t), 1.0)); }

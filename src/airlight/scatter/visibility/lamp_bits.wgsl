@@ -25,21 +25,7 @@ struct Part {                   // of the rows: those of one edge of the picture
 @group(0) @binding(11) var nearest: sampler;
 @group(0) @binding(12) var<uniform> lamp: Lamp;
 
-/// Measure how far a vector goes along the axis of shadow view i.
-fn along_axis(i: u32, v: vec3f) -> f32 {
-    let matrix = light.view[i].matrix;
-    return dot(vec3f(matrix[0].w, matrix[1].w, matrix[2].w), v);
-}
-
-/// Choose the face of the cube that a direction from the lamp meets: faces lie in opposite pairs.
-fn face_towards(v: vec3f) -> u32 {
-    let along = vec3f(along_axis(0u, v), along_axis(2u, v), along_axis(4u, v));
-    let far = abs(along);
-    let third = select(select(u32(along.x < 0.0), 2u + u32(along.y < 0.0), far.y > far.x), 4u + u32(along.z < 0.0), far.z > max(far.x, far.y));
-    return third;
-}
-
-/// Project a vector by a view's matrix: x w, y w, w, in texels.
+/// Project a vector by a view's matrix: x w, y w, w, in texels. Twin: reference/visibility_lamps.py:projected.
 fn projected(matrix: mat4x4f, v: vec3f) -> vec3f {
     return (matrix * vec4f(v, 0.0)).xyw;
 }

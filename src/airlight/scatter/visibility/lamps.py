@@ -19,10 +19,11 @@ from airlight.scatter.visibility.grid import Fineness, RowGrid, row_grid
 from airlight.shadows import Shadow
 
 Array = npt.NDArray[Any]
-ENDS, BITS, TABLE, FULL, APPLY = (f"{FOLDER}/lamp_{name}.wgsl" for name in ("ends", "bits", "table", "full", "apply"))
+ENDS, BITS, TABLE, FULL, APPLY, CORE = (f"{FOLDER}/lamp_{name}.wgsl" for name in ("ends", "bits", "table", "full", "apply", "core"))
 LAMP, ROW = (struct_dtype(f"{FOLDER}/lamps.wgsl", name) for name in ("Lamp", "LampRow"))
 SAMPLES = 15  # of a block, as in counters.wgsl
 FULL_SIDE, FULL_GROUP = 128, 8  # as in in_full.wgsl, lamp_full.wgsl
+CORE_RADIUS_PX = 4.0  # around the lamp, in which pixels go by steps
 LEAST_AWAY = 1e-6  # m, from the eye
 
 
@@ -62,6 +63,7 @@ class LampTable(Table):
         out = np.zeros((), LAMP)
         out["towards"], out["away"], out["begin"], out["end"] = towards, away, begin, end
         out["wide"], out["blocks"] = wide, blocks
+        out["power"] = medium.sigma_s * data["intensity"] * np.exp(-medium.sigma_t * away)
         out["turn"] = math.cos(wide / SAMPLES), math.sin(wide / SAMPLES)
         write = self.device.queue.write_buffer
         write(self._lamp, 0, out.tobytes())
@@ -70,6 +72,8 @@ class LampTable(Table):
         write(self.buffers["rows"], 0, records.tobytes())
         self._divide(rows)
         self.counts = blocks, 1
+        in_front = towards[2] < 0
+        self._core_groups = self._place_core(rows, CORE_RADIUS_PX) if in_front else (0, 0)
         self._shadow = shadow.texture
         self._rises, self._step = rises, step
         phase, shades = {"PHASE": medium.lobes(light.anisotropy)[0]}, {"COLOURS": colours}
@@ -79,6 +83,7 @@ class LampTable(Table):
             BITS: {"STEP": step, "RISES": rises, "BIASED": bool(medium.march.shadow_bias), **flags, **dense},
             TABLE: {**phase, **shades, **flags, "RANGED": bool(data["range"] > 0)},
             FULL: phase,
+            CORE: {**phase, **flags, "BIASED": bool(medium.march.shadow_bias)},
             APPLY: {**shades, **dense, "AMBIENT": bool(medium.ambient.any())},
         }
         return total
@@ -93,7 +98,7 @@ class LampTable(Table):
 
         def run(path: str, entry: str, label: str, key: Any, held: Sequence[Any], counts: tuple[int, ...], **constants: Any) -> None:
             pipeline = self.device.pipeline(path, entry, **self._own.get(path, {}), **constants)
-            to = target if path == APPLY else transmittance
+            to = target if path in (APPLY, CORE) else transmittance
             compute(encoder, pipeline, self._bound((path, key), path, *common, to, self._grid, *held, self._lamp), counts, label, timer)
 
         rows = sum(count for _, count, _ in self._dispatches)
@@ -109,6 +114,8 @@ class LampTable(Table):
         counts = tuple(-(-side // SQUARE) for side in self.pixels)
         looked_up = self.atlas, self.device.sampler(), transmittance, self.full
         run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, FIRST=first)
+        if self._core_groups[0]:
+            run(CORE, "step_core", "table core", first, (self._core, self.device.sampler("nearest")), self._core_groups, FIRST=first)
 
 
 def _row_records(rows: RowGrid, towards: Array, projection: Any) -> tuple[np.ndarray, bool]:

@@ -12,6 +12,7 @@ struct Lamp {
     wide: f32,                  // of each
     blocks: f32,
     turn: vec2f,                // cosine and sine of the angle from one sample of a block to the next
+    power: vec3f,               // candela times scattering and the transmittance of the way from the lamp to the eye
 }
 
 struct LampRow {
@@ -33,6 +34,21 @@ fn angle_from(x: f32, y: f32) -> f32 {
     let low = t * (0.99999566 - q * (0.33299521 - q * (0.1956394 - q * (0.12124709 - q * (0.05748539 - q * 0.01348342)))));
     let steep = select(low, 1.57079633 - low, y > abs(x));
     return select(steep, 3.14159265 - steep, x < 0.0);
+}
+
+/// Measure how far a vector goes along the axis of shadow view i. Twin: reference/visibility_lamps.py:along_axis.
+fn along_axis(i: u32, v: vec3f) -> f32 {
+    let matrix = light.view[i].matrix;
+    return dot(vec3f(matrix[0].w, matrix[1].w, matrix[2].w), v);
+}
+
+/// Choose the face of the cube around a point light that a direction from it meets: faces lie in opposite pairs.
+/// Twin: reference/visibility_lamps.py:face_towards.
+fn face_towards(v: vec3f) -> u32 {
+    let along = vec3f(along_axis(0u, v), along_axis(2u, v), along_axis(4u, v));
+    let far = abs(along);
+    let one = select(u32(along.x < 0.0), 2u + u32(along.y < 0.0), far.y > far.x);
+    return select(one, 4u + u32(along.z < 0.0), far.z > max(far.x, far.y));
 }
 
 /// Find the direction from a lamp at which a ray has so much of an angle there. at: cosine and sine of it; across, towards: unit, of the

@@ -23,11 +23,8 @@ from airlight.shadows import Shadow
 ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("ends", "bits", "table", "apply", "core"))
 ROW = struct_dtype(f"{FOLDER}/grid.wgsl", "Row")
 FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
-LAMP_FINENESS = {
-    "draft": Fineness(8, 8, blocks=48),
-    "normal": Fineness(6, 6, blocks=64),
-    "fine": Fineness(4, 4, blocks=96),
-}
+SPOT_FINENESS = {"draft": Fineness(8, 12, blocks=48), "normal": Fineness(5.5, 10, blocks=60), "fine": Fineness(4, 4, blocks=96)}
+POINT_FINENESS = {"draft": Fineness(12, 8, blocks=48), "normal": Fineness(10, 6, blocks=60), "fine": Fineness(6, 4, blocks=90)}
 BUDGET = 2**28  # bytes of a picture's tables
 CORE_RADIUS_PX = 40.0  # around the epipole, in which pixels are walked
 CORE_SHARE = 1 / 32  # of the picture's width, that it is at most
@@ -60,8 +57,6 @@ class SunTable(Table):
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         super().__init__(device, pixels)
-        self._core = device.buffer(size=24, uniform=True)
-        self._core_groups = (0, 0)
         self._rises, self._step = False, 3
         self._constants: tuple[dict[str, Any], ...] = ()  # of pipelines: fineness, fog, whether it dims the sun, colours, maps
         self._phase: dict[str, Any] = {}
@@ -99,7 +94,7 @@ class SunTable(Table):
         write(self.buffers["rows"], 0, records.tobytes())
         self._divide(rows)
         self.counts = blocks, maps
-        self._core_groups = self._place_core(rows)
+        self._core_groups = self._place_core(rows, min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0]))
         self._shadow = shadow.texture
         fog = {"FOG": FOGS.index(medium.settings.fog)}
         fineness_constants = {"PER": fineness.per, "WIDEST": fineness.widest}
@@ -115,19 +110,6 @@ class SunTable(Table):
         }
         self._looks["BEYOND"] = any(reach / one.texel > stop for stop, one in zip(stops, shadow.views, strict=True))
         return total
-
-    def _place_core(self, rows: RowGrid) -> tuple[int, int]:
-        """Places the pixels around the epipole that are walked; returns the workgroups that hold them."""
-        epipole, size = rows.epipole, np.array(self.pixels, float)
-        radius = min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0])
-        low = np.clip(np.floor(epipole - radius), 0, size).astype(int)
-        high = np.clip(np.ceil(epipole + radius), 0, size).astype(int)
-        if (high <= low).any():
-            return 0, 0
-        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes() + np.array([radius, 0], np.float32).tobytes()
-        self.device.queue.write_buffer(self._core, 0, data)
-        across, down = (-(-(high - low) // SQUARE)).tolist()
-        return across, down
 
     def record(
         self, encoder: Any, frame: Any, depth: Any, textures: tuple[Any, Any, Any], first: bool, last: bool, timer: Timer | None
@@ -229,7 +211,8 @@ class VisibilityTables:
             refused = refusal(light, shadow, medium, flat, panes)
             if refused is None and shadow is not None:
                 table = self._table(SunTable if light.directional else LampTable)
-                fineness = (FINENESS if light.directional else LAMP_FINENESS)[medium.table]
+                around = POINT_FINENESS if light.flags.get("CUBE") else SPOT_FINENESS
+                fineness = (FINENESS if light.directional else around)[medium.table]
                 used = table.update(view, projection, light, shadow, medium, fineness, room)
                 if used:
                     room -= used
