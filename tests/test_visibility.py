@@ -1,22 +1,18 @@
 """The table of visibility: its functions against their float64 twins, a whole table, and the march that it makes against the exact walk."""
 
-import math
 from typing import Any
 
 import numpy as np
 import pytest
 from calling import call
+from tabled import SIZE, air, ground, layer, off, projection
 from written import depth_texture
 
 from airlight.errors import AirlightWarning
 from airlight.gpu.device import open_device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import run_ms
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
-from airlight.medium.resolve import ResolvedMedium, resolve
-from airlight.options import March as Marching
-from airlight.options import Medium
 from airlight.projection import eye_rays
 from airlight.reference import visibility as twin
 from airlight.scatter.march.march import March
@@ -28,7 +24,6 @@ from airlight.shadows.fit import basis, orthographic_view
 
 RNG = np.random.default_rng(21)
 COUNT = 300
-SIZE = (64, 36)
 FOLDER = "scatter/visibility"
 GRIDS = {"coarse": {"PER": 8.0, "WIDEST": 32.0}, "fine": {"PER": 16.0, "WIDEST": 4.0}}
 FRAME, LIGHT, RAY = (struct_dtype(f"{FOLDER}/apply.wgsl", name) for name in ("Frame", "Light", "Ray"))
@@ -212,21 +207,6 @@ def test_lit_integral(fog: str) -> None:
 # ---------------------------------------------------------------- the march
 
 
-def projection(size: tuple[int, int] = SIZE, fov: float = 50.0) -> np.ndarray:
-    near, far, slope = 0.1, 100.0, math.tan(math.radians(fov) / 2)
-    out = np.zeros((4, 4))
-    out[0, 0], out[1, 1] = size[1] / size[0] / slope, 1 / slope
-    out[2, 2], out[2, 3], out[3, 2] = -far / (far - near), -far * near / (far - near), -1
-    return out
-
-
-def air(steps: Any, quality: str = "normal", **values: Any) -> ResolvedMedium:
-    medium = {"sigma_t": (0.08, 0.08, 0.08), "max_distance": 20.0, "albedo": (0.9, 0.8, 0.7)}
-    medium |= {k: v for k, v in values.items() if k in Medium.__struct_fields__}
-    march = {k: v for k, v in values.items() if k in Marching.__struct_fields__}
-    return resolve(Medium(**medium), Marching(steps=steps, **march), quality, 10.0)
-
-
 def posts(towards: Any, side: int = 192, spans: Any = ((0.0, np.inf),)) -> tuple[DirectionalLight, Shadow, np.ndarray]:
     """A sun, and the shadow of eight blocks before the eye, in a map a view: (light, shadow, (views, side, side) depths)."""
     towards = np.asarray(towards, float) / np.linalg.norm(towards)
@@ -247,28 +227,6 @@ def posts(towards: Any, side: int = 192, spans: Any = ((0.0, np.inf),)) -> tuple
         maps.append(held)
     texture = depth_texture(open_device(), np.array(maps))
     return DirectionalLight(intensity=(3.0, 2.0, 1.0), direction=tuple(towards)), Shadow(texture, side, views), np.array(maps)
-
-
-def ground(size: tuple[int, int]) -> np.ndarray:
-    """(H, W) depths of a wall 14 m ahead in the picture's lower half, and of nothing above."""
-    p = projection(size)
-    depth = (p[2, 2] * -14 + p[2, 3]) / 14
-    return np.where(np.arange(size[1])[:, None] > size[1] * 0.6, depth, 1.0) * np.ones(size[0])
-
-
-def layer(lights: Any, medium: ResolvedMedium, size: tuple[int, int] = SIZE, share: float = 1.0, march: Any = None) -> np.ndarray:
-    """(H, W, 4) of the march, and its transmittance beside it."""
-    device = open_device()
-    march = march or March(device, size)
-    march.update(np.eye(4), projection(size), lights, medium, jitter="midpoint", share=share)
-    depth = depth_texture(device, ground(size))
-    run_ms(device, lambda encoder: march.record(encoder, depth))
-    read = (np.frombuffer(device.read(t, 16), np.float32).reshape(*size[::-1], 4) for t in (march.layer, march.transmittance))
-    return np.concatenate(list(read), axis=2)
-
-
-def off(found: np.ndarray, truth: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((found - truth)[..., :3] ** 2)) / truth[..., :3].mean())
 
 
 @pytest.mark.parametrize("which", SUNS)
@@ -311,7 +269,7 @@ def test_light_by_tables_and_by_steps_is_added(share: float) -> None:
     lamp = (PointLight(intensity=(5.0, 6.0, 7.0), position=(1.0, 0.5, -6.0)), None)
     medium = air("table", ambient=(0.1, 0.2, 0.3))
     dark = air("table")
-    with pytest.warns(AirlightWarning, match="for suns"):
+    with pytest.warns(AirlightWarning, match="for light with shadows"):
         together = layer([first, lamp, second], medium, share=share)
         alone = layer([lamp], medium, share=share)
     others = sum(layer([one], dark, share=share)[..., :3] for one in (first, second))

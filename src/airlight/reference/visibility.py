@@ -39,11 +39,15 @@ def block_begin(block: Any, per: int, widest: int) -> Array:
     )
 
 
-def lit_from(first: Any, last: Any, rays: Any, rises: bool) -> Array:
-    """Finds the first ray that a sample lights, or else hides, of a linear function's values (...) at the first and the last ray."""
+def lit_from(first: Any, last: Any, rays: Any, rises: bool, denser: bool = False) -> Array:
+    """Finds the first ray that a sample lights, or else hides, of a linear function's values (...) at the first and the last ray.
+
+    denser: rays lie at squares of even shares of their row.
+    """
     first, last = np.asarray(first, float), np.asarray(last, float)
     change = first - last
-    crossing = np.ceil(np.clip(first / np.where(change == 0, 1, change), 0, 1) * rays)
+    share = np.clip(first / np.where(change == 0, 1, change), 0, 1)
+    crossing = np.ceil((np.sqrt(share) if denser else share) * rays)
     rising = np.where(first >= 0, 0, np.where(last < 0, rays + 1, crossing))
     falling = np.where(first < 0, 0, np.where(last >= 0, rays + 1, crossing))
     return (rising if rises else falling).astype(np.int64)
@@ -74,8 +78,10 @@ def nibbles(planes: Any, q: Any) -> Array:
     return found.astype(np.uint32)
 
 
-def place_in_grid(p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: Any, rays: Any) -> tuple[Array, Array, Array]:
-    """Finds (row, ray, rays of the row) of pixels (..., 2)."""
+def place_in_grid(
+    p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: Any, rays: Any, denser: bool = False
+) -> tuple[Array, Array, Array]:
+    """Finds (row, ray, rays of the row) of pixels (..., 2). denser: as of lit_from."""
     p, size = np.asarray(p, float), np.asarray(size, float)
     away = slope * p - offset
     inverse, forward = 1 / np.maximum(np.abs(away), 1e-12), away > 0
@@ -87,7 +93,8 @@ def place_in_grid(p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: 
     end = p + t_out[..., None] * away
     along = np.where(sideways, end[..., 1] * rate[0], end[..., 0] * rate[1])
     count = np.asarray(rays, float)[edge]
-    return np.asarray(first, float)[edge] + along, t_in / (t_in + t_out) * (count - 1), count
+    share = t_in / (t_in + t_out)
+    return np.asarray(first, float)[edge] + along, (np.sqrt(share) if denser else share) * (count - 1), count
 
 
 def between_planes(values: Any, part: Any) -> Array:
