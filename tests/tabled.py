@@ -38,12 +38,14 @@ def ground(size: tuple[int, int]) -> np.ndarray:
     return np.where(np.arange(size[1])[:, None] > size[1] * 0.6, depth, 1.0) * np.ones(size[0])
 
 
-def layer(lights: Any, medium: ResolvedMedium, size: tuple[int, int] = SIZE, share: float = 1.0, march: Any = None) -> np.ndarray:
-    """(H, W, 4) of the march, and its transmittance beside it."""
+def layer(
+    lights: Any, medium: ResolvedMedium, size: tuple[int, int] = SIZE, share: float = 1.0, march: Any = None, behind: bool = True
+) -> np.ndarray:
+    """(H, W, 4) of the march, and its transmittance beside it. behind: the ground is there."""
     device = open_device()
     march = march or March(device, size)
     march.update(np.eye(4), projection(size), lights, medium, jitter="midpoint", share=share)
-    depth = depth_texture(device, ground(size))
+    depth = depth_texture(device, ground(size) if behind else np.ones(size[::-1]))
     run_ms(device, lambda encoder: march.record(encoder, depth))
     read = (np.frombuffer(device.read(t, 16), np.float32).reshape(*size[::-1], 4) for t in (march.layer, march.transmittance))
     return np.concatenate(list(read), axis=2)

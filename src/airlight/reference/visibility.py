@@ -189,7 +189,8 @@ def add_weighed(
     returns = (part >= 1) | ((part <= 0) & (share > 0))
     sums["stored"] = np.where(returns, sums["lit"], old["stored"] + whole * held)
     sums["surface"] = np.where(returns & (part <= 0), NO_SURFACE, old["surface"])
-    sums["before"] = np.where(part >= 1, 0.5 * (known + share), known)
+    met = np.where(part >= 1, 0.5 * (known + share), known)
+    sums["before"] = np.where(np.asarray(strength) > 0, met, old["before"])
     sums["lengths"] = old["lengths"] + weight * middle
     sums["lit_lengths"] = old["lit_lengths"] + whole * share * middle
     sums["stored_lengths"] = np.where(returns, sums["lit_lengths"], old["stored_lengths"] + whole * held * middle)

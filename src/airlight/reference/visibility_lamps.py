@@ -52,7 +52,7 @@ def ahead_at(depth: Any, frame: Any) -> Array:
 
 
 def block_ahead(ahead: Any, across: Any, towards: Any, lamp: Any) -> Array:
-    """Finds the blocks of places that lie `ahead` m along the camera's axis on rays that go across and towards the lamp by so much a metre."""
+    """Finds the blocks of places that lie `ahead` m along the camera's axis on rays that go so far across and towards the lamp a metre."""
     angle = np.arctan2(ahead * np.maximum(across, 0), float(lamp["away"]) - ahead * np.asarray(towards, float))
     return np.asarray((angle - float(lamp["begin"])) / float(lamp["wide"]))
 

@@ -16,6 +16,7 @@ FOLDER = "scatter/visibility"
 FARTHEST = f"{FOLDER}/farthest.wgsl"
 GRID = struct_dtype(f"{FOLDER}/grid.wgsl", "Grid")
 ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
+ATLAS_STEP = 256  # texels, that the atlas is a multiple of
 TILE_PX = 16  # as in grid.wgsl
 GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
 
@@ -54,15 +55,15 @@ class Table:
             "ray_ends": words * WORD * count * 4,
             "word_ends": words * count * 4,
         }
-        total = int(ROOM**2 * atlas[0] * atlas[1] * 8 + ROOM * sum(sizes.values()))
+        wide, high = (-(-side // ATLAS_STEP) * ATLAS_STEP for side in atlas)
+        total = int(wide * high * 8 + ROOM * sum(sizes.values()))
         largest = self.device.device.limits["max-storage-buffer-binding-size"]
-        if total > room or max(atlas) > self.device.max_side or sizes["planes"] > largest:
+        if total > room or max(wide, high) > self.device.max_side or sizes["planes"] > largest:
             return 0
         for name, need in sizes.items():
             if name not in self.buffers or self.buffers[name].size < need:
                 self.buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
-        if self.atlas is None or any(have < need for have, need in zip(self.atlas.size, atlas, strict=False)):
-            wide, high = (min(int(ROOM * side), self.device.max_side) for side in atlas)
+        if self.atlas is None or self.atlas.size[:2] != (wide, high):  # its size rounds where it is read: none but this frame counts
             self.atlas = self.device.texture(wide, high, "rgba16float")
         return total
 
@@ -115,5 +116,3 @@ class Table:
             seen = [part.create_view(dimension="2d-array") if part is self._shadow else part for part in parts]
             had = self._binds[key] = parts, self.device.bind(path, *seen)
         return had[1]
-
-

@@ -1,8 +1,8 @@
-// The pixels at a lamp's own place in the picture, where each sees much of the light that the lamp scatters: in so many steps of even angles at
-// the lamp, as in steps.wgsl.
+// The pixels at a lamp's own place in the picture, where each sees much of the light that the lamp scatters, and those opposite of a lamp behind
+// the eye, whose rays lie in few blocks: in so many steps of even angles at the lamp, as in steps.wgsl.
 //! include "scatter/visibility/lamps.wgsl"
 //! include "scatter/march/ranges.wgsl"
-const CORE_STEPS = 512.0;
+override CORE_STEPS: f32 = 512.0;
 
 @group(0) @binding(7) var<uniform> core: Core;
 @group(0) @binding(8) var nearest_sampler: sampler;

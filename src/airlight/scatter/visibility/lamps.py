@@ -23,7 +23,8 @@ ENDS, BITS, TABLE, FULL, APPLY, CORE = (f"{FOLDER}/lamp_{name}.wgsl" for name in
 LAMP, ROW = (struct_dtype(f"{FOLDER}/lamps.wgsl", name) for name in ("Lamp", "LampRow"))
 SAMPLES = 15  # of a block, as in counters.wgsl
 FULL_SIDE, FULL_GROUP = 128, 8  # as in in_full.wgsl, lamp_full.wgsl
-CORE_RADIUS_PX = 4.0  # around the lamp, in which pixels go by steps
+CORE_RADIUS_PX, CORE_STEPS = 4.0, 512  # around the lamp, in which pixels go by steps
+OPPOSITE_RADIUS_PX, OPPOSITE_SHARE, OPPOSITE_STEPS = 40.0, 1 / 32, 128  # around where a lamp behind is opposite; of the picture's width
 LEAST_AWAY = 1e-6  # m, from the eye
 
 
@@ -33,6 +34,7 @@ class LampTable(Table):
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
         super().__init__(device, pixels)
         self._lamp = device.buffer(size=LAMP.itemsize, uniform=True)
+        self.lamp = np.zeros((), LAMP)  # of the last update
         self.full = device.texture(FULL_SIDE, FULL_SIDE, "rgba16float")
         self._rises, self._step = False, 3
         self._flags: dict[str, Any] = {}  # of the light
@@ -60,7 +62,7 @@ class LampTable(Table):
         begin, end = angles(records, away, towards, medium.max_distance, axis, cone)
         wide = (end - begin) / blocks
         _set_cones(records, towards, axis, cone, begin, wide, blocks)
-        out = np.zeros((), LAMP)
+        out = self.lamp = np.zeros((), LAMP)
         out["towards"], out["away"], out["begin"], out["end"] = towards, away, begin, end
         out["wide"], out["blocks"] = wide, blocks
         out["power"] = medium.sigma_s * data["intensity"] * np.exp(-medium.sigma_t * away)
@@ -72,8 +74,9 @@ class LampTable(Table):
         write(self.buffers["rows"], 0, records.tobytes())
         self._divide(rows)
         self.counts = blocks, 1
-        in_front = towards[2] < 0
-        self._core_groups = self._place_core(rows, CORE_RADIUS_PX) if in_front else (0, 0)
+        opposite = towards[2] >= 0
+        radius = min(OPPOSITE_RADIUS_PX, OPPOSITE_SHARE * self.pixels[0]) if opposite else CORE_RADIUS_PX
+        self._core_groups = self._place_core(rows, radius)
         self._shadow = shadow.texture
         self._rises, self._step = rises, step
         phase, shades = {"PHASE": medium.lobes(light.anisotropy)[0]}, {"COLOURS": colours}
@@ -83,7 +86,7 @@ class LampTable(Table):
             BITS: {"STEP": step, "RISES": rises, "BIASED": bool(medium.march.shadow_bias), **flags, **dense},
             TABLE: {**phase, **shades, **flags, "RANGED": bool(data["range"] > 0)},
             FULL: phase,
-            CORE: {**phase, **flags, "BIASED": bool(medium.march.shadow_bias)},
+            CORE: {**phase, **flags, "CORE_STEPS": OPPOSITE_STEPS if opposite else CORE_STEPS, "BIASED": bool(medium.march.shadow_bias)},
             APPLY: {**shades, **dense, "AMBIENT": bool(medium.ambient.any())},
         }
         return total

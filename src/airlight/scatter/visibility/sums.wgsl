@@ -43,7 +43,8 @@ fn add_weighed(sums: Sums, share: vec4f, weight: vec4f, middle: vec4f, strength:
     let returns = ahead | (behind & (share > vec4f(0.0)));
     out.stored = select(sums.stored + whole * held, out.lit, returns);
     out.surface = select(sums.surface, vec4f(NO_SURFACE), returns & behind);
-    out.before = select(known, 0.5 * (known + share), ahead);
+    let met = select(known, 0.5 * (known + share), ahead);
+    out.before = select(sums.before, met, strength > vec4f(0.0));
     if (COLOURS) {
         out.lengths += weight * middle;
         out.lit_lengths += added * middle;
