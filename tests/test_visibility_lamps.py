@@ -235,9 +235,14 @@ def test_the_march_is_near_the_exact_walk(kind: str, which: str) -> None:
         {"sigma_t": (0.05, 0.1, 0.2), "ambient": (0.1, 0.1, 0.2)},
         {"sigma_t": (0.8, 0.8, 0.8)},
         {"anisotropy": 0.9},
-        {"anisotropy": -0.7, "shadow_bias": 0.05},
-        {"phase": "two-lobe", "max_distance": 60.0},
-        {"phase": "rayleigh", "max_distance": 7.0},
+        *(
+            pytest.param(more, marks=pytest.mark.slow)
+            for more in (
+                {"anisotropy": -0.7, "shadow_bias": 0.05},
+                {"phase": "two-lobe", "max_distance": 60.0},
+                {"phase": "rayleigh", "max_distance": 7.0},
+            )
+        ),
     ],
 )
 def test_the_march_is_near_the_exact_walk_in_other_air(kind: str, more: dict[str, Any]) -> None:
@@ -347,8 +352,10 @@ def test_what_a_lamp_scatters_in_full_light() -> None:
 @pytest.mark.parametrize(
     ("lamp", "more", "line"),
     [
-        (PointLight, {"fog": "exponential", "fog_base": -1.0, "fog_depth": 2.0}, "lamps in even air"),
-        (ProjectorLight, {}, "not for projectors"),
+        pytest.param(
+            PointLight, {"fog": "exponential", "fog_base": -1.0, "fog_depth": 2.0}, "lamps in even air", marks=pytest.mark.slow
+        ),
+        pytest.param(ProjectorLight, {}, "not for projectors", marks=pytest.mark.slow),
         (SpotLight, {"shadow_filter": "pcf"}, "shadow-filter nearest"),
     ],
 )

@@ -14,7 +14,7 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import ResolvedMedium
 from airlight.projection import eye_rays
 from airlight.scatter.march.records import light_record
-from airlight.scatter.visibility.base import FOLDER, GROUP, SQUARE, Table
+from airlight.scatter.visibility.base import FOLDER, GROUP, Table
 from airlight.scatter.visibility.grid import Fineness, RowGrid, row_grid
 from airlight.shadows import Shadow
 
@@ -23,7 +23,7 @@ ENDS, BITS, TABLE, FULL, APPLY, CORE = (f"{FOLDER}/lamp_{name}.wgsl" for name in
 LAMP, ROW = (struct_dtype(f"{FOLDER}/lamps.wgsl", name) for name in ("Lamp", "LampRow"))
 SAMPLES = 15  # of a block, as in counters.wgsl
 FULL_SIDE, FULL_GROUP = 128, 8  # as in in_full.wgsl, lamp_full.wgsl
-CORE_RADIUS_PX, CORE_STEPS = 4.0, 512  # around the lamp, in which pixels go by steps
+CORE_RADIUS_PX, CORE_STEPS = 3.5, 256  # around the lamp, in which pixels go by steps: one workgroup
 OPPOSITE_RADIUS_PX, OPPOSITE_SHARE, OPPOSITE_STEPS = 40.0, 1 / 32, 128  # around where a lamp behind is opposite; of the picture's width
 LEAST_AWAY = 1e-6  # m, from the eye
 
@@ -114,7 +114,7 @@ class LampTable(Table):
             held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self.atlas
             run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words))
         run(FULL, "fill", "table in full", 0, (self.full,), (FULL_SIDE // FULL_GROUP,))
-        counts = tuple(-(-side // SQUARE) for side in self.pixels)
+        counts = -(-self.pixels[0] // GROUP), self.pixels[1]
         looked_up = self.atlas, self.device.sampler(), transmittance, self.full
         run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, FIRST=first)
         if self._core_groups[0]:

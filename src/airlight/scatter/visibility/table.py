@@ -15,7 +15,7 @@ from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.projection import eye_rays
 from airlight.scatter.march.cookies import SHAPES, shape_of
 from airlight.scatter.march.records import FRAME, frame_record, light_record
-from airlight.scatter.visibility.base import FOLDER, GROUP, SQUARE, Table
+from airlight.scatter.visibility.base import FOLDER, GROUP, Table
 from airlight.scatter.visibility.grid import Fineness, RowGrid, block_count, row_grid
 from airlight.scatter.visibility.lamps import LampTable
 from airlight.shadows import Shadow
@@ -140,7 +140,7 @@ class SunTable(Table):
             own = {**fineness, **fog, **fades, **colours, **maps}
             run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self.counts[1]), **own)
         lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
-        counts = tuple(-(-side // SQUARE) for side in self.pixels)
+        counts = -(-self.pixels[0] // GROUP), self.pixels[1]
         looked_up = self.atlas, self.device.sampler(), transmittance
         run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
