@@ -82,8 +82,8 @@ fn windows(rays: LampRays, at: vec2f, away: f32) -> vec4f {
     return found;
 }
 
-/// Sum eight rays of a row, every fourth of a word's, and write them into the atlas.
-@compute @workgroup_size(64)
+/// Sum eight rays of a row, every fourth of a word's, and write them into the atlas. There are few rows: small groups share them better.
+@compute @workgroup_size(16)
 fn accumulate(@builtin(global_invocation_id) id: vec3u) {
     let i = part.first + min(id.x, part.count - 1u);
     let word = id.y / 4u;

@@ -23,6 +23,7 @@ ENDS, BITS, TABLE, FULL, APPLY, CORE = (f"{FOLDER}/lamp_{name}.wgsl" for name in
 LAMP, ROW = (struct_dtype(f"{FOLDER}/lamps.wgsl", name) for name in ("Lamp", "LampRow"))
 SAMPLES = 15  # of a block, as in counters.wgsl
 FULL_SIDE, FULL_GROUP = 128, 8  # as in in_full.wgsl, lamp_full.wgsl
+SUMS_GROUP = 16  # as in lamp_table.wgsl
 CORE_RADIUS_PX, CORE_STEPS = 3.5, 256  # around the lamp, in which pixels go by steps: one workgroup
 OPPOSITE_RADIUS_PX, OPPOSITE_SHARE, OPPOSITE_STEPS = 40.0, 1 / 32, 128  # around where a lamp behind is opposite; of the picture's width
 LEAST_AWAY = 1e-6  # m, from the eye
@@ -112,7 +113,7 @@ class LampTable(Table):
             run(BITS, "count", "table bits", k, bound, (-(-count // GROUP), self.counts[0]), WORDS=words)
         for k, count, words in self._dispatches:
             held = b["rows"], b["word_ends"], b["planes"], self._parts[k], b["ray_ends"], self.atlas
-            run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words))
+            run(TABLE, "accumulate", "table sums", k, held, (-(-count // SUMS_GROUP), 4 * words))
         run(FULL, "fill", "table in full", 0, (self.full,), (FULL_SIDE // FULL_GROUP,))
         counts = -(-self.pixels[0] // GROUP), self.pixels[1]
         looked_up = self.atlas, self.device.sampler(), transmittance, self.full
