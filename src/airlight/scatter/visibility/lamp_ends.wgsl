@@ -6,12 +6,13 @@
 @group(0) @binding(10) var farthest_tiles: texture_2d<f32>; // see farthest.wgsl
 @group(0) @binding(11) var<uniform> lamp: Lamp;
 
-/// Convert a depth to m along the camera's axis.
+/// Convert a depth to m along the camera's axis. Twin: reference/visibility_lamps.py:ahead_at.
 fn ahead_at(depth: f32) -> f32 {
     return (frame.depth.x * depth + frame.depth.y) / (frame.depth.z * depth + frame.depth.w);
 }
 
 /// Find the block of a place that lies `ahead` m along the camera's axis on a ray. across, towards: of the ray that goes by 1 along it.
+/// Twin: reference/visibility_lamps.py:block_ahead.
 fn block_ahead(ahead: f32, across: f32, towards: f32) -> f32 {
     return (angle_from(lamp.away - ahead * towards, ahead * max(across, 0.0)) - lamp.begin) / lamp.wide;
 }

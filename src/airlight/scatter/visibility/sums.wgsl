@@ -39,7 +39,7 @@ fn add_weighed(sums: Sums, share: vec4f, weight: vec4f, middle: vec4f, strength:
     let known = select(sums.before, share, sums.before < vec4f(0.0));
     let some = select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0));
     let own = min((share + some) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0));
-    let held = select(known, own, !behind & (share <= part + ROUNDING));
+    let held = select(known, own, !behind & (share <= part + ROUNDING) & (known > vec4f(0.05)));
     let returns = ahead | (behind & (share > vec4f(0.0)));
     out.stored = select(sums.stored + whole * held, out.lit, returns);
     out.surface = select(sums.surface, vec4f(NO_SURFACE), returns & behind);
