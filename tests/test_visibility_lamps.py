@@ -171,17 +171,18 @@ def test_mean_of_cone() -> None:
     np.testing.assert_allclose(found, twin.mean_of_cone(axis, at, eighth, light), atol=2e-6)
 
 
-def test_sums_with_a_strength() -> None:
+@pytest.mark.parametrize("wary", [False, True])
+def test_sums_with_a_strength(wary: bool) -> None:
     grid = np.zeros((), GRID)
     grid["spread"] = 0.03
-    surface, constants = between(0, 12, 4), {"COLOURS": True}
+    surface, constants = between(0, 12, 4), {"COLOURS": True, "WARY": wary}
     sums, expected = call(TABLE, "begin_sums", [surface]), shared.begin_sums(surface)
     for k in range(10):
         share = (np.round(between(-0.5, 1.5, 4).clip(0, 1) * 15) / 15).astype(np.float32)
         weight, middle, strength = between(0.1, 1, 4), between(0, 9, 4), between(0, 1, 4)
         given = [share, weight, middle, strength]
         sums = call(TABLE, "add_weighed", [sums, *given, np.float32(k), np.float32(1)], constants=constants)
-        expected = shared.add_weighed(expected, *given, float(k), 1.0)
+        expected = shared.add_weighed(expected, *given, float(k), 1.0, wary)
     for name, values in expected.items():
         np.testing.assert_allclose(sums[name], values, rtol=1e-4, atol=1e-5, err_msg=name)
     found = call(TABLE, "slopes", [sums], bindings={"grid": grid})
@@ -248,7 +249,7 @@ def test_the_march_is_near_the_exact_walk(kind: str, which: str) -> None:
 def test_the_march_is_near_the_exact_walk_in_other_air(kind: str, more: dict[str, Any]) -> None:
     one = KINDS[kind](LAMPS["in view"])
     truth, found = layer([one], air("exact", **more)), layer([one], air("table", "final", **more))
-    assert off(found, truth) < (0.04 if kind == "spot" else 0.015)
+    assert off(found, truth) < (0.06 if kind == "spot" else 0.015)
     np.testing.assert_allclose(found[..., 3:], truth[..., 3:], atol=2e-6)
 
 

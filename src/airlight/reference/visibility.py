@@ -175,16 +175,17 @@ def begin_sums(surface: Any) -> dict[str, Array]:
 
 
 def add_weighed(
-    old: Mapping[str, Array], share: Array, weight: Array, middle: Array, strength: Any, begin: float, wide: float
+    old: Mapping[str, Array], share: Array, weight: Array, middle: Array, strength: Any, begin: float, wide: float, wary: bool = False
 ) -> dict[str, Array]:
     """Adds a block from `begin` on in which such shares (...) of rays are lit to their sums, of the shader's Sums. weight: of the block;
-    middle: its optical length; strength: factor of the light, that U does not hold."""
+    middle: its optical length; strength: factor of the light, that U does not hold; wary: as the shader's constant."""
     sums, whole = dict(old), weight * strength
     sums["u"] = old["u"] + weight
     sums["lit"] = old["lit"] + whole * share
     part = np.clip((old["surface"] - begin) / wide, 0, 1)
     known = np.where(old["before"] < 0, share, old["before"])
     some = np.minimum((share + np.where(share > 0, HALF_SAMPLE, 0)) / np.maximum(part, LEAST_SHARE), 1)
+    some = np.minimum(some, known) if wary else some
     held = np.where((part > 0) & (share <= part + ROUNDING), some, known)
     returns = (part >= 1) | ((part <= 0) & (share > 0))
     sums["stored"] = np.where(returns, sums["lit"], old["stored"] + whole * held)

@@ -165,7 +165,7 @@ def lamp_visibilities(
         weights = weights_in_layer(rays, *ends, (k - first + 0.5) / step, middle, sigma, away, light, kind, spread > 0)
         cone = mean_of_cone(axis, middle, [np.cos(wide / 8), np.sin(wide / 8)], light) if is_cone else 1.0
         strength = cone * (windows(rays, middle, away, light) if light["range"] > 0 else 1.0)
-        sums |= add_weighed(sums, lit / SAMPLES, weights["weight"], weights["way"], strength, float(k), 1.0)
+        sums |= add_weighed(sums, lit / SAMPLES, weights["weight"], weights["way"], strength, float(k), 1.0, wary=True)
         values.append(sums["stored"] / sums["u"])
         changes.append(slopes(sums, spread))
     return np.array(values), np.array(changes)

@@ -85,7 +85,8 @@ class LampTable(Table):
         dense = {"DENSER": True}
         self._own = {
             BITS: {"STEP": step, "RISES": rises, "BIASED": bool(medium.march.shadow_bias), **flags, **dense},
-            TABLE: {**phase, **shades, **flags, "RANGED": bool(data["range"] > 0)},
+            # Around a lamp one often sees the dark side of things, close before where it shines
+            TABLE: {**phase, **shades, **flags, "WARY": True, "RANGED": bool(data["range"] > 0)},
             FULL: phase,
             CORE: {**phase, **flags, "CORE_STEPS": OPPOSITE_STEPS if opposite else CORE_STEPS, "BIASED": bool(medium.march.shadow_bias)},
             APPLY: {**shades, **dense, "AMBIENT": bool(medium.ambient.any())},

@@ -2,6 +2,7 @@
 // what is lit of them. A ray ends at the surface that is seen there, but pixels beside it may see farther: what they are given is the ray's
 // visibility before its surface carried on through what is solid, and behind it the true sum again.
 override COLOURS: bool = false; // extinction differs between red, green and blue
+override WARY: bool = false;    // what is lit of a ray's last block counts as before its surface by no more than the ray was lit till then
 
 const ROUNDING = 0.07;          // of a lit share, by samples
 const HALF_SAMPLE = 0.0333;     // share, that counts of fewer samples lack on the mean where some are lit
@@ -39,7 +40,8 @@ fn add_weighed(sums: Sums, share: vec4f, weight: vec4f, middle: vec4f, strength:
     let known = select(sums.before, share, sums.before < vec4f(0.0));
     let some = select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0));
     let own = min((share + some) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0));
-    let held = select(known, own, !behind & (share <= part + ROUNDING) & (known > vec4f(0.05)));
+    let before_surface = select(own, min(own, known), WARY);
+    let held = select(known, before_surface, !behind & (share <= part + ROUNDING));
     let returns = ahead | (behind & (share > vec4f(0.0)));
     out.stored = select(sums.stored + whole * held, out.lit, returns);
     out.surface = select(sums.surface, vec4f(NO_SURFACE), returns & behind);
