@@ -151,7 +151,7 @@ def lamp_visibilities(
 
     for k in range(blocks):
         first = k // step * step
-        ends = [weigh(rays, turned(n), sigma, away, light, kind) for n in (first, first + step)]
+        start, end = (weigh(rays, turned(n), sigma, away, light, kind) for n in (first, first + step))
         lit = np.zeros(count)
         for j in range(SAMPLES):
             here = turned(k + (j + 0.5) / SAMPLES)
@@ -162,7 +162,7 @@ def lamp_visibilities(
             h = away * q[i, 2] * float(maps[i][int(y), int(x)]) / float(light["view"]["depth_scale"][i]) if inside else 1e9
             lit += w * here[1] + r * (here[0] - h) >= 0
         middle = turned(k + 0.5)
-        weights = weights_in_layer(rays, *ends, (k - first + 0.5) / step, middle, sigma, away, light, kind, spread > 0)
+        weights = weights_in_layer(rays, start, end, (k - first + 0.5) / step, middle, sigma, away, light, kind, spread > 0)
         cone = mean_of_cone(axis, middle, [np.cos(wide / 8), np.sin(wide / 8)], light) if is_cone else 1.0
         strength = cone * (windows(rays, middle, away, light) if light["range"] > 0 else 1.0)
         sums |= add_weighed(sums, lit / SAMPLES, weights["weight"], weights["way"], strength, float(k), 1.0, wary=True)
