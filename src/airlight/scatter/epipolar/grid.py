@@ -18,9 +18,8 @@ from airlight.scatter.epipolar.moments import Array, Mixture
 LONG_PX = 100  # of the weight's length at the farthest pixel, from which wide lines do where their sums do not bend
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
 SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
-CLOSER = (0.7, 1.2)  # factors of the spacing of close lines, for a light outside and at the edge
+CLOSER = (0.7, 1.0)  # factors of the spacing of close lines, for a light outside and at the edge
 WIDEST_PX, CLOSEST_PX = 2.5, 0.7  # most between wide and close lines at the far edge, for a light outside
-CLOSE_STEPS = 2  # factor of the steps of close lines
 WIDE_RADII = (120, 400)  # of wide lines, for a light outside
 CLOSE_PX = 0.75  # between wide lines, with which they are close enough for anything
 BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
@@ -128,8 +127,7 @@ class Grid:
             fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
         elif part == "close":
             spacing = fine.spacing * CLOSER[int(inside)]
-            step = fine.largest * (1 if parallel else CLOSE_STEPS)
-            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing, largest=step)
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
