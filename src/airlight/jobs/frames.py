@@ -31,11 +31,12 @@ from airlight.options import (
     of_medium_alone,
     presets,
     refuse_look,
+    settled_method,
 )
 from airlight.options.storage import Storage
 from airlight.process import standard
 from airlight.progress import SILENT, Work, showing
-from airlight.scatter.methods import METHODS
+from airlight.scatter.methods import AUTO, METHODS
 
 if TYPE_CHECKING:
     from airlight.scenes import Stage
@@ -286,6 +287,10 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         put_densities(stage, r.volume, r.particles, float(r.fps), cells)
         if r.volume or r.particles:
             suit(stage, values, cells)
+    whole = stage.settings | values
+    if (settled := settled_method(whole, bool(stage.fields))) != whole.get("method", settled):
+        say(f"method {AUTO}: no medium is given, so it is {settled}; --medium or --sigma-t makes one")
+        values |= {"method": settled}
     built = build(stage.settings | values)
     put_daylight(stage, built, SunRequest(r.sun, r.day_from, r.day_to, (frames[0].time, frames[-1].time)))
     parameters, method = built[Parameters], METHODS[built[Parameters].method]

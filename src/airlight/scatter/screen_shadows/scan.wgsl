@@ -3,7 +3,7 @@
 //! include "scatter/screen_shadows/coordinate.wgsl"
 override SUB: u32 = 3u;         // samples of the picture from ray to ray
 override BODIES: bool = false;  // there are some
-const JOINED = 0.1;             // relative difference of depths, up to which neighbours are one surface
+const STEEPEST = 16.0;           // of a surface, relative change of depth over an angle, where the samples before do not tell
 const BENT = 0.3;               // share of a change of inverse depth, up to which the next may differ from it on one surface
 const DEPTH_ERROR = 0.01;       // relative, of far bodies
 
@@ -17,6 +17,7 @@ struct Row {
 @group(0) @binding(8) var shares: texture_storage_2d<rgba16float, write>;
 
 var<private> hidden: array<vec4f, 9>; // of each bin, the share that is
+var<private> shown: array<vec4f, 9>; // the same for the ray that is written
 var<private> whole: f32;        // light of the ray up to a bin, if nothing hid it, in some unit
 var<private> dark: f32;         // and what of that is hidden
 
@@ -26,7 +27,7 @@ fn covered_part(range: vec2f, first: vec4f) -> vec4f {
     return max(clamp(range.y - first, vec4f(0.0), vec4f(1.0)) - clamp(range.x - first, vec4f(0.0), vec4f(1.0)), vec4f(0.0));
 }
 
-/// Hide the rays of light from one coordinate up to another, if that is farther.
+/// Hide the rays of light from one coordinate up to another, if that is larger.
 fn hide(begin: f32, end: f32) {
     let range = vec2f(begin, end) * f32(BINS);
     //! each k of 9: hidden[k] = min(hidden[k] + covered_part(range, 4.0 * f32(k) + vec4f(0.0, 1.0, 2.0, 3.0)), vec4f(1.0));
@@ -47,11 +48,11 @@ fn is_on_body(place: vec3f, sphere: vec4f) -> bool {
 }
 
 /// Tell whether a surface goes on from a sample of the picture to the next: their depths are alike, or go on as a plane's, whose inverse
-/// changes evenly. inverse: of the depths of the sample before, of it and of the next one, 1/m; 0: none.
+/// changes evenly. inverse: of the depths of the sample before, of it and of the next one, 1/m; 0: none. angle: between samples, radians.
 /// Twin: reference/screen_shadows.py:is_joined.
-fn is_joined(inverse: vec3f) -> bool {
+fn is_joined(inverse: vec3f, angle: f32) -> bool {
     let step = inverse.z - inverse.y;
-    let is_alike = abs(step) <= JOINED * max(inverse.y, inverse.z);
+    let is_alike = abs(step) <= STEEPEST * angle * max(inverse.y, inverse.z);
     let is_plane = inverse.x > 0.0 && abs(step - (inverse.y - inverse.x)) <= BENT * abs(step);
     return min(inverse.y, inverse.z) > 0.0 && (is_alike || is_plane);
 }
@@ -97,17 +98,19 @@ fn add_bin(k: u32, ray: Ray, sine: f32) -> f32 {
         weight = lamp_weight(ray, scan.edge[k].y, scan.edge[k].z);
     }
     whole += weight;
-    dark += weight * hidden[k / 4u][k % 4u];
+    dark += weight * shown[k / 4u][k % 4u];
     return select(0.0, dark / whole, whole > 0.0);
 }
 
-/// Write what is hidden of a ray of a row.
-fn write_ray(row: u32, i: f32, rays: f32, p: vec2f) {
+/// Write what is hidden of a ray of a row. further: what a surface that goes on hides up to the next ray, as pixels between them see it.
+fn write_ray(row: u32, i: f32, rays: f32, p: vec2f, further: vec2f) {
+    let range = further * f32(BINS);
+    //! each k of 9: shown[k] = min(hidden[k] + covered_part(range, 4.0 * f32(k) + vec4f(0.0, 1.0, 2.0, 3.0)), vec4f(1.0));
     let ray = Ray(vec3f(0.0), frame.max_distance, normalize(ray_through(p)));
     let sine = length(cross(ray.direction, light.position));
     whole = 0.0;
     dark = 0.0;
-    var at = vec4f(hidden[0].x);
+    var at = vec4f(shown[0].x);
     //! each k of 12: at = vec4f(at.w, add_bin(3u * k, ray, sine), add_bin(3u * k + 1u, ray, sine), 0.0); at.w = add_bin(3u * k + 2u, ray, sine); textureStore(shares, vec2u(u32(f32(k) * rays + i), row), at);
 }
 
@@ -117,34 +120,43 @@ fn walk(@builtin(global_invocation_id) id: vec3u) {
     let own = min(id.x, scan.count - 1u);
     let row = rows[own];
     let step = (row.end - row.begin) / ((row.rays - 1.0) * f32(SUB));
+    let angle = length(frame.rays.xy * (step / vec2f(frame.pixels)));
     //! each k of 9: hidden[k] = vec4f(0.0);
     var p = row.begin;
     var z = surface_at(p);
     var inverse = vec2f(0.0, select(1.0 / z, 0.0, z <= 0.0)); // of the sample before, and of the last
     var begin = coordinate(z * ray_through(p));
+    var most = begin;           // from which a lit surface falls, that goes on
+    var is_dark = z > 0.0;      // the surface hides what it sweeps
     var i = 0.0;
     loop {
-        write_ray(own, i, row.rays, p);
+        let further = coordinate(z * ray_through(p + f32(SUB) * step));
+        write_ray(own, i, row.rays, p, vec2f(begin, select(0.0, further, is_dark)));
         var k = 0u;
         loop {
-            // Hide what the surface sweeps up to half way to the next sample, and that one's from there on
+            // Go on along the surface half way to the next sample, and from there along that one's
             p += step;
             let next = surface_at(p);
-            let middle = ray_through(p - 0.5 * step);
             let ahead = select(1.0 / next, 0.0, next <= 0.0);
-            let goes_on = is_joined(vec3f(inverse, ahead));
+            let goes_on = is_joined(vec3f(inverse, ahead), angle);
             let mean = 2.0 / max(inverse.y + ahead, 1e-30);
+            let middle = ray_through(p - 0.5 * step);
             let end = coordinate(select(z, mean, goes_on) * middle);
-            hide(begin, select(begin, end, z > 0.0));
+            // Hide what it sweeps: at once where that is dark, else when it ends, since it hides nothing before itself
+            let is_hidden = z > 0.0 && (end > begin || !goes_on);
+            most = max(most, begin);
+            hide(min(begin, end), select(0.0, max(most, end), is_hidden));
             begin = coordinate(select(next, mean, goes_on) * middle);
+            most = select(most, begin, is_hidden || !goes_on);
             z = next;
             inverse = vec2f(inverse.y, ahead);
             k += 1u;
             continuing { break if k >= SUB; }
         }
-        // Up to the ray itself
+        // Hide what a dark surface sweeps up to the ray itself
         let end = coordinate(z * ray_through(p));
-        hide(begin, select(begin, end, z > 0.0));
+        is_dark = z > 0.0 && end > begin;
+        hide(begin, select(0.0, end, is_dark));
         begin = end;
         i += 1.0;
         continuing { break if i >= row.rays; }
