@@ -122,17 +122,6 @@ METHODS: dict[str, Method] = {
         follows_glass=True,
         has_units=True,
     ),
-    "auto": Method(
-        "of a light in view the same, with the shadows of what the picture shows, the rest by march; without a medium epipolar",
-        "scatter.march.march:March",
-        "reference.tracer:layer",
-        frozenset({"medium", "march", "resolution", "jitter"}),
-        jitter="blue",
-        lights_medium=True,
-        follows_fields=True,
-        follows_glass=True,
-        has_units=True,
-    ),
     "article": Method(
         "its shadows, as the code of an early article sums them",
         "scatter.article.article:Article",
@@ -191,6 +180,17 @@ METHODS: dict[str, Method] = {
         frozenset({"max_distance", "resolution"}),
         lights_medium=True,
         lights=WINDOWS,
+    ),
+    "auto": Method(
+        "of a light in view the same, with the shadows of what the picture shows, the rest by march; without a medium epipolar",
+        "scatter.march.march:March",
+        "reference.tracer:layer",
+        frozenset({"medium", "march", "resolution", "jitter"}),
+        jitter="blue",
+        lights_medium=True,
+        follows_fields=True,
+        follows_glass=True,
+        has_units=True,
     ),
 }
 AUTO = "auto"  # DEFAULT without a medium
