@@ -18,6 +18,7 @@ gfx = pytest.importorskip("pygfx")
 from pass_stage import PassStage  # noqa: E402
 
 from airlight.pygfx import LightShafts, SceneLight, seen_lights  # noqa: E402
+from airlight.pygfx.seen_lights import share_of  # noqa: E402
 
 SIZE, FULL = (192, 108), SceneOptions(view_transform="none", resolution=1.0)
 AIR = {"sigma_t": (0.04, 0.04, 0.04), "albedo": (0.9, 0.9, 0.9), "max_distance": 40.0}
@@ -102,17 +103,22 @@ def test_a_light_behind_is_the_march_bit_for_bit(stage: Stage, degrees: float) -
 
 
 def test_between_both_are_mixed_by_how_far_the_light_is_out(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage.look(50)
+    stage.look(45)
     shafts = stage.shafts(ambient=(0.1, 0.2, 0.3))
     mixed = stage.layer(shafts)
     assert {"picture shadows", "picture sun", "shadows", "march transmittance"} < passes(shafts)
     march = stage.layer(stage.shafts("march", ambient=(0.1, 0.2, 0.3)))
     project = seen_lights.project
-    fade = project((*stage.sun.local.position, 0.0), stage.camera.view_matrix, stage.camera.projection_matrix).fade
+    share = share_of(project((*stage.sun.local.position, 0.0), stage.camera.view_matrix, stage.camera.projection_matrix).fade)
     monkeypatch.setattr(seen_lights, "project", lambda *own: replace(project(*own), fade=1.0))
     picture = stage.layer(stage.shafts(ambient=(0.1, 0.2, 0.3)))
-    assert 0.1 < fade < 0.9 and rmse(picture, march) > 0.01
-    np.testing.assert_allclose(mixed, fade * picture + (1 - fade) * march, rtol=2e-5)
+    assert 0.1 < share < 0.9 and rmse(picture, march) > 0.01
+    np.testing.assert_allclose(mixed, share * picture + (1 - share) * march, rtol=2e-5)
+
+
+def test_the_picture_has_all_of_a_light_in_the_view_and_hands_it_over_evenly() -> None:
+    share = np.array([share_of(fade) for fade in np.linspace(0, 1, 101)])
+    assert share[0] == share[30] == 0 and share[-1] == 1 and (np.diff(share) >= 0).all() and np.diff(share).max() < 0.05
 
 
 def test_several_lights_are_divided_each_by_itself(stage: Stage) -> None:

@@ -17,6 +17,14 @@ from airlight.scatter.screen_shadows.screen_shadows import MOST_BODIES, SeenLigh
 if TYPE_CHECKING:
     from airlight.pygfx.effect import LightShafts
 
+FALL, LEAST = 4, 1 / 64  # how much faster a light is left to the march than shafts fade beyond the view, and the last of it
+
+
+def share_of(fade: float) -> float:
+    """Gives the share of a light, 0..1, that is summed on the picture, of its fade: 1 in the view. It falls faster than that, since beyond
+    the border more and more of what hides the light is not seen."""
+    return max(float(fade) ** FALL - LEAST, 0.0) / (1 - LEAST)
+
 
 def refusal(light: PunctualLight, medium: ResolvedMedium) -> str | None:
     """Words why a light is not summed on the picture, to follow "lights are summed on the picture "; None: it is."""
@@ -61,7 +69,7 @@ def divide_lights(
         of_scene = of_scene or f"with up to {MOST_BODIES} bodies of light"
     eye = np.linalg.inv(view)[:3, 3]
     for light in lights:
-        share = project(_homogeneous(light), view, projection).fade if light.fade(eye, medium) > 0 else 0.0
+        share = share_of(project(_homogeneous(light), view, projection).fade) if light.fade(eye, medium) > 0 else 0.0
         refused = (of_scene or refusal(light, medium)) if share > 0 else None
         if share == 0 or refused is not None:
             why = why or refused
