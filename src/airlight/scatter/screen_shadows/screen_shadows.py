@@ -24,7 +24,7 @@ RECORD, ROW = struct_dtype(SCAN, "Scan"), struct_dtype(SCAN, "Row")
 BINS, LAYERS = RECORD["edge"].shape[0] - 1, 12  # as in coordinate.wgsl
 MOST_BODIES = RECORD["body"].shape[0]
 OCTAVES = 8.0  # of a sun's coordinate
-FINENESS = Fineness(3.0, 6.0, 8)
+FINENESS = Fineness(4.0, 9.0, 8)
 SUB = 3  # samples of the picture from ray to ray
 GROUP, SQUARE = 64, 8
 
