@@ -12,7 +12,7 @@ from airlight.cli import main
 from airlight.errors import AirlightWarning
 from airlight.medium.resolve import AMID
 from airlight.options import March, Parameters
-from airlight.scatter.methods import FOR_MEDIUM, METHODS, WINDOWS, of_medium
+from airlight.scatter.methods import METHODS, WINDOWS, of_medium
 
 gfx = pytest.importorskip("pygfx")
 from test_coloured_glass import BEHIND_GAP, BLUE, GREEN, RED, spot, tinted  # noqa: E402
