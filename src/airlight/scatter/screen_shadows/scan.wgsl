@@ -102,7 +102,8 @@ fn add_bin(k: u32, ray: Ray, sine: f32) -> f32 {
     return select(0.0, dark / whole, whole > 0.0);
 }
 
-/// Write what is hidden of a ray of a row. further: what a surface that goes on hides up to the next ray, as pixels between them see it.
+/// Write what is hidden of a ray of a row. further: what a surface that goes on hides up to the next ray, as pixels between them see it, and
+/// all of the bin in which that ends, since they interpolate in it.
 fn write_ray(row: u32, i: f32, rays: f32, p: vec2f, further: vec2f) {
     let range = further * f32(BINS);
     //! each k of 9: shown[k] = min(hidden[k] + covered_part(range, 4.0 * f32(k) + vec4f(0.0, 1.0, 2.0, 3.0)), vec4f(1.0));
@@ -131,7 +132,7 @@ fn walk(@builtin(global_invocation_id) id: vec3u) {
     var i = 0.0;
     loop {
         let further = coordinate(z * ray_through(p + f32(SUB) * step));
-        write_ray(own, i, row.rays, p, vec2f(begin, select(0.0, further, is_dark)));
+        write_ray(own, i, row.rays, p, vec2f(begin, select(0.0, ceil(further * f32(BINS)) / f32(BINS), is_dark)));
         var k = 0u;
         loop {
             // Go on along the surface half way to the next sample, and from there along that one's
