@@ -2,8 +2,10 @@
 // distances is hidden by what the walk has passed.
 //! include "scatter/screen_shadows/coordinate.wgsl"
 override SUB: u32 = 3u;         // samples of the picture from ray to ray
+override FINER: u32 = 4u;       // times as many to the first rays, beside the light, where what is small hides much
 override BODIES: bool = false;  // there are some
 const STEEPEST = 16.0;           // of a surface, relative change of depth over an angle, where the samples before do not tell
+const FIRST_RAYS = 6.0;
 const BENT = 0.3;               // share of a change of inverse depth, up to which the next may differ from it on one surface
 const DEPTH_ERROR = 0.01;       // relative, of far bodies
 
@@ -120,8 +122,7 @@ fn write_ray(row: u32, i: f32, rays: f32, p: vec2f, further: vec2f) {
 fn walk(@builtin(global_invocation_id) id: vec3u) {
     let own = min(id.x, scan.count - 1u);
     let row = rows[own];
-    let step = (row.end - row.begin) / ((row.rays - 1.0) * f32(SUB));
-    let angle = length(frame.rays.xy * (step / vec2f(frame.pixels)));
+    let apart = (row.end - row.begin) / (row.rays - 1.0);
     //! each k of 9: hidden[k] = vec4f(0.0);
     var p = row.begin;
     var z = surface_at(p);
@@ -131,8 +132,11 @@ fn walk(@builtin(global_invocation_id) id: vec3u) {
     var is_dark = z > 0.0;      // the surface hides what it sweeps
     var i = 0.0;
     loop {
-        let further = coordinate(z * ray_through(p + f32(SUB) * step));
+        let further = coordinate(z * ray_through(p + apart));
         write_ray(own, i, row.rays, p, vec2f(begin, select(0.0, ceil(further * f32(BINS)) / f32(BINS), is_dark)));
+        let samples = select(SUB, FINER * SUB, i < FIRST_RAYS);
+        let step = apart / f32(samples);
+        let angle = length(frame.rays.xy * (step / vec2f(frame.pixels)));
         var k = 0u;
         loop {
             // Go on along the surface half way to the next sample, and from there along that one's
@@ -152,7 +156,7 @@ fn walk(@builtin(global_invocation_id) id: vec3u) {
             z = next;
             inverse = vec2f(inverse.y, ahead);
             k += 1u;
-            continuing { break if k >= SUB; }
+            continuing { break if k >= samples; }
         }
         // Hide what a dark surface sweeps up to the ray itself
         let end = coordinate(z * ray_through(p));
