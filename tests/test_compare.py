@@ -229,7 +229,9 @@ def grid_of(size, at):
     p = Parameters()
     mix = mixture(p.density, p.lam, QUALITY["normal"].tolerance)
     place = (at[0] * size[0], at[1] * size[1])
-    return Grid(size, place, mix, p.lam, p.density, QUALITY["normal"], "clamp", open_device().max_side), place
+    laid = size, place, mix, p.lam, p.density, QUALITY["normal"], "clamp", open_device().max_side
+    grid = Grid(*laid)
+    return (Grid(*laid, "wide") if grid.halves else grid), place
 
 
 @pytest.mark.parametrize("at", [(0.3, 0.4), (1.3, -0.2)])

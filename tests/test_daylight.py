@@ -175,7 +175,15 @@ def test_refraction_leaves_no_jump() -> None:
         ({"visibility": 20, "turbidity": 3}, "visibility and turbidity both"),
         ({"visibility": 300}, r"visibility is 300 km; give 0\.05 to 280 km; clean air has 289 km"),
         ({"visibility": float("nan")}, "visibility is nan"),
-        ({"visibility": "far"}, "visibility is no number"),
+        ({"visibility": "far"}, "visibility is 'far', and no number; give 0.05 to 280 km"),
+        ({"visibility": True}, "visibility is True, and no number"),
+        ({"visibility": 1j}, "visibility is 1j, and no number"),
+        ({"ozone": None}, "ozone is None, and no number; give 0 to 600 DU"),
+        ({"ozone": 10**400}, "ozone is no number"),
+        ({"ground_albedo": (0.1, None, 0.2)}, "ground_albedo is None, and no number"),
+        ({"aerosol_albedo": np.bool_(True)}, "aerosol_albedo is True, and no number"),
+        ({"wavelengths": 4}, "wavelengths is 4, and no text; give '4' or 'rgb'"),
+        ({"multiple": None}, "multiple is None, and no text"),
         ({"visibility": [1, 2]}, "one number"),
         ({"turbidity": 0.5}, "give 1 to 10"),
         ({"ozone": 700}, "give 0 to 600 DU"),
@@ -201,6 +209,10 @@ def test_airs_that_cannot_be(arguments: dict, says: str) -> None:
         ({"azimuth_from_sun": np.inf}, "give finite numbers"),
         ({"altitude": 200_000}, "give -500 to 100000 m"),
         ({"distance": -1}, "give 0 or more"),
+        ({"distance": [5, True]}, "distance is True, and no number"),
+        ({"distance": [[5], [6, 7]]}, r"distance is \[5\], and no number"),
+        ({"view_elevation": None}, "view_elevation is None"),
+        ({"shadow": [(None, 2)]}, "shadow's start is None"),
         ({"distance": np.nan}, "distance is nan"),
         ({"shadow": [5]}, r"list of \(start, end\)"),
         ({"shadow": [(5, 2)]}, "ends before it starts"),
@@ -225,6 +237,8 @@ def test_views_that_cannot_be(change: dict, says: str) -> None:
         (("0101-01-01T12:00:00Z", 0, 0), "give 1000 to 6000"),
         (("2026-06-21T12:00:00Z", 91, 0), "latitude is 91; give -90 to 90"),
         (("2026-06-21T12:00:00Z", 0, 181), "longitude is 181"),
+        (("2026-06-21T12:00:00Z", True, 0), "latitude is True"),
+        ((["2026-06-21T12:00:00Z", None], 0, 0), "give ISO 8601"),
         (("2026-06-21T12:00:00Z", 0, 0, -1000), "give -430 to 100000 m"),
     ],
 )
@@ -237,7 +251,9 @@ def test_places_and_times_that_cannot_be(arguments: tuple, says: str) -> None:
 def test_eq_1_says_what_it_takes() -> None:
     good = {"l0": 1, "e_sun": 1, "beta_rayleigh": 1e-5, "beta_mie": 1e-5, "g": 0.5, "distance": 10, "theta": 5}
     for bad, says in (({"phase": "hh"}, "give hp or hg"), ({"g": 1}, "g is 1"), ({"distance": -1}, "distance is -1"),
-                      ({"beta_mie": -1}, "beta_mie is -1"), ({"attenuate": "none"}, "give all or source")):  # fmt: skip
+                      ({"beta_mie": -1}, "beta_mie is -1"), ({"attenuate": "none"}, "give all or source"),
+                      ({"theta": 181}, "theta is 181 degrees; give 0 to 180 degrees"), ({"theta": -1}, "theta is -1"),
+                      ({"l0": "1"}, "l0 is '1', and"), ({"dark": True}, "dark is True"), ({"phase": 1}, "is 1, and")):  # fmt: skip
         with pytest.raises(AirlightError, match=re.escape(says)):
             hoffman_preetham(**good | bad)
 
@@ -262,6 +278,15 @@ def test_shadows_that_overlap_count_once() -> None:
             air.aerial(*view, shadow=bad)
     with pytest.raises(AirlightError, match="give one number"):
         air.orders_table([1, 2])
+
+
+def test_switches_and_sizes_that_cannot_be() -> None:
+    air = Atmosphere(**PLAIN)
+    with pytest.raises(AirlightError, match="disc is 1; give True or False"):
+        air.sun(20, disc=1)
+    for bad in (5, (0, 4), (2.5, 4), (4, 4, 4), (4, True)):
+        with pytest.raises(AirlightError, match="size is"):
+            air.optical_depth_table(bad)
 
 
 def test_ways_multiply() -> None:

@@ -14,7 +14,9 @@ from airlight.cli import main
 from airlight.daylight import Atmosphere, hoffman_preetham
 from airlight.daylight.camera import Camera, angle_between, direction_of, solve_pitch
 from airlight.daylight.picture import displayed, irradiance_of_white, sky_strength, within_white
+from airlight.daylight.sun import sun_position
 from airlight.detect.sky import find_sky
+from airlight.detect.sky_edge import land_part, soften
 from airlight.errors import AirlightError
 from airlight.files import exif, read_image, write_image
 from airlight.files.planes_of import plane_of_file
@@ -69,11 +71,16 @@ def truth(camera: Camera, metres: np.ndarray, sun: float, azimuth: float, **air:
     return radiance * irradiance_of_white(model, sun, 2000.0), through
 
 
+def white_in_the_sun(**air: Any) -> tuple[str, str]:
+    return "--sun-strength", str(irradiance_of_white(Atmosphere(multiple="none", **air), 15.0, 2000.0))
+
+
 @pytest.mark.parametrize("multiple", ["none", pytest.param("orders", marks=pytest.mark.slow)])
 def test_a_picture_without_shadows_is_the_library(files: Path, multiple: str) -> None:
     """The sun behind the camera: D is 0, and each pixel that has a depth is L0 T + L1 + Lms; the sky stays as it was, to the bit."""
+    white = irradiance_of_white(Atmosphere(visibility=30, multiple=multiple), 15.0, 2000.0)
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "3", "--altitude", "2000",
-        "--visibility", "30", "--multiple", multiple)  # fmt: skip
+        "--visibility", "30", "--multiple", multiple, "--sun-strength", str(white))  # fmt: skip
     metres = plane_of_file("depth.exr", "R")
     sky = metres > 1e9
     camera = Camera(WIDTH, HEIGHT, FOV, 3.0, 0.0, 200.0)
@@ -101,6 +108,70 @@ def test_the_sky_of_a_photograph_is_found() -> None:
         assert not find_sky(other).any()
 
 
+def test_a_skyline_goes_straight_on_where_the_sun_dazzles() -> None:
+    """White that reaches below it, with a glow around, draws no notch; and the share of a pixel out of focus is that of the mixture."""
+    y, x = np.mgrid[:240, :360] + 0.5
+    share = np.clip((126 - y) / 12 + 0.5, 0, 1)
+    sky = (0.2 + 0.001 * y)[..., None] * np.array([0.8, 1.0, 1.4])
+    land = (0.03 + 0.02 * ((np.floor(x / 3) + np.floor(y / 3)) % 2))[..., None] * np.array([1.1, 1.0, 0.7])
+    image = share[..., None] * sky + (1 - share[..., None]) * land
+    found = find_sky(image)
+    assert np.abs(found - share).max() < 0.3 and np.abs(found - share).mean() < 0.01
+    away = np.hypot(x - 180, y - 118)
+    image += np.where(away < 22, 1.0, 0.9 * np.exp(-np.maximum(away - 22, 0) / 6))[..., None] * np.array([1.0, 0.95, 0.8])
+    assert np.abs(find_sky(np.minimum(image, 1)) - share)[:, 150:210].mean() < 0.03
+
+
+def test_mixed_pixels_lose_the_light_of_the_old_sky() -> None:
+    """A soft edge that is known as a hard one; the part of its light that the land has; a sky drawn anew leaves no fringe of the old."""
+    y = np.arange(40)[:, None] + 0.5 + 0.3 * np.arange(60) / 60
+    share = np.clip(20.4 - y, 0, 1).astype(np.float32)
+    colours = np.array([0.5, 0.6, 0.9]), np.array([0.06, 0.05, 0.02])
+    image = (share[..., None] * colours[0] + (1 - share[..., None]) * colours[1]).astype(np.float32)
+    assert np.abs(soften(image, share >= 0.5) - share).max() < 0.13
+    wanted = (1 - share[..., None]) * colours[1] / image
+    assert np.abs(land_part(image, share) - wanted).max() < 1e-4
+    assert np.array_equal(soften(np.full_like(image, 0.3), share >= 0.5), share >= 0.5)  # alike: the edge stays
+
+
+def test_a_replaced_sky_leaves_no_fringe(files: Path) -> None:
+    """What is written is the photograph times its transmittance and the layer; of a mixed pixel the land's light alone stays."""
+    share = np.clip(HEIGHT / 2 + 0.5 - np.arange(HEIGHT), 0, 1)[:, None] * np.ones(WIDTH)
+    write_image("in.exr", grey(0.02 * (1 - share) + 0.7 * share), bits=32, overwrite=True)
+    write_image("depth.exr", grey(np.where(share >= 0.5, 1e10, 50.0)), bits=32, overwrite=True)
+    run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "8", "--sky", "replace",
+        "--sun-strength", "0", "--multiple", "none")  # fmt: skip
+    out = read_image("out.exr").codes[..., :3]
+    made = read_image("in.exr").codes[..., :3] * channels("transmittance") + channels("airlight")
+    assert np.allclose(out, made, atol=2e-3) and out[share == 1].max() == 0
+    assert np.allclose(out[HEIGHT // 2], 0.01, atol=0.004) and np.allclose(out[-1], 0.02, rtol=0.02)
+
+
+def test_daylight_has_the_measure_of_the_photographs_sky(files: Path, capsys: Any) -> None:
+    """Where nothing is typed; a strength that is typed counts; after sunset a sky that is drawn anew is no darker than the old one."""
+    where = ("--depth", "depth.exr", "--fov", str(FOV), "--heading", "200", "--pitch", "8", "--multiple", "none", "--visibility", "30")
+    write_image("in.exr", grey(0.02), bits=32, overwrite=True)  # exposed for the sun
+    run(*where, "--sun", "40,15")
+    told = capsys.readouterr().err
+    assert "in.exr: daylight has the measure of the photograph's sky, " in told and "which --sun-strength " in told
+    white, own = told.split("--sun-strength ")[1].split(" ")[0], channels("airlight")
+    run(*where, "--sun", "40,15", "--sun-strength", white)
+    assert "has the sky's measure" in capsys.readouterr().err
+    assert channels("airlight")[-1].mean() / own[-1].mean() > 2
+    write_image("in.exr", grey(0.25), bits=32, overwrite=True)  # of mist, brighter than a clear sky: exposed for white at most
+    run(*where, "--sun", "40,15")
+    assert "measure" not in capsys.readouterr().err
+    misty = channels("airlight")[-1]
+    run(*where, "--sun", "40,15", "--sun-strength", white)
+    assert np.allclose(channels("airlight")[-1], misty, rtol=0.05)
+    run(*where, "--sun", "200,-6", "--sky", "replace")
+    sky = read_image("out.exr").codes[: HEIGHT // 3, :, :3] @ LUMINANCE
+    assert 0.03 < np.median(sky) < 0.5
+    capsys.readouterr()
+    run(*where, "--sun", "200,-6", "--sky", "replace", "--sun-strength", "1")
+    assert "by this sun its sky is nearly black, --sun-strength " in capsys.readouterr().err
+
+
 def test_parts_of_a_picture_join(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     args = ("--depth", "depth.exr", "--fov", str(FOV), "--sun-elevation", "9", "--light", "0.8,0.2", "--multiple", "none",
             "--sky", "replace", "--ground-albedo", "0.1,0.2,0.3")  # fmt: skip
@@ -126,7 +197,7 @@ def test_a_sky_that_is_drawn_goes_on_below_the_horizon(files: Path) -> None:
 @pytest.mark.parametrize(("kind", "adds"), [("air", True), ("replace", False)])
 def test_skies(files: Path, kind: str, adds: bool) -> None:
     run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--pitch", "8", "--altitude", "2000",
-        "--sky", kind, "--multiple", "none")  # fmt: skip
+        "--sky", kind, "--multiple", "none", *white_in_the_sun())  # fmt: skip
     camera = Camera(WIDTH, HEIGHT, FOV, 8.0, 0.0, 200.0)
     sky = plane_of_file("depth.exr", "R") > 1e9
     added, through = truth(camera, np.full((HEIGHT, WIDTH), 1e7), 15.0, 40.0, multiple="none")
@@ -138,7 +209,7 @@ def test_a_soft_mask_mixes_sky_and_land(files: Path) -> None:
     write_image("mask.png", grey(np.linspace(0, 1, HEIGHT)[::-1, None] ** 2.2))
     share = read_image("mask.png").codes[..., 0] / 255.0
     args = ("--mask", "mask.png", "--distance", "5000", "--fov", str(FOV), "--sun", "40,15", "--heading", "200", "--altitude", "2000")
-    run(*args, "--visibility", "30", "--multiple", "none")
+    run(*args, "--visibility", "30", "--multiple", "none", *white_in_the_sun(visibility=30))
     out = read_image("out.exr").codes[..., 1]
     along = Camera(WIDTH, HEIGHT, FOV).lengths(0, 0, WIDTH, HEIGHT)
     added, through = truth(Camera(WIDTH, HEIGHT, FOV, 0.0, 0.0, 200.0), 5000 / along, 15.0, 40.0, visibility=30, multiple="none")
@@ -227,12 +298,20 @@ FAR = ("--distance", "3000", "--fov", "50")
         ((*SUN, "--fov", "50", "--depth", "nan.exr"), "of the depths are no number (NaN)"),
         ((*SUN, *FAR, "--visibility", "20", "--turbidity", "3"), "--visibility and --turbidity both say how hazy the air is"),
         ((*SUN, *FAR, "--visibility", "300"), "300.0 is not in the range 0.05<=x<=280; clean air has 289 km"),
+        ((*SUN, *FAR, "--visibility", "nan"), "'--visibility': 'nan' is no number: give one ≥ 0.05, ≤ 280"),
+        ((*SUN, "--distance", "3000", "--fov", "nan"), "'--fov': 'nan' is no number: give one ≥ 1, ≤ 170; or write exif"),
+        ((*SUN, *FAR, "--ground-albedo", "0.1,nan,0.2"), "'--ground-albedo': 'nan' is no number: give one ≥ 0, ≤ 1"),
         ((*FAR, "--sun", "10,-19"), "the sun is -19.0 degrees high, and below -18 no daylight is left"),
         ((*FAR, "--sun", "10"), "write azimuth and elevation in degrees, as in --sun 240,12"),
         ((*SUN, *FAR, "--pitch", "30"), "degrees away from the sun, which this camera has "),
         ((*FAR, "--sun", "100,10", "--light", "0.5,0.3", "--heading", "90"), "degrees away from the sun"),
         (("--sun-elevation", "80", "--light", "-9,0.3", *FAR), "is at most"),
         ((*SUN, *FAR, "--strength", "2"), "--strength shapes shafts that are added, and daylight has its own measure"),
+        ((*SUN, *FAR, "--samples", "50"), "--samples does nothing with daylight by method epipolar: leave it out, or add --method radial"),
+        ((*SUN, *FAR, "--decay", "0.9"), "--decay shapes shafts that are added, and daylight has its own measure: leave it out"),
+        ((*SUN, "--fov", "50", "--depth", "depth.exr", "--threshold", "0.5"), "--threshold finds the sky by its brightness, and --depth"),
+        ((*SUN, *FAR, "--mask-invert"), "--mask-invert inverts the image of --mask; give both"),
+        ((*SUN, *FAR, "--where", "47,11"), "--where 47,11 places the sun by --when: give --when too, or --altitude for the height alone"),
         ((*SUN, *FAR, "--beta-mie", "1e-5"), "--beta-mie means nothing with --daylight air"),
         ((*SUN, *FAR, "--depth-range", "2,50"), "--depth-range describes the depths: add --depth FILE"),
         ((*SUN, "--fov", "50", "--depth", "depth.exr", "--depth-range", "50,2"), "the nearer first, as in --depth-range 2,5000"),
@@ -365,6 +444,8 @@ def test_a_jpeg_says_where_its_sun_was(files: Path, capsys: Any, said: dict[str,
     args = ["--daylight", "air", "--multiple", "none", "--distance", "3000", "--mask", "none.png", "--when", "exif", "--where", "exif"]
     code = main(["image", "photo.jpg", "-o", "out.png", *args, "--fov", "exif", "--heading", "300"])
     error = capsys.readouterr().err
+    _, azimuth, apparent = (float(one) for one in sun_position("2026-06-21T17:30:05Z", 47.42, 10.98, 2962))  # summer time
+    assert (round(azimuth, 1), round(apparent, 1)) == (288.4, 15.1)
     told = "sun at azimuth 288.4, 15.1 degrees high; angle of view 53.1 degrees, of a lens of 24 mm on 35 mm film"
     assert code == (2 if wrong else 0) and (wrong or told) in error and (not wrong or error.count("\n") == 1)
 

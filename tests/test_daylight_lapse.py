@@ -19,7 +19,7 @@ from airlight.scenes.offline import Shot, Studio
 def test_the_frames_of_a_day_do_not_flicker() -> None:
     """From 14 degrees to sunset: the mean of a picture changes evenly, where neither shadows nor the camera move."""
     stage = open_scene("table")
-    Daylight(Atmosphere(visibility=20), lambda time: (180.0, 14.0 - time), middle=7.0).put(stage)
+    Daylight(Atmosphere(visibility=20), lambda time: (180.0, 14.0 - time), span=(0.0, 14.0)).put(stage)
     medium = Medium(sigma_t=(0.0, 0.0, 0.0))
     studio = Studio(stage, Shot(64, 36, 1), Parameters(method="march", quality="draft"), medium=medium, march=March())
     assert studio.follows

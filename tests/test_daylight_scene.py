@@ -181,13 +181,13 @@ def options(**values: Any) -> tuple[DaylightOptions, DaylightScene]:
 
 def test_the_sun_stands_by_angles_and_by_time_and_place_and_runs_through_a_day() -> None:
     by_angles = scene_daylight(*options(north=30.0, altitude=500.0), SunRequest(("200,12",)))
-    assert by_angles is not None and by_angles.track(9.0) == (230.0, 12.0) and by_angles.altitude == 500.0 and by_angles.middle is None
+    assert by_angles is not None and by_angles.track(9.0) == (230.0, 12.0) and by_angles.altitude == 500.0 and by_angles.span is None
     by_time = scene_daylight(*options(when="2003-10-17T19:30:30Z", where="39.742476,-105.1786,1830.14"), SunRequest())
     assert by_time is not None and by_time.altitude == pytest.approx(1830.14)
     np.testing.assert_allclose(by_time.track(0.0), (194.3403, 39.8721 + 0.0195), atol=0.01)
     day = options(day="2026-06-21", where="47.42,10.98")
     run = scene_daylight(*day, SunRequest(seconds=(1.0, 3.0)))
-    assert run is not None and run.middle == 2.0
+    assert run is not None and run.span == (1.0, 3.0)
     assert run.track(1.0)[1] == pytest.approx(-0.27, abs=0.02) and run.track(3.0)[1] == pytest.approx(-0.27, abs=0.02)
     assert run.track(2.0)[1] == pytest.approx(90 - 47.42 + 23.44, abs=0.05)
     given = scene_daylight(*day, SunRequest(begin="12:00+02:00", end="14:00+02:00", seconds=(0.0, 1.0)))

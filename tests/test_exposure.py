@@ -19,9 +19,11 @@ from airlight.reference import tone as twin
 from airlight.reference.colour import srgb_decode
 
 pytest.importorskip("pygfx")
+from test_daylight_scene import lit_stage
+
 from airlight.scenes import open_scene
 from airlight.scenes.environment import SKY_SHARE, Environment, load_environment
-from airlight.scenes.exposure import expose, is_physical, lacking, meter
+from airlight.scenes.exposure import expose, is_physical, lacking, lacking_outdoors, meter
 from airlight.scenes.offline import Shot, Studio
 
 RNG = np.random.default_rng(16)
@@ -154,7 +156,7 @@ def test_a_scene_is_scaled_and_back() -> None:
     assert lamp.intensity == 250
     expose(stage, 1.0)
     lamp.intensity = before
-    assert meter(stage, lambda time, pre: np.zeros(1)).automatic is None
+    assert meter(stage, lambda time, pre: (np.zeros(1), np.zeros(1, bool))).automatic is None
 
 
 def test_the_sky_is_in_proportion_to_the_sun(tmp_path: Path) -> None:
@@ -296,6 +298,60 @@ def test_the_measure_of_luminances() -> None:
     assert lacking(np.concatenate([even, np.full(100, 32.0)])) == pytest.approx(-4.0)  # a tenth are kept from burning out
     assert lacking(8 * even) == pytest.approx(-1.0)
     assert lacking(np.zeros(100)) == 0
+
+
+def outdoors(ground: np.ndarray, sky: np.ndarray) -> float:
+    return lacking_outdoors(np.concatenate([ground, sky]), np.arange(ground.size + sky.size) < ground.size)
+
+
+def test_neither_the_suns_disc_nor_its_glint_leads_the_exposure_outdoors() -> None:
+    ground, sky = 0.05 * 2.0 ** RNG.uniform(-2, 2, 7000), 2.0 ** RNG.uniform(-0.5, 0.5, 3000)
+    plain = outdoors(ground, sky)
+    assert -1 < plain < 2
+    disc = np.concatenate([sky, np.full(5, 2.0**15)])
+    assert outdoors(ground, disc) == pytest.approx(plain, abs=0.02)
+    for share in (0.01, 0.02, 0.03):
+        glint = ground.copy()
+        glint[: int(share * ground.size)] *= 2.0**12
+        assert plain - 1.6 < outdoors(glint, sky) <= plain + 0.05
+    assert outdoors(ground, sky / 1000) == pytest.approx(lacking(ground))  # of which a dark sky asks no more
+    assert outdoors(np.concatenate([ground, np.zeros(500)]), sky) == pytest.approx(plain, abs=0.1)
+
+
+def test_slopes_against_the_light_are_not_black_nor_their_sky_white() -> None:
+    """As `valley` has them: a sky 5 stops above what lies in its own shadow."""
+    ground, sky = 2.0 ** RNG.uniform(5, 8.5, 7700), 2.0 ** RNG.uniform(11.7, 12.8, 2300)
+    shown = 2.0 ** outdoors(ground, sky)
+    assert np.median(ground) * shown > 0.03 and np.median(sky) * shown < 2.3
+    assert outdoors(ground / 1024, sky / 1024) == pytest.approx(math.log2(shown) + 10)
+    assert outdoors(ground, np.zeros(0)) == pytest.approx(lacking(ground)) and outdoors(np.zeros(0), np.zeros(3)) == 0
+    assert np.median(sky) * 2.0 ** outdoors(np.zeros(0), sky) == pytest.approx(0.7, rel=0.02)
+
+
+def test_a_day_is_exposed_so_that_none_of_its_times_burns() -> None:
+    class Sun:
+        """A sun that moves, whose sky stays the same."""
+
+        span = (0.0, 4.0)
+
+        def move(self, *_: Any, **__: Any) -> None: ...
+
+        def stops(self) -> float:
+            return 0.0
+
+    def exposed(glare: float) -> float:
+        def seen(time: float, pre: float) -> tuple[np.ndarray, np.ndarray]:
+            return np.full(1000, pre * 4000.0 * (glare if time > 3.5 else 1.0)), np.ones(1000, bool)
+
+        stage = lit_stage()
+        stage.measured, stage.daylight = True, Sun()
+        found = meter(stage, seen).automatic
+        assert found is not None
+        return found
+
+    even = exposed(1.0)
+    assert 4000 * 2.0**even == pytest.approx(0.27, rel=0.02)
+    assert exposed(8.0) == pytest.approx(even - 3 + 0.5, abs=0.02) and exposed(1 / 8) == pytest.approx(even, abs=0.02)
 
 
 def test_what_stands_for_a_display_is_not_metered(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import airlight
 from airlight.colour import encode_codes, srgb_decode
 from airlight.composite.blend import CompositeSettings, blend
+from airlight.gpu import floats
 from airlight.gpu.cffi_type_cache import cache_simple_types
 from airlight.gpu.device import Device, choose, driver_of, open_device
 from airlight.lights import Light
@@ -136,3 +137,16 @@ def test_codes_and_floats_make_one_source() -> None:
     p = Parameters(occlusion="none", method="radial", samples=1, exposure=1.0)
     layer = render_layer(PictureRenderer(), codes, [Light((0.5, 0.5))], p)
     np.testing.assert_allclose(layer[1, :, 0], srgb_decode(np.arange(256) / 255), rtol=6e-4, atol=1e-7)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 3), (67, 9), (130, 4)])
+@pytest.mark.parametrize("most", [1, 2000, 1 << 24])
+def test_an_image_is_read_as_floats(size, most, monkeypatch):
+    monkeypatch.setattr(floats, "MOST_BYTES", most)  # some rows at a time, or all
+    device, (width, height) = open_device(), size
+    pixels = np.random.default_rng(width).standard_normal((height, width, 4)).astype(np.float16)
+    image = device.texture(width, height, "rgba16float")
+    device.write(image, pixels, width * 8)
+    reader = floats.FloatReader(device, image)
+    for factor in (1.0, 2.0**-20):
+        assert np.array_equal(reader.read(factor), pixels[..., :3].astype(np.float32) * np.float32(factor))

@@ -55,6 +55,7 @@ def test_nothing_is_made_anew_where_lights_have_been(device: Device, source: obj
     layer = device.texture(*SIZE, "rgba16float")
     moving = LightPasses(device, SIZE, Parameters(method=method, samples=40, density=0.9), source, layer)
     laps = [[Light(a), Light(b)] for a, b in zip(PLACES, PLACES[::-1], strict=True)]
+    device.wait()  # which keeps a buffer for all that wait
     for lights in laps * 2:
         moving.update(lights)
     for name in ("texture", "buffer", "bind"):

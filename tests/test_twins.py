@@ -53,6 +53,12 @@ def users() -> dict[str, list[str]]:
 
 
 @cache
+def touches(path: str) -> set[str]:
+    """The functions of a file, and of what it includes, that touch memory."""
+    return impure(load(path))
+
+
+@cache
 def called() -> set[str]:
     """The names of the functions that tests `call`."""
     return {name for file in TESTS.rglob("test_*.py") for name in re.findall(r'\bcall\(\s*[^,()]+,\s*"(\w+)"', file.read_text("utf-8"))}
@@ -64,7 +70,7 @@ def pure() -> dict[tuple[str, str], Function]:
     found = {}
     for path in SHADERS:
         # a fragment of a shader is judged by what uses it: it may name what only they declare
-        touching = set.union(*(impure(load(user)) for user in users()[path]))
+        touching = set.union(*(touches(user) for user in users()[path]))
         found |= {(path, f.name): f for f in own(path) if not f.is_entry and f.name not in touching}
     return found
 

@@ -1,33 +1,29 @@
 """The table of visibility: its functions against their float64 twins, a whole table, and the march that it makes against the exact walk."""
 
-import math
 from typing import Any
 
 import numpy as np
 import pytest
 from calling import call
+from tabled import SIZE, air, ground, layer, off, projection
 from written import depth_texture
 
 from airlight.errors import AirlightWarning
 from airlight.gpu.device import open_device
 from airlight.gpu.structs import struct_dtype
-from airlight.gpu.timing import run_ms
 from airlight.lights.directional import DirectionalLight
 from airlight.lights.point import PointLight
-from airlight.medium.resolve import ResolvedMedium, resolve
-from airlight.options import March as Marching
-from airlight.options import Medium
 from airlight.projection import eye_rays
 from airlight.reference import visibility as twin
 from airlight.scatter.march.march import March
 from airlight.scatter.visibility import table as tables
+from airlight.scatter.visibility.base import GRID
 from airlight.scatter.visibility.grid import EDGES, Fineness, block_count, row_grid
 from airlight.shadows import Shadow
 from airlight.shadows.fit import basis, orthographic_view
 
 RNG = np.random.default_rng(21)
 COUNT = 300
-SIZE = (64, 36)
 FOLDER = "scatter/visibility"
 GRIDS = {"coarse": {"PER": 8.0, "WIDEST": 32.0}, "fine": {"PER": 16.0, "WIDEST": 4.0}}
 FRAME, LIGHT, RAY = (struct_dtype(f"{FOLDER}/apply.wgsl", name) for name in ("Frame", "Light", "Ray"))
@@ -42,6 +38,12 @@ SUNS = {
     "along the view": (0.0, 0.0, -1.0),
     "straight behind": (0.0, 0.0, 1.0),
 }
+
+
+def flat(rays: np.ndarray) -> dict[str, np.ndarray]:
+    """The members of rays, and of their sums."""
+    own = {name: rays[name] for name in rays.dtype.names or () if name != "sums"}
+    return own | {name: rays["sums"][name] for name in rays["sums"].dtype.names or ()}
 
 
 def between(low: float, high: float, *shape: int) -> np.ndarray:
@@ -162,31 +164,27 @@ def test_block_counts() -> None:
 @pytest.mark.parametrize("fades", [False, True])
 def test_blocks_are_summed_as_by_the_twin(fog: str, fades: bool) -> None:
     """Step by step, each from the shader's own sums, with surfaces in some of the blocks."""
-    frame, light, grid = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros((), tables.GRID)
+    frame, light, grid = np.zeros((), FRAME), np.zeros((), LIGHT), np.zeros((), GRID)
     frame["base_height"], frame["fog_depth"], light["climb"], grid["middle"], grid["spread"] = 1.5, 3.0, 0.6, 0.08, 0.03
     constants = {"FOG": ("none", "exponential").index(fog), "FADES": fades, "COLOURS": True, "MAPS": 2}
     bindings = {"frame": frame, "light": light, "grid": grid}
     kind = struct_dtype(f"{FOLDER}/table.wgsl", "Rays")
     rays = np.zeros(COUNT, kind)
-    rays["metres"], rays["climb"], rays["surface"], rays["near"] = (
-        between(0.01, 0.1, 4),
-        between(-0.05, 0.05, 4),
-        between(0, 60, 4),
-        between(0, 6, 4),
-    )
-    rays["seen"], rays["u"], rays["before"] = 1, 1e-30, -1
+    rays["metres"], rays["climb"], rays["near"] = between(0.01, 0.1, 4), between(-0.05, 0.05, 4), between(0, 6, 4)
+    rays["seen"] = 1
+    rays["sums"] = call(f"{FOLDER}/table.wgsl", "begin_sums", [between(0, 60, 4)])
     for k in range(12):
         begin, share = 4.0 * k, np.round(between(-0.5, 1.5, 4).clip(0, 1) * 15) / 15
-        expected = twin.add_block({n: rays[n] for n in kind.names or ()}, share, begin, 4.0, frame, 0.08, fog, 0.6 if fades else None)
+        expected = twin.add_block(flat(rays), share, begin, 4.0, frame, 0.08, fog, 0.6 if fades else None)
         rays = call(
             f"{FOLDER}/table.wgsl", "add_block", [rays, share, np.float32(begin), np.float32(4)], constants=constants, bindings=bindings
         )
-        for name in kind.names or ():
+        for name, values in flat(rays).items():
             if fog == "none" and name in ("dense", "way"):
                 continue
-            np.testing.assert_allclose(rays[name], expected[name], rtol=2e-4, atol=2e-5, err_msg=f"{name} of block {k}")
-    found = call(f"{FOLDER}/table.wgsl", "slopes", [rays], bindings={"grid": grid})
-    np.testing.assert_allclose(found, twin.slopes({n: rays[n].astype(float) for n in kind.names or ()}, 0.03), rtol=1e-3, atol=1e-5)
+            np.testing.assert_allclose(values, expected[name], rtol=2e-4, atol=2e-5, err_msg=f"{name} of block {k}")
+    found = call(f"{FOLDER}/table.wgsl", "slopes", [rays["sums"]], bindings={"grid": grid})
+    np.testing.assert_allclose(found, twin.slopes({n: v.astype(float) for n, v in flat(rays).items()}, 0.03), rtol=1e-3, atol=1e-5)
     y = between(-3, 9, 4)
     found = call(f"{FOLDER}/table.wgsl", "mean_densities", [y], constants={"FOG": 1}, bindings={"frame": frame})
     np.testing.assert_allclose(found, twin.mean_densities(y, frame, "exponential"), rtol=1e-4)
@@ -209,21 +207,6 @@ def test_lit_integral(fog: str) -> None:
 # ---------------------------------------------------------------- the march
 
 
-def projection(size: tuple[int, int] = SIZE, fov: float = 50.0) -> np.ndarray:
-    near, far, slope = 0.1, 100.0, math.tan(math.radians(fov) / 2)
-    out = np.zeros((4, 4))
-    out[0, 0], out[1, 1] = size[1] / size[0] / slope, 1 / slope
-    out[2, 2], out[2, 3], out[3, 2] = -far / (far - near), -far * near / (far - near), -1
-    return out
-
-
-def air(steps: Any, quality: str = "normal", **values: Any) -> ResolvedMedium:
-    medium = {"sigma_t": (0.08, 0.08, 0.08), "max_distance": 20.0, "albedo": (0.9, 0.8, 0.7)}
-    medium |= {k: v for k, v in values.items() if k in Medium.__struct_fields__}
-    march = {k: v for k, v in values.items() if k in Marching.__struct_fields__}
-    return resolve(Medium(**medium), Marching(steps=steps, **march), quality, 10.0)
-
-
 def posts(towards: Any, side: int = 192, spans: Any = ((0.0, np.inf),)) -> tuple[DirectionalLight, Shadow, np.ndarray]:
     """A sun, and the shadow of eight blocks before the eye, in a map a view: (light, shadow, (views, side, side) depths)."""
     towards = np.asarray(towards, float) / np.linalg.norm(towards)
@@ -244,28 +227,6 @@ def posts(towards: Any, side: int = 192, spans: Any = ((0.0, np.inf),)) -> tuple
         maps.append(held)
     texture = depth_texture(open_device(), np.array(maps))
     return DirectionalLight(intensity=(3.0, 2.0, 1.0), direction=tuple(towards)), Shadow(texture, side, views), np.array(maps)
-
-
-def ground(size: tuple[int, int]) -> np.ndarray:
-    """(H, W) depths of a wall 14 m ahead in the picture's lower half, and of nothing above."""
-    p = projection(size)
-    depth = (p[2, 2] * -14 + p[2, 3]) / 14
-    return np.where(np.arange(size[1])[:, None] > size[1] * 0.6, depth, 1.0) * np.ones(size[0])
-
-
-def layer(lights: Any, medium: ResolvedMedium, size: tuple[int, int] = SIZE, share: float = 1.0, march: Any = None) -> np.ndarray:
-    """(H, W, 4) of the march, and its transmittance beside it."""
-    device = open_device()
-    march = march or March(device, size)
-    march.update(np.eye(4), projection(size), lights, medium, jitter="midpoint", share=share)
-    depth = depth_texture(device, ground(size))
-    run_ms(device, lambda encoder: march.record(encoder, depth))
-    read = (np.frombuffer(device.read(t, 16), np.float32).reshape(*size[::-1], 4) for t in (march.layer, march.transmittance))
-    return np.concatenate(list(read), axis=2)
-
-
-def off(found: np.ndarray, truth: np.ndarray) -> float:
-    return float(np.sqrt(np.mean((found - truth)[..., :3] ** 2)) / truth[..., :3].mean())
 
 
 @pytest.mark.parametrize("which", SUNS)
@@ -308,7 +269,7 @@ def test_light_by_tables_and_by_steps_is_added(share: float) -> None:
     lamp = (PointLight(intensity=(5.0, 6.0, 7.0), position=(1.0, 0.5, -6.0)), None)
     medium = air("table", ambient=(0.1, 0.2, 0.3))
     dark = air("table")
-    with pytest.warns(AirlightWarning, match="for suns"):
+    with pytest.warns(AirlightWarning, match="for light with shadows"):
         together = layer([first, lamp, second], medium, share=share)
         alone = layer([lamp], medium, share=share)
     others = sum(layer([one], dark, share=share)[..., :3] for one in (first, second))

@@ -29,8 +29,9 @@ def uncommented(code: str) -> str:
 def functions(code: str) -> list[Function]:
     """All functions of a source, in its order."""
     found = []
-    for m in _FUNCTION.finditer(code):
-        text = re.sub(r"^//! each [^:]*:", "", code[m.end() :], flags=re.M)
+    heads = list(_FUNCTION.finditer(code))
+    for m, after in zip(heads, [*(head.start() for head in heads[1:]), len(code)], strict=False):  # no functions: no pairs
+        text = re.sub(r"^//! each [^:]*:", "", code[m.end() : after], flags=re.M)
         text = re.sub(r"//! each \w+ of \d+:", "", text)
         text = uncommented(text)
         depth, end = 1, 0

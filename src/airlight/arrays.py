@@ -19,9 +19,9 @@ def repair(values: np.ndarray, name: str) -> np.ndarray:
     Gives `values` itself when all is finite, else a copy, with one AirlightWarning that says how many pixels and where.
     Raises AirlightError when more than 1 % of the pixels are bad.
     """
-    bad = ~np.isfinite(values)
-    if not bad.any():
+    if not values.size or np.isfinite([values.min(), values.max()]).all():  # which are NaN where one is; twice as fast as to mark all
         return values
+    bad = ~np.isfinite(values)
     height, width = values.shape[:2]
     places = np.argwhere(bad.any(axis=2))
     count = len(places)
@@ -71,7 +71,7 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     """Convert an image in memory to scene-linear Rec. 709: ((H, W, 3) float32, alpha (H, W) float32 or None).
 
     `array` is (H, W), (H, W, 1) or (H, W, 3 or 4); uint8 and uint16 are sRGB codes, float is scene-linear already. The result is
-    premultiplied, light over black: floats are taken to be so, codes to be straight.
+    premultiplied, light over black: floats are taken to be so, codes to be straight. Floats are not copied without need: not to be written.
     Raises AirlightError for any other shape or type and for empty arrays; bad float pixels are mended as in `repair`.
     """
     array = as_array(array)
@@ -91,6 +91,10 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if array.shape[2] == 4:
         alpha = alpha_of(array[..., 3])
         array = array[..., :3]
+    if array.dtype.kind == "f" and array.shape[2] == 3:
+        linear = array.view()  # of the caller's own, perhaps
+        linear.flags.writeable = False
+        return linear, alpha
     linear = decode_codes(array)
     if alpha is not None and array.dtype.kind == "u" and is_transparent(alpha):
         premultiply(linear, alpha)

@@ -13,7 +13,7 @@ from airlight.cli.help import Command
 from airlight.cli.light import LightType
 from airlight.cli.options import given
 from airlight.cli.shared import LIGHT, SCENE, check_source, flag_option, option, to_stdout
-from airlight.cli.types import Choice
+from airlight.cli.types import Choice, Real
 from airlight.errors import AirlightError
 from airlight.jobs.finding import resolve_lights
 from airlight.jobs.frames import LARGEST, needing_scenes, say_offer
@@ -91,7 +91,7 @@ class SourceLightType(click.ParamType):
     "where it can and is quick enough, else the walk.",
 )
 @option("--runs", panel="Comparison", type=click.IntRange(1, 99), default=5, help="Timed runs of each, interleaved.")
-@option("--amplify", panel="Comparison", type=click.FloatRange(0.001, 1e6), default=10.0, help="Factor of the difference over the mean.")
+@option("--amplify", panel="Comparison", type=Real(0.001, 1e6), default=10.0, help="Factor of the difference over the mean.")
 @click.pass_context
 def compare(
     ctx: click.Context,

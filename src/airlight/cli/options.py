@@ -7,7 +7,7 @@ import click
 import rich_click
 from click.shell_completion import CompletionItem
 
-from airlight.cli.types import Choice
+from airlight.cli.types import Choice, Real
 from airlight.errors import AirlightError
 from airlight.messages import nearest
 from airlight.options import NOT_IN_SCENES, Option, declared, of_medium_alone, presets
@@ -33,20 +33,6 @@ class _Choice(Choice):
             except AirlightError as error:
                 self.fail(str(error), param, ctx)
         return super().convert(value, param, ctx)
-
-
-class _Bounded(click.FloatRange):
-    """A number within bounds, with an end of the message that refuses another."""
-
-    def __init__(self, *bounds: Any, beyond: str, **more: Any) -> None:
-        super().__init__(*bounds, **more)
-        self.beyond = beyond
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            return super().convert(value, param, ctx)
-        except click.BadParameter as error:
-            self.fail(error.message.rstrip(".") + self.beyond, param, ctx)
 
 
 class _Numbers(click.ParamType):
@@ -98,10 +84,8 @@ def _option(p: Option) -> Callable[[F], F]:
     if p.choices:
         kind = _Choice(p)
     elif p.kind in (int, float):
-        kind_of_range: Any = click.IntRange if p.kind is int else click.FloatRange
-        kind = kind_of_range(p.low, p.high, min_open=p.low_open, max_open=p.high_open)
-        if p.beyond:
-            kind = _Bounded(p.low, p.high, min_open=p.low_open, max_open=p.high_open, beyond=p.beyond)
+        ends: dict[str, Any] = {"min": p.low, "max": p.high, "min_open": p.low_open, "max_open": p.high_open}
+        kind = Real(beyond=p.beyond, **ends) if p.kind is float else click.IntRange(**ends)
         if p.is_triple or p.words:
             kind = _Numbers(kind, p.axes if p.is_triple else "", p.words)
     return click.option(

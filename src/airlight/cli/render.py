@@ -26,7 +26,7 @@ from airlight.cli.shared import (
     storage_options,
     to_stdout,
 )
-from airlight.cli.types import NameOrFile
+from airlight.cli.types import NameOrFile, Real
 from airlight.errors import AirlightError
 from airlight.jobs.frames import MOST_FRAMES
 from airlight.jobs.light_text import PLACE, SUN, light_numbers, numbers
@@ -90,13 +90,13 @@ class _Fps(click.ParamType):
 @option("--camera", panel=CAMERA, metavar="NAME", help="One of the scene's cameras; unset: its first.")
 @option("--eye", panel=CAMERA, type=_Numbers(PLACE), help="Look from here instead, metres.")
 @option("--target", panel=CAMERA, type=_Numbers(PLACE), help="With --eye: look at this; unset: the scene's centre.")
-@option("--fov", panel=CAMERA, type=click.FloatRange(1, 170), default=50.0, help="With --eye: degrees, of the picture's smaller side.")
+@option("--fov", panel=CAMERA, type=Real(1, 170), default=50.0, help="With --eye: degrees, of the picture's smaller side.")
 @option("--width", panel=CAMERA, type=click.IntRange(1, 16384), default=1280, help="Pixels.")
 @option("--height", panel=CAMERA, type=click.IntRange(1, 16384), help="Pixels; unset: 9/16 of the width.")
 @flag_option("--no-antialias", None, CAMERA, "One sample at each pixel's centre, whatever the quality: for comparisons.")
-@option("--turn", panel=CAMERA, type=click.FloatRange(-1e6, 1e6), default=0.0, help="Degrees by which the camera goes around the centre.")
+@option("--turn", panel=CAMERA, type=Real(-1e6, 1e6), default=0.0, help="Degrees by which the camera goes around the centre.")
 @option("--turntable", panel=TIME, metavar="N", type=click.IntRange(1, MOST_FRAMES), help="A full turn around the centre in N frames.")
-@option("--time", panel=TIME, type=click.FloatRange(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
+@option("--time", panel=TIME, type=Real(0, 1e6), default=0.0, help="Seconds of the scene's animation, at frame 1.")
 @option("--frames", panel=TIME, metavar="1-100x2", help="Frames to render; unset: the turn, or the whole animation.")
 @option("--from", "day_from", panel=TIME, metavar="HH:MM+ZONE", help="With --day: when frames begin, as 05:30+02:00; unset: at sunrise.")
 @option("--to", "day_to", panel=TIME, metavar="HH:MM+ZONE", help="With --day: when they end; unset: at sunset.")
@@ -144,7 +144,7 @@ class _Fps(click.ParamType):
     "Also write the shafts alone, linear; EXR holds transmittance and Z of a medium too, and an EXR output all of it.",
 )
 @file_option("--occlusion-buffer", None, FILES, "Also write the source of the shafts: what emits light, black where it is hidden.")
-@option("--crf", panel=FILES, type=click.FloatRange(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
+@option("--crf", panel=FILES, type=Real(0, 51), default=18.0, help="Of a film: x264's quality, 0 is lossless.")
 @format_option
 @storage_options
 @flag_option("--overwrite", "-y", FILES, "Replace outputs that exist.")

@@ -1,5 +1,6 @@
 """Types of options and arguments that click lacks: choices that know what was meant, names that come with Airlight or files."""
 
+import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -20,6 +21,26 @@ class Choice(click.Choice[str]):
         if value not in self.choices:
             self.fail(f"{str(value)!r} is none of {', '.join(self.choices)}{nearest(str(value), self.choices)}", param, ctx)
         return value
+
+
+class Real(click.FloatRange):
+    """Takes a number within bounds, and no nan, which click finds in any. beyond: how a message ends that refuses one out of them."""
+
+    def __init__(self, *bounds: Any, beyond: str = "", **more: Any) -> None:
+        super().__init__(*bounds, **more)
+        self.beyond = beyond
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            found = super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            is_beyond = "not in the range" in error.message
+            self.fail(error.message.rstrip(".") + self.beyond * is_beyond, param, ctx)
+        if math.isnan(found):
+            ends = (self.min, self.min_open, ">≥"), (self.max, self.max_open, "<≤")
+            bounds = ", ".join(f"{signs[not is_open]} {end:g}" for end, is_open, signs in ends if end is not None)
+            self.fail(f"{str(value)!r} is no number: give one{f' {bounds}' if bounds else ''}", param, ctx)
+        return found
 
 
 class NameOrFile(click.ParamType):

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from airlight.daylight.checks import broadcast, number, numbers, one_of
+from airlight.daylight.checks import broadcast, number, numbers, one_of, true_or_false
 from airlight.daylight.coefficients import coefficients
 from airlight.daylight.columns import SHADER_SIZE, columns_table, columns_to_top
 from airlight.daylight.march import Gathered, Rays, gather
@@ -25,6 +25,7 @@ from airlight.reference.daylight import (
 
 LOWEST_SUN = -18.0  # degrees: the end of the astronomical twilight
 SKY_ELEVATIONS = 16  # by which the sky's irradiance is summed
+MOST_NODES = 4096  # of a table, along each side
 ALTITUDE = (-500.0, TOP_HEIGHT)  # m; what lies below the sea counts as its surface
 
 
@@ -78,7 +79,7 @@ class Atmosphere:
         """
         elevation, height = broadcast(elevation=numbers("elevation", elevation, -90, 90), altitude=_altitude(altitude))
         mu = np.sin(np.radians(elevation))
-        if disc:
+        if true_or_false("disc", disc):
             part = sun_disc_part(elevation, height)
             mu = np.maximum(mu, horizon_cosine(height))  # what shows of a disc that has half sunk stands at the horizon
         else:
@@ -157,12 +158,20 @@ class Atmosphere:
 
     def optical_depth_table(self, size: tuple[int, int] = SHADER_SIZE) -> Array:
         """Give (heights, cosines, W) optical depth to the end of the air, at `reference.daylight.depth_table_ray`, ends included."""
-        return columns_table(size) @ self.coefficients.extinction
+        return columns_table(_table_size(size)) @ self.coefficients.extinction
 
     @property
     def _solver(self) -> Any:
         kind = KINDS[self.multiple]
         return None if kind is None else kept(kind, self.coefficients)
+
+
+def _table_size(size: Any) -> tuple[int, int]:
+    """Check a table's numbers of heights and cosines."""
+    found = numbers("size", size, 2, MOST_NODES)
+    if found.shape != (2,) or (found % 1 != 0).any():
+        raise AirlightError(f"size is {size!r}; give two whole numbers, heights and cosines, of 2 to {MOST_NODES}")
+    return int(found[0]), int(found[1])
 
 
 def _altitude(altitude: Any) -> Array:

@@ -25,10 +25,11 @@ def hoffman_preetham(
     L = L0 e^(-(bR + bM) s) + E (bR pR(theta) + bM pM(theta)) / (bR + bM) (1 - e^(-(bR + bM) s)).
 
     l0: radiance of what is seen, e_sun: the sun's irradiance, beta_rayleigh, beta_mie: scattering coefficients, 1/m, each one number or
-    (..., 3); distance: s, m, g: -0.999..0.999, and theta: degrees between the view and the direction to the sun, each (...). phase: "hp",
-    the aerosol's phase function as printed, whose integral is (1 - g) / (1 + g); "hg": Henyey and Greenstein 1941, whose integral is 1.
-    dark: D, 0..1, one number or (..., 3), the part of the way that sees no sun. attenuate: "all", Eq. 2 as printed, (1 - D) times all of L;
-    "source", as its text says: (1 - D) times the sun's light only. Arguments broadcast. Sources: Hoffman and Preetham 2002.
+    (..., 3); distance: s, m, g: -0.999..0.999, and theta: 0..180 degrees between the view and the direction to the sun, each (...).
+    phase: "hp", the aerosol's phase function as printed, whose integral is (1 - g) / (1 + g); "hg": Henyey and Greenstein 1941, whose
+    integral is 1. dark: D, 0..1, one number or (..., 3), the part of the way that sees no sun. attenuate: "all", Eq. 2 as printed, (1 - D)
+    times all of L; "source", as its text says: (1 - D) times the sun's light only. Arguments broadcast. Raises AirlightError for what is
+    out of range. Sources: Hoffman and Preetham 2002.
     """
     one_of("phase", phase, NAMES), one_of("attenuate", attenuate, ("all", "source"))
     channels = {
@@ -38,7 +39,7 @@ def hoffman_preetham(
     }  # fmt: skip
     scalars = {
         "g": numbers("g", g, -0.999, 0.999), "distance": numbers("distance", distance, 0, LONGEST, unit="m"),
-        "theta": np.radians(numbers("theta", theta, -np.inf, np.inf)),
+        "theta": np.radians(numbers("theta", theta, 0, 180, unit="degrees")),
     }  # fmt: skip
     scalars = {name: one[..., None] for name, one in scalars.items()}
     l0, e_sun, rayleigh, mie, dark, g, s, angle, _ = broadcast(**channels, **scalars, channels=np.zeros(3))

@@ -13,12 +13,12 @@ MOST_IRRADIANCE = 1e9  # as of sun_strength: dense fog whose light is scattered 
 LOWEST_METERED = 5.0  # degrees: a lower sun leaves a picture as bright as one of 5, so that dusk is dark
 
 
-def irradiance_of_white(air: Atmosphere, sun_elevation: float, altitude: float) -> float:
+def irradiance_of_white(air: Atmosphere, sun_elevation: float, altitude: float, lowest: float = LOWEST_METERED) -> float:
     """Compute the sun's irradiance above the air with which white that faces the sun has a luminance of 1: pi / Y(Ts).
 
-    Where haze leaves less of the sun than comes from the sky, it is white under the sky.
+    Where haze leaves less of the sun than comes from the sky, it is white under the sky. lowest: degrees, as which a lower sun counts.
     """
-    sun = max(sun_elevation, LOWEST_METERED)
+    sun = max(sun_elevation, lowest)
     direct, sky = air.sun(sun, altitude) @ REC709, air.irradiance(sun, altitude)[1] @ REC709
     return float(math.pi / max(direct, sky, math.pi / MOST_IRRADIANCE))
 

@@ -72,6 +72,21 @@ def at_one_distance(sky: Plane, distance: float) -> Distances:
     return Distances(np.where(sky >= 1, np.inf, distance).astype(np.float32), sky.astype(np.float32))
 
 
+def with_soft_edge(found: Distances, light: Plane) -> Distances:
+    """Let a photograph (H, W, 3), linear, say how much of a pixel is sky along the edge that a map has, and give such pixels the distance
+    of what is beside them."""
+    from airlight.detect.sky_edge import soften, spread
+
+    is_sky = found.sky >= 1
+    if is_sky.all() or not is_sky.any():
+        return found
+    share = soften(light, is_sky)
+    with np.errstate(divide="ignore"):
+        metres = np.exp(spread(np.log(found.metres), ~is_sky & (found.metres > 0), is_sky & (share < 1)))
+    share = np.where(np.isfinite(metres), share, 1)
+    return Distances(np.where(share >= 1, np.inf, metres).astype(np.float32), share.astype(np.float32))
+
+
 def with_sky(found: Distances, sky: Plane) -> Distances:
     """Let a mask (H, W), 0..1, say what is sky; what the map alone has as sky is then as far as the farthest else."""
     ends = np.isfinite(found.metres)

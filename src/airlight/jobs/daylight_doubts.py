@@ -1,4 +1,4 @@
-"""One line, with its cure, where daylight shows nothing, hides all, or is much brighter than the photograph's own."""
+"""One line, with its cure, where daylight shows nothing, hides all, leaves all dark, or is much brighter than the photograph's own."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from airlight.errors import warn
+from airlight.jobs.daylight_strength import STRONGEST, some_of, strength_of_sky
 from airlight.jobs.daylight_sun import SUN_DOWN
 from airlight.luminance import REC709_F32
 from airlight.messages import number
@@ -18,11 +19,9 @@ if TYPE_CHECKING:
     from airlight.options import Daylight
 
 HIDDEN, CLEAR = 0.01, 0.99  # transmittance: of the nearest twentieth, of the farthest
-STRONGEST = 1e9  # sun's strength that the option takes
 AT_ODDS = 2.0  # times that the photograph's own sky is brighter or darker than the model's
-CLIPPED = 0.97  # linear: as bright pixels do not say how bright they were
-LOOKED_AT = 200  # pixels of the sky
-LEAST_SKY = 0.02  # of the picture
+BLACK = 0.003  # linear: the median of what has the model's light, that is hardly seen
+SHOWN = 0.2  # linear: as bright as it is wanted then, where the photograph is no brighter
 
 
 @dataclass
@@ -33,21 +32,25 @@ class Doubts:
     view: "View"
     found: "Distances"
     day: "Daylight"
-    strength: float
 
-    def tell(self, path: str, light: np.ndarray, through: np.ndarray, tell: Callable[[str], object]) -> None:
-        """Warn, and tell what may be meant. light: (H, W, 3) linear Rec. 709 as it was; through: what was let through."""
+    def tell(self, light: np.ndarray, through: np.ndarray, added: np.ndarray, tell: Callable[[str], object]) -> None:
+        """Warn, in one line, and tell what may be meant. light: (H, W, 3) linear Rec. 709 as it was; through: what was let through; added:
+        what was added."""
+        doubts: list[str] = []
         if self.view.sun.elevation < SUN_DOWN:
             down = f"the sun is {-self.view.sun.elevation:.1f} degrees below the horizon"
-            warn(f"{down}: the sky is lit, but there are no shafts, since nothing is left to hide; a sun above 0 has some")
-        step = max(1, int((light.shape[0] * light.shape[1] / 50_000) ** 0.5))
-        some = slice(step // 2, None, step), slice(step // 2, None, step)
-        self._tell_distances(through[some], some)
-        if self.air is not None and self.view.sun.elevation > 0:
-            self._tell_strength(path, light[some] @ REC709_F32, some, tell)
+            doubts.append(f"{down}: the sky is lit, but there are no shafts, since nothing is left to hide; a sun above 0 has some")
+        some = some_of(*light.shape[:2])
+        self._tell_distances(through[some], some, doubts.append)
+        if doubts:
+            warn("; ".join(doubts))
+        if self.air is None or self.view.strength is None:
+            return
+        if not self._tell_dark(light[some], through[some], added[some], some, tell) and self.view.sun.elevation > 0:
+            self._tell_strength(light, tell)
 
-    def _tell_distances(self, through: np.ndarray, some: Any) -> None:
-        """Warn of air that hides all, or nothing, of what is not sky."""
+    def _tell_distances(self, through: np.ndarray, some: Any, tell: Callable[[str], object]) -> None:
+        """Tell of air that hides all, or nothing, of what is not sky."""
         land = self.found.sky[some] < 0.5
         if not land.any():
             return
@@ -57,30 +60,32 @@ class Doubts:
         option = option if self.air is not None else "--beta-mie"
         more, less = {"--visibility": ("longer", "shorter"), "--turbidity": ("lower", "higher"), "--beta-mie": ("lower", "higher")}[option]
         if float(np.quantile(left, 0.95)) < HIDDEN:
-            warn(f"this air hides nearly all that the picture shows, from {number(near, 2)} m on: give a {more} {option}")
+            tell(f"this air hides nearly all that the picture shows, from {number(near, 2)} m on: give a {more} {option}")
         elif float(np.quantile(left, 0.05)) > CLEAR:
-            warn(f"this air shows nothing up to the picture's {number(far, 2)} m: give a {less} {option}, or check the depths")
+            tell(f"this air shows nothing up to the picture's {number(far, 2)} m: give a {less} {option}, or check the depths")
 
-    def _tell_strength(self, path: str, own: np.ndarray, some: Any, tell: Callable[[str], object]) -> None:
+    def _tell_dark(self, light: np.ndarray, through: np.ndarray, added: np.ndarray, some: Any, tell: Callable[[str], object]) -> bool:
+        """Tell which strength of the sun shows anything, where what is seen by the model's light is nearly black; whether that is so."""
+        is_sky = self.found.sky[some] >= 1
+        lit = is_sky if self.day.sky in ("air", "replace") and is_sky.any() else ~is_sky & (through.mean(axis=-1) < 0.5)
+        strength = self.view.strength or 0.0
+        if not lit.any() or strength == 0:
+            return False
+        own, model = (float(np.median(one[lit] @ REC709_F32)) for one in (light, added))
+        if float(np.median((light * through + added)[lit] @ REC709_F32)) > BLACK or model <= 0:
+            return False
+        fits = strength * max(own, SHOWN) / model
+        cure = f"--sun-strength {number(fits, 2)} shows it" if fits <= STRONGEST else "a higher sun shows it"
+        tell(f"by this sun {'its sky' if lit is is_sky else 'what lies behind the air'} is nearly black, {cure}")
+        return True
+
+    def _tell_strength(self, light: np.ndarray, tell: Callable[[str], object]) -> None:
         """Tell which strength of the sun fits the photograph's own sky, where that has another."""
-        from airlight.daylight.picture import sky_strength
-
-        rows, columns = np.nonzero((self.found.sky[some] >= 1) & (own < CLIPPED) & (own > 0))
-        if len(rows) < LEAST_SKY * own.size or self.day.sky == "replace":
-            return
-        chosen = slice(None, None, max(1, len(rows) // LOOKED_AT))
-        rows, columns = rows[chosen], columns[chosen]
-        camera, (left, top) = self.view.camera, self.view.corner
-        y, x = (np.arange(size)[which] for size, which in zip(self.found.sky.shape, some))
-        rays = camera.in_camera((left + x[columns] + 0.5) / camera.width, (top + y[rows] + 0.5) / camera.height) @ camera.axes
-        up, turn = np.degrees(np.arcsin(np.clip(rays[:, 1], -1, 1))), np.degrees(np.arctan2(rays[:, 0], rays[:, 2]))
-        keep = up > 0
-        if not keep.any() or self.air is None:
-            return
-        azimuth = turn[keep] - self.view.azimuth
-        fits = sky_strength(self.air, own[rows, columns][keep], up[keep], azimuth, self.view.sun.elevation, self.view.altitude)
-        ratio = self.strength / fits if fits > 0 else 1.0
-        if not 1 / AT_ODDS <= ratio <= AT_ODDS:
+        if self.day.sky == "replace" or self.air is None or (self.day.sun_strength is None and self.day.sky != "air"):
+            return  # chosen by that sky, no brighter than white
+        fits, strength = strength_of_sky(self.air, self.view, self.found, light, True), self.view.strength or 0.0
+        ratio = strength / fits if fits else 1.0
+        if fits and ratio and not 1 / AT_ODDS <= ratio <= AT_ODDS:
             how = f"{number(ratio, 2)} times brighter" if ratio > 1 else f"{number(1 / ratio, 2)} times darker"
             cure = f"--sun-strength {number(fits, 2)} has the sky's measure" if fits <= STRONGEST else "more --visibility, or a higher sun"
-            tell(f"{path}: the air is {how} than the photograph's own sky: {cure}")
+            tell(f"the air is {how} than the photograph's own sky, {cure}")

@@ -2,70 +2,34 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from airlight.errors import AirlightError, MachineError
+from airlight.errors import MachineError
 from airlight.jobs import outputs
 from airlight.jobs.clips import Settled
 from airlight.jobs.daylight_doubts import Doubts
-from airlight.jobs.daylight_sun import PRINTED, atmosphere, check_sun
-from airlight.jobs.daylight_text import read_span
+from airlight.jobs.daylight_request import OF_KNEE
+from airlight.jobs.daylight_strength import STRONGEST, strength_of_sky
+from airlight.jobs.daylight_sun import PRINTED, atmosphere
+from airlight.jobs.daylight_text import LOWEST_SUN, read_span
 from airlight.jobs.daylight_view import View, find_view
 from airlight.jobs.image_work import ImageWork, Loaded
 from airlight.jobs.light_text import place
 from airlight.jobs.tasks import PictureTask
 from airlight.jobs.verdict import percent
-from airlight.options import Composite, Daylight, DaylightPicture, Look, Parameters
+from airlight.messages import number
+from airlight.options import Daylight, DaylightPicture, Parameters
 
 if TYPE_CHECKING:
     from airlight.files import Picture
     from airlight.jobs.daylight_depth import Distances
-    from airlight.jobs.image import ImageRequest
 
 PART = 1 << 21  # pixels that are on the device at a time
 HALF_MOST = 65504.0
-NO_DEPTHS = ("depth_range", "depth_unit", "depth_kind")  # which describe a map
-
-
-def check_request(request: "ImageRequest", day: Daylight, where: DaylightPicture) -> None:
-    """Refuse what does not go with daylight, before any file is read. Raises AirlightError."""
-    check_sun(day, where)
-    if where.fov is None:
-        raise AirlightError("--daylight needs the camera's angle of view: add --fov DEGREES, of the picture's smaller side, or --fov exif")
-    if not request.has_depth and where.distance is None:
-        raise AirlightError("--daylight needs to know how far things are: add --depth FILE, or --distance METRES for all that is not sky")
-    if request.has_depth and where.distance is not None:
-        raise AirlightError("--depth and --distance both say how far things are: give one of them")
-    if where.depth_range is not None:
-        read_span(where.depth_range)
-    if not request.has_depth:
-        for name in NO_DEPTHS:
-            if name in request.values and request.values[name] != getattr(DaylightPicture(), name):
-                raise AirlightError(f"--{name.replace('_', '-')} describes the depths: add --depth FILE, or leave it out")
-    elif where.depth_range is not None and where.depth_unit != 1:
-        raise AirlightError("--depth-range and --depth-unit both say what depths stand for: give one of them")
-    unused = {one.name: one for group in (Look, Composite) for one in group.options()}
-    for name, value in request.values.items():
-        if name in unused and value != unused[name].default and value != "classic":
-            raise AirlightError(f"{unused[name].flag} shapes shafts that are added, and daylight has its own measure: leave it out")
-    for name in ("subject", "subject_layer", "cookie", "debug"):
-        if getattr(request, name) is not None:
-            raise AirlightError(f"--{name.replace('_', '-')} does not go with --daylight: leave it out")
-    for name in ("depth_near", "near_range", "depth_hides"):
-        if name in request.explicit:
-            option = "depth-aware" if name == "depth_hides" else name.replace("_", "-")
-            instead = "with --daylight, --depth-kind and --depth-range say what depths are"
-            raise AirlightError(f"--{option} is for shafts that are added: {instead}")
-    for light in request.lights:
-        if light.color != (1.0, 1.0, 1.0) or light.strength != 1 or light.kind is not None or light.cookie is not None:
-            raise AirlightError(f"--light {light.text}: the sun's colour and strength come of the air: leave all but its place out")
-        if light.angle is not None:
-            raise AirlightError("--angle has no place in the picture: with --daylight give --light X,Y, or --sun AZ,EL with --heading")
-    if len(request.lights) != 1:
-        raise AirlightError("--daylight has one sun: give one --light")
+ALIKE = 1.25  # times: what daylight is brighter or darker by its own sky without a word
 
 
 @dataclass
@@ -122,7 +86,7 @@ class DaylightWork(ImageWork):
     def _distances(self, task: PictureTask, loaded: Loaded, view: View, p: Parameters, tell: Callable[[str], object]) -> "Distances":
         """Find how far things are, and what is sky."""
         from airlight.detect.sky import find_sky
-        from airlight.jobs.daylight_depth import at_one_distance, from_map, with_sky
+        from airlight.jobs.daylight_depth import at_one_distance, from_map, with_sky, with_soft_edge
         from airlight.luminance import luminance
         from airlight.planes import smoothstep
 
@@ -131,14 +95,16 @@ class DaylightWork(ImageWork):
             values, whole = loaded.far
             lengths = view.camera.lengths(*view.corner, picture.width, picture.height)
             found = from_map(values, whole, self.where, self._span, lengths, task.depth or task.source)
-            return found if mask is None else with_sky(found, checked_mask(mask, picture))
+            if mask is None:
+                return with_soft_edge(found, picture.rec709(picture.linear()))
+            return with_sky(found, checked_mask(mask, picture))
         if mask is None:
             light = picture.rec709(picture.linear())
-            mask = find_sky(light)
+            mask = np.zeros(light.shape[:2], np.float32) if self.request.values.keys() & set(OF_KNEE) else find_sky(light)
             if not mask.any():  # what is seen of it may be gaps
                 mask = smoothstep(luminance(light), *p.knee).astype(np.float32)
             share = percent(float(mask.mean()))
-            tell(f"{picture.path}: {share} of it is taken as sky; --mask FILE, white where it is sky, says it better")
+            tell(f"{share} of it is taken as sky, --mask FILE, white where it is sky, says it better")
         assert self.where.distance is not None
         return at_one_distance(checked_mask(mask, picture), self.where.distance)
 
@@ -160,19 +126,42 @@ class DaylightWork(ImageWork):
 
         return dark_share(found, fraction, is_map)
 
+    def _strength(self, found: "Distances", light: np.ndarray, view: View, tell: Callable[[str], object]) -> float:
+        """Choose the sun's irradiance above the air: as given, or as the photograph's own sky has it, or so that white in the sun is 1."""
+        from airlight.daylight.picture import irradiance_of_white
+
+        if self.day.sun_strength is not None:
+            return self.day.sun_strength
+        if self.day.daylight == PRINTED:
+            return float(np.pi)
+        white = irradiance_of_white(self._air, view.sun.elevation, view.altitude)
+        own = strength_of_sky(self._air, view, found, light, self.day.sky != "replace") if self.day.sky != "air" else None
+        if own is None:
+            return white
+        most = irradiance_of_white(self._air, view.sun.elevation, view.altitude, LOWEST_SUN)
+        own = min(own, most, STRONGEST)  # mist and clouds are brighter than a clear sky, and no reason to expose for more
+        if not 1 / ALIKE <= own / white <= ALIKE:
+            ratio = f"{number(own / white, 2)} times brighter" if own > white else f"{number(white / own, 2)} times darker"
+            by_white = f"which --sun-strength {number(white, 2)} gives"
+            tell(f"daylight has the measure of the photograph's sky, {ratio} than with white in the sun at 1, {by_white}")
+        return own
+
     def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:
         """Render one picture, (pictures.Rendered, D)."""
-        from airlight.daylight.picture import displayed, irradiance_of_white
+        from airlight.daylight.picture import displayed
+        from airlight.detect.sky_edge import land_part
         from airlight.pictures import Rendered
         from airlight.scatter.daylight.on_picture import OnPicture
         from airlight.scenes.offline import FAR_METRES
 
-        picture, day, view = loaded.picture, self.day, settled.held
-        found = self._distances(task, loaded, view, settled.parameters, tell)
-        dark = self._dark(picture, found, view, settled, loaded.far is not None)
-        is_even, strength = day.daylight == PRINTED, day.sun_strength
-        if strength is None:
-            strength = np.pi if is_even else irradiance_of_white(self._air, view.sun.elevation, view.altitude)
+        picture, day = loaded.picture, self.day
+        lines: list[str] = []
+        found = self._distances(task, loaded, settled.held, settled.parameters, lines.append)
+        dark = self._dark(picture, found, settled.held, settled, loaded.far is not None)
+        light, is_even = picture.rec709(picture.linear()), day.daylight == PRINTED
+        if settled.held.strength is None:  # else that of another frame
+            settled.held = replace(settled.held, strength=self._strength(found, light, settled.held, lines.append))
+        view, strength = settled.held, settled.held.strength
         even = {"beta_rayleigh": day.beta_rayleigh, "beta_mie": day.beta_mie, "g": day.aerosol_anisotropy} if is_even else None
         if not hasattr(self._where, "device"):
             raise MachineError("daylight on a picture is computed by a graphics adapter, and there is none; one in software will do")
@@ -180,15 +169,18 @@ class DaylightWork(ImageWork):
             self._where.device, self._air, view.camera, view.azimuth, view.sun.elevation, view.altitude, strength,
             day.sky or "keep", day.attenuate or ("all" if is_even else "source"), even,
         )  # fmt: skip
-        light = picture.rec709(picture.linear())
+        of_land = land_part(light, found.sky)
         through, added = np.empty_like(light), np.empty_like(light)
         step = max(1, PART // picture.width)
         left, top = view.corner
         for first in range(0, picture.height, step):
             some = slice(first, first + step)
-            through[some], added[some] = on.part(left, top + first, light[some], found.metres[some], found.sky[some], dark[some])
+            planes = (one[some] for one in (light, found.metres, found.sky, dark, of_land))
+            through[some], added[some] = on.part(left, top + first, *planes)
         np.clip(added, -HALF_MOST, HALF_MOST, out=added)
-        Doubts(None if is_even else self._air, view, found, day, strength).tell(picture.path, light, through, tell)
+        Doubts(None if is_even else self._air, view, found, day).tell(light, through, added, lines.append)
+        if lines:
+            tell(f"{picture.path}: {'; '.join(lines)}")
         axial = found.metres / view.camera.lengths(left, top, picture.width, picture.height)
         z = np.where(np.isfinite(axial), axial, FAR_METRES).astype(np.float32)
         changed = (through != 1).any(axis=2) | (added != 0).any(axis=2)

@@ -56,6 +56,8 @@ def check_sun(day: Daylight, place: DaylightPicture | None, other: str = "") -> 
         raise AirlightError(f"--daylight {day.daylight} needs a sun: add {ways_out}")
     if day.when is not None and day.where is None:
         raise AirlightError("--when needs the place too: add --where LAT,LON in degrees, as in --where 47.42,10.98,2962")
+    if place is not None and day.where not in (None, "exif") and day.when is None and day.where.count(",") == 1:
+        raise AirlightError(f"--where {day.where} places the sun by --when: give --when too, or --altitude for the height alone")
     for text, read in ((day.when, read_when), (day.where, read_where), (place.sun if place else None, read_sun)):
         if text is not None and text != "exif":
             read(text)

@@ -25,7 +25,8 @@ class View:
     """Says how a picture is seen.
 
     camera: of the display window; corner: pixels of it, left and top, where the picture's own begin. azimuth: the sun's, in the camera's
-    world. altitude: the eye's, m. light: where in the display window the sun is, parts of its size; None behind the camera.
+    world. altitude: the eye's, m. light: where in the display window the sun is, parts of its size; None behind the camera. strength: the
+    sun's irradiance above the air, None until it is chosen.
     """
 
     camera: Camera
@@ -34,6 +35,7 @@ class View:
     azimuth: float
     altitude: float
     light: tuple[float, float] | None
+    strength: float | None = None
 
 
 def find_view(

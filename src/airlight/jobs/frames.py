@@ -4,14 +4,16 @@ import contextlib
 import dataclasses
 import math
 import os
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from airlight.errors import AirlightError
+from airlight.errors import AirlightError, AirlightWarning
 from airlight.jobs import tasks
 from airlight.jobs.frame_work import OPEN, SET_UP, FrameWork, strict
+from airlight.jobs.idle_options import chooser_of, refuse_idle_options, tell_idle_in_daylight
 from airlight.jobs.light_text import PLACE, SUN, read_scene_light, triple
 from airlight.jobs.profile import Spent
 from airlight.jobs.run import run
@@ -22,14 +24,13 @@ from airlight.messages import say
 from airlight.options import (
     NOT_IN_SCENES,
     Composite,
+    Daylight,
+    DaylightScene,
     March,
     Medium,
     Parameters,
     SceneOptions,
     build,
-    declared,
-    of_medium_alone,
-    presets,
     refuse_look,
     settled_method,
 )
@@ -205,18 +206,6 @@ def say_offer(stage: "Stage", asked: Sequence[str]) -> None:
         say(text, prefix="")
 
 
-def refuse_meaningless(explicit: frozenset[str], method: str, by: str = "") -> None:
-    """Raise AirlightError for an option that the user wrote and that means nothing with the method. by: what asks for that, if not
-    --method."""
-    for one in declared(scenes=True):
-        if one.methods and method not in one.methods and one.name in explicit:
-            wrong = f"{one.flag} means nothing with method {method}"
-            if by.startswith("--medium"):
-                raise AirlightError(f"{wrong}, which {by} asks for: leave one of the two out")
-            asks = f", which {by} asks for" if by else ""
-            raise AirlightError(f"{wrong}{asks}: leave it out, or use --method {' or '.join(one.methods)}")
-
-
 def _open(r: FramesRequest) -> "Stage":
     """Open the scene."""
     from airlight.scenes import open_scene
@@ -246,13 +235,15 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     spent = Spent()
     r.check()
     from airlight.composite.view import check as check_view
-    from airlight.jobs.sun_of_scene import SunRequest, put_daylight, with_daylight
+    from airlight.jobs.sun_of_scene import SunRequest, foresee_daylight, put_daylight, with_daylight
 
     values = with_daylight(r.scene_values(), bool(r.volume or r.particles))
     asked = build(values)
     quality = asked[Parameters].quality
     check_view(asked[SceneOptions].view_transform)
     r.check_camera()
+    if "method" in values:  # else the scene may have one of its own
+        refuse_idle_options(r, asked, chooser_of(r, values))
     samples = _samples(r, quality)
     if r.is_film:
         if r.skip_existing and os.path.lexists(r.output):
@@ -262,13 +253,21 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
     with needing_scenes():
         from airlight.gpu.device import shared_device
         from airlight.scenes import offline
-    stage, frames = None, _tasks(r, 0.0)
-    if not frames:  # as many as the animation has
+    stage, frames, daylight = None, _tasks(r, 0.0), None
+    sun = SunRequest(r.sun, r.day_from, r.day_to)
+    if frames:
+        sun = dataclasses.replace(sun, seconds=(frames[0].time, frames[-1].time))
+        daylight = foresee_daylight(asked[Daylight], asked[DaylightScene], sun, r.scene)
+    else:  # as many as the animation has
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AirlightWarning)  # which is told when they are known
+            foresee_daylight(asked[Daylight], asked[DaylightScene], dataclasses.replace(sun, seconds=(0.0, 1.0)), r.scene)
         shared_device(r.device)
         stage = _open(r)
         frames = _tasks(r, stage.duration)
         if not frames:
             raise AirlightError(f"{stage.name}: has no animation to film; give --turntable N or --frames")
+        sun = dataclasses.replace(sun, seconds=(frames[0].time, frames[-1].time))
     todo = frames if r.is_film else _left(r, frames)
     if not todo:
         return None, 0, 0
@@ -279,8 +278,7 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         if stage.path is None:
             raise AirlightError(f"{stage.name}: nothing in it flies along a path; leave --draw-path out")
         stage.path.visible = True
-    from airlight.jobs.densities import put_densities, refuse_without_medium, suit, tell_idle
-    from airlight.jobs.shape_text import refuse_idle
+    from airlight.jobs.densities import put_densities, suit, tell_idle
 
     cells = build(stage.settings | values)[Medium].particle_cells
     if METHODS[(stage.settings | values).get("method", Parameters().method)].follows_fields:
@@ -292,16 +290,10 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         say(f"method {AUTO}: no medium is given, so it is {settled}; --medium or --sigma-t makes one")
         values |= {"method": settled}
     built = build(stage.settings | values)
-    put_daylight(stage, built, SunRequest(r.sun, r.day_from, r.day_to, (frames[0].time, frames[-1].time)))
+    put_daylight(stage, built, sun, daylight)
     parameters, method = built[Parameters], METHODS[built[Parameters].method]
-    refuse_meaningless(r.explicit, parameters.method, _chooser(r, values, stage))
-    if r.exclude and built[SceneOptions].occluders != "prepass" and not method.lights_medium:
-        raise AirlightError("--exclude goes with --occluders prepass, which draws the occluders by themselves, or with --method march")
-    if r.occlusion_buffer is not None and method.lights_medium:
-        raise AirlightError(f"--occlusion-buffer goes with methods that work on the picture: with {parameters.method} give --layer")
-    if not method.follows_fields:
-        refuse_without_medium(r.volume, r.particles, parameters.method)
-    refuse_idle(r.shapes, parameters.method)
+    refuse_idle_options(r, built, chooser_of(r, values, stage))
+    tell_idle_in_daylight(r.explicit, built, stage)
     if method.has_units:
         tell_idle(r.explicit, built[Medium], any("#" in text for text in (*r.volume, *r.particles)), not stage.fields)
     say_offer(stage, (*r.light, *r.sun))
@@ -347,20 +339,6 @@ def _samples(r: FramesRequest, quality: str) -> int:
     if width * height * samples**2 > LARGEST:
         raise AirlightError(f"{width}x{height} with {samples**2} samples a pixel is too large; make it smaller, or use --quality draft")
     return samples
-
-
-def _chooser(r: FramesRequest, values: dict[str, Any], stage: "Stage") -> str:
-    """Name what chose the method; nothing where the user did, or nobody."""
-    if "method" in r.explicit:
-        return ""
-    if r.medium is not None:
-        return f"--medium {r.medium}"
-    if "method" in values:
-        if r.preset is not None and "method" in presets.load(r.preset):
-            return f"--preset {r.preset}"
-        implying = of_medium_alone(r.explicit)
-        return "--settings-from" if implying is None else implying.flag
-    return f"the scene {stage.name}" if "method" in stage.settings else ""
 
 
 def _tasks(r: FramesRequest, duration: float) -> list[FrameTask]:

@@ -175,7 +175,8 @@ def run_image(request: ImageRequest) -> bool:
     built = build(request.values)
     is_day = is_daylight(request.values)
     if is_day:
-        from airlight.jobs.daylight_picture import DaylightWork, check_request
+        from airlight.jobs.daylight_picture import DaylightWork
+        from airlight.jobs.daylight_request import check_request
 
         check_request(request, built[Daylight], built[DaylightPicture])
     else:

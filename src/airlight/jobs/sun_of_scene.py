@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import datetime
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from airlight.daylight.coefficients import KOSCHMIEDER
 from airlight.errors import AirlightError, warn
 from airlight.jobs.daylight_sun import AIR, EYE, NONE, OF_PRINTED, SUN_DOWN, atmosphere, is_daylight
 from airlight.jobs.daylight_text import BY_DAY, check_elevation, read_sun, read_when, read_where
+from airlight.messages import number, say
 from airlight.options import Daylight, DaylightScene, Medium, declared
 from airlight.scatter.methods import FOR_MEDIUM, METHODS
 
@@ -23,6 +26,10 @@ if TYPE_CHECKING:
 UP = -0.27  # degrees of the sun's apparent centre, at which its upper edge is at the horizon
 OF_AIR = ("visibility", "turbidity", "ozone", "ground_albedo", "aerosol_albedo", "aerosol_anisotropy", "wavelengths", "multiple")
 OF_PICTURES = ("attenuate", "sky", *OF_PRINTED)  # which a scene has no use for
+OF_REACH = ("max_distance", "transparency", "particle_cells")  # of a medium, which say of none that there is one
+DENSE_KM = 0.2  # visibility, up to which haze may let no daylight down
+NO_LIGHT = 1e-6  # 1/sr: radiance of all directions on the mean, of 1 above the air, below which there is none by day
+NO_SUN = "--daylight air needs a sun: add --sun AZ,EL, --when and --where, or --day and --where"
 Place = tuple[float, float, float]
 
 
@@ -30,13 +37,15 @@ Place = tuple[float, float, float]
 class SunRequest:
     """Says where the sun of a scene stands: suns, texts AZ,EL, as given by --sun; begin, end: times of the day, of --from and --to.
 
-    seconds: of the first and the last frame.
+    seconds: of the first and the last frame. own: azimuth, elevation of the scene's own sun, degrees, where none is given; None: it has
+    none, or is not open yet.
     """
 
     suns: Sequence[str] = ()
     begin: str | None = None
     end: str | None = None
     seconds: tuple[float, float] = (0.0, 0.0)
+    own: tuple[float, float] | None = None
 
 
 def with_daylight(values: dict[str, Any], has_densities: bool) -> dict[str, Any]:
@@ -52,7 +61,7 @@ def with_daylight(values: dict[str, Any], has_densities: bool) -> dict[str, Any]
         if one.name in OF_PICTURES and values.get(one.name, one.default) != one.default:
             raise AirlightError(f"{one.flag} is for pictures: leave it out; a scene's sky is drawn anew, and shadows take sunlight alone")
     lit = {"method": FOR_MEDIUM} | values
-    has_medium = has_densities or any(one.name in values for one in Medium.options())
+    has_medium = has_densities or any(one.name in values and one.name not in OF_REACH for one in Medium.options())
     return lit if has_medium or not METHODS[lit["method"]].lights_medium else {"sigma_t": (0.0, 0.0, 0.0)} | lit
 
 
@@ -71,15 +80,68 @@ def check_view(values: dict[str, Any]) -> None:
         read_when(values["when"])
 
 
-def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest) -> None:
-    """Light a stage by the daylight that is asked for, if one is. built: its options. Raises AirlightError."""
-    daylight = scene_daylight(built[Daylight], built[DaylightScene], request)
+def foresee_daylight(options: Daylight, day: DaylightScene, request: SunRequest, scene: str) -> SceneDaylight | None:
+    """Make the daylight of a scene that is not open yet; None where there is none, or its sun is the scene's own. Raises AirlightError for
+    all that cannot be. scene: as it is opened."""
+    from airlight.scenes.names import SUNLESS
+
+    if options.daylight != NONE and not _given_suns(options, day, request):
+        if scene in SUNLESS:
+            raise AirlightError(NO_SUN)
+        _check_rest(options, day, request)
+        return None
+    found = scene_daylight(options, day, request)
+    if found is not None:
+        refuse_darkness(options, found)
+    return found
+
+
+def refuse_darkness(options: Daylight, daylight: SceneDaylight) -> None:
+    """Raise AirlightError for haze that by day lets nothing of the sun's light down to the scene: a picture of it would be black."""
+    if options.visibility is None or options.visibility > DENSE_KM:
+        return
+    from airlight.scenes.daylight import Sky
+
+    elevation = daylight.track(0.0 if daylight.span is None else sum(daylight.span) / 2)[1]
+    if elevation > 0 and float(Sky(daylight.air, elevation, daylight.altitude).mean.max()) < NO_LIGHT:
+        near = f"fog near the ground, as by --sigma-t {number(KOSCHMIEDER / (1000 * options.visibility), 2)} without --visibility"
+        deep = "of daylight next to nothing comes down through so much haze, which is kilometres deep"
+        raise AirlightError(f"--visibility {options.visibility:g}: {deep}: give --visibility 0.2 or more, or {near}")
+
+
+def put_daylight(stage: Stage, built: dict[type, Any], request: SunRequest, made: SceneDaylight | None = None) -> None:
+    """Light a stage by the daylight that is asked for, if one is; the scene's own sun says where it stands if nothing else does.
+
+    built: its options. made: its daylight, if it was made before. Raises AirlightError.
+    """
+    options, day = built[Daylight], built[DaylightScene]
+    if made is None and options.daylight != NONE and not _given_suns(options, day, request):
+        request = replace(request, own=own_sun(stage))
+        if request.own is not None:
+            azimuth, elevation = request.own
+            say(f"sun at azimuth {azimuth:.1f}, {elevation:.1f} degrees high, as the scene's own; --sun AZ,EL sets it", prefix="")
+    daylight = made or scene_daylight(options, day, request)
     if daylight is None:
         return
+    if made is None:
+        refuse_darkness(options, daylight)
     elevation = daylight.track(0.0)[1]
-    if daylight.middle is None and elevation < SUN_DOWN:
+    if daylight.span is None and elevation < SUN_DOWN:
         warn(f"the sun is {-elevation:.1f} degrees below the horizon: the sky lights the scene, and there are no shafts of it")
     daylight.put(stage)
+
+
+def own_sun(stage: Stage) -> tuple[float, float] | None:
+    """Find azimuth and elevation, degrees, of the brightest of a stage's own suns, not below the horizon's dusk; None where it has none."""
+    from airlight.lights.directional import DirectionalLight
+    from airlight.pygfx.punctual import punctual_lights
+
+    suns = [one for one in punctual_lights(stage.lights) if isinstance(one, DirectionalLight)]
+    if not suns:
+        return None
+    x, y, z = (float(v) for v in max(suns, key=lambda one: max(one.intensity)).direction)
+    elevation = math.degrees(math.atan2(y, math.hypot(x, z)))
+    return math.degrees(math.atan2(x, -z)) % 360, check_elevation(elevation, "the scene's own sun", "give --sun AZ,EL")
 
 
 def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -> SceneDaylight | None:
@@ -92,9 +154,10 @@ def scene_daylight(options: Daylight, day: DaylightScene, request: SunRequest) -
     from airlight.scenes.daylight import Daylight as SceneDaylight
 
     where = None if options.where is None else read_where(options.where)
-    track, middle = _track(options, day, request, where)
+    air = atmosphere(options)
+    track, span = _track(options, day, request, where)
     lux = SUN_LUX if options.sun_strength is None else options.sun_strength
-    return SceneDaylight(atmosphere(options), track, altitude_of(options, where), lux, middle)
+    return SceneDaylight(air, track, altitude_of(options, where), lux, span)
 
 
 def altitude_of(options: Daylight, where: tuple[float, float, float | None] | None) -> float:
@@ -112,13 +175,30 @@ def _one_sun(ways: dict[str, Any]) -> list[str]:
     return given
 
 
-def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: Any) -> tuple[Track, float | None]:
-    """Find where the sun stands at a time of the scene, s, and when it is halfway; None of one that stands."""
-    given = _one_sun({"--sun": request.suns, "--when": options.when, "--day": day.day})
-    if not given:
-        raise AirlightError("--daylight air needs a sun: add --sun AZ,EL, --when and --where, or --day and --where")
+def _given_suns(options: Daylight, day: DaylightScene, request: SunRequest) -> list[str]:
+    """List the options by which the sun of a scene is given. Raises AirlightError for several."""
+    return _one_sun({"--sun": request.suns, "--when": options.when, "--day": day.day})
+
+
+def _check_rest(options: Daylight, day: DaylightScene, request: SunRequest) -> None:
+    """Raise AirlightError for an air that cannot be, and for what goes with a day that is not given."""
+    atmosphere(options)
+    if options.where is not None:
+        read_where(options.where)
     if day.day is None and (request.begin is not None or request.end is not None):
         raise AirlightError("--from and --to go with --day: add a date, as in --day 2026-06-21")
+
+
+def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: Any) -> tuple[Track, tuple[float, float] | None]:
+    """Find where the sun stands at a time of the scene, s, and from when to when it moves; None of one that stands."""
+    given = _given_suns(options, day, request)
+    if not given and request.own is None:
+        raise AirlightError(NO_SUN)
+    _check_rest(options, day, request)
+    if not given:
+        own = request.own
+        assert own is not None
+        return (lambda _: own), None
     if request.suns:
         if len(request.suns) > 1:
             raise AirlightError("daylight has one sun: give --sun once")
@@ -143,7 +223,7 @@ def _track(options: Daylight, day: DaylightScene, request: SunRequest, where: An
         azimuth, elevation = _seen(_at(start + pace * (time - first)), place)
         return azimuth + day.north, elevation
 
-    return track, (first + last) / 2
+    return track, (first, last)
 
 
 def _seen(time: datetime.datetime, place: Place) -> tuple[float, float]:

@@ -50,7 +50,8 @@ class Daylight(Options, group="daylight"):
     ground_albedo: RGB = rgb((0.3, 0.3, 0.3), "the part of the light that the ground below returns", CLEAR, ge=0, le=1)
     sun_strength: float | None = real(
         None,
-        "irradiance by the sun above the air; unset: in a picture so that white that faces the sun is 1, in a scene the sun's lux",
+        "irradiance by the sun above the air; unset: in a picture by its own sky, or so that white that faces the sun is 1, in a scene the "
+        "sun's lux",
         "Airlight", "linear", ge=0, le=1e9, slider=(0, 10),
     )
     wavelengths: str = choice(

@@ -39,11 +39,15 @@ def block_begin(block: Any, per: int, widest: int) -> Array:
     )
 
 
-def lit_from(first: Any, last: Any, rays: Any, rises: bool) -> Array:
-    """Finds the first ray that a sample lights, or else hides, of a linear function's values (...) at the first and the last ray."""
+def lit_from(first: Any, last: Any, rays: Any, rises: bool, denser: bool = False) -> Array:
+    """Finds the first ray that a sample lights, or else hides, of a linear function's values (...) at the first and the last ray.
+
+    denser: rays lie at squares of even shares of their row.
+    """
     first, last = np.asarray(first, float), np.asarray(last, float)
     change = first - last
-    crossing = np.ceil(np.clip(first / np.where(change == 0, 1, change), 0, 1) * rays)
+    share = np.clip(first / np.where(change == 0, 1, change), 0, 1)
+    crossing = np.ceil((np.sqrt(share) if denser else share) * rays)
     rising = np.where(first >= 0, 0, np.where(last < 0, rays + 1, crossing))
     falling = np.where(first < 0, 0, np.where(last >= 0, rays + 1, crossing))
     return (rising if rises else falling).astype(np.int64)
@@ -74,8 +78,10 @@ def nibbles(planes: Any, q: Any) -> Array:
     return found.astype(np.uint32)
 
 
-def place_in_grid(p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: Any, rays: Any) -> tuple[Array, Array, Array]:
-    """Finds (row, ray, rays of the row) of pixels (..., 2)."""
+def place_in_grid(
+    p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: Any, rays: Any, denser: bool = False
+) -> tuple[Array, Array, Array]:
+    """Finds (row, ray, rays of the row) of pixels (..., 2). denser: as of lit_from."""
     p, size = np.asarray(p, float), np.asarray(size, float)
     away = slope * p - offset
     inverse, forward = 1 / np.maximum(np.abs(away), 1e-12), away > 0
@@ -87,7 +93,8 @@ def place_in_grid(p: Any, size: Any, slope: Any, offset: Any, rate: Any, first: 
     end = p + t_out[..., None] * away
     along = np.where(sideways, end[..., 1] * rate[0], end[..., 0] * rate[1])
     count = np.asarray(rays, float)[edge]
-    return np.asarray(first, float)[edge] + along, t_in / (t_in + t_out) * (count - 1), count
+    share = t_in / (t_in + t_out)
+    return np.asarray(first, float)[edge] + along, (np.sqrt(share) if denser else share) * (count - 1), count
 
 
 def between_planes(values: Any, part: Any) -> Array:
@@ -157,20 +164,38 @@ def add_block(
         least, most = np.minimum(old["way"], sums["way"]), np.maximum(old["way"], sums["way"])
         weight = (sums["dense"] - old["dense"]) * np.exp(-middle * least) * mean_of_four(middle * (most - least)) * counts
         place = 0.5 * (old["way"] + sums["way"])
+    return sums | add_weighed(old, share, weight, place, 1.0, begin, wide)
+
+
+def begin_sums(surface: Any) -> dict[str, Array]:
+    """Begins sums of rays that end at such surfaces (...)."""
+    surface = np.asarray(surface, float)
+    zeros = {name: np.zeros(surface.shape) for name in ("lit", "stored", "lengths", "lit_lengths", "stored_lengths")}
+    return zeros | {"surface": surface, "u": np.full(surface.shape, 1e-30), "before": np.full(surface.shape, -1.0)}
+
+
+def add_weighed(
+    old: Mapping[str, Array], share: Array, weight: Array, middle: Array, strength: Any, begin: float, wide: float, wary: bool = False
+) -> dict[str, Array]:
+    """Adds a block from `begin` on in which such shares (...) of rays are lit to their sums, of the shader's Sums. weight: of the block;
+    middle: its optical length; strength: factor of the light, that U does not hold; wary: as the shader's constant."""
+    sums, whole = dict(old), weight * strength
     sums["u"] = old["u"] + weight
-    sums["lit"] = old["lit"] + weight * share
+    sums["lit"] = old["lit"] + whole * share
     part = np.clip((old["surface"] - begin) / wide, 0, 1)
     known = np.where(old["before"] < 0, share, old["before"])
     some = np.minimum((share + np.where(share > 0, HALF_SAMPLE, 0)) / np.maximum(part, LEAST_SHARE), 1)
+    some = np.minimum(some, known) if wary else some
     held = np.where((part > 0) & (share <= part + ROUNDING), some, known)
     returns = (part >= 1) | ((part <= 0) & (share > 0))
-    sums["stored"] = np.where(returns, sums["lit"], old["stored"] + weight * held)
+    sums["stored"] = np.where(returns, sums["lit"], old["stored"] + whole * held)
     sums["surface"] = np.where(returns & (part <= 0), NO_SURFACE, old["surface"])
-    sums["before"] = np.where(part >= 1, 0.5 * (known + share), known)
-    sums["lengths"] = old["lengths"] + weight * place
-    sums["lit_lengths"] = old["lit_lengths"] + weight * share * place
-    sums["stored_lengths"] = np.where(returns, sums["lit_lengths"], old["stored_lengths"] + weight * held * place)
-    return sums
+    met = np.where(part >= 1, 0.5 * (known + share), known)
+    sums["before"] = np.where(np.asarray(strength) > 0, met, old["before"])
+    sums["lengths"] = old["lengths"] + weight * middle
+    sums["lit_lengths"] = old["lit_lengths"] + whole * share * middle
+    sums["stored_lengths"] = np.where(returns, sums["lit_lengths"], old["stored_lengths"] + whole * held * middle)
+    return {name: sums[name] for name in (*begin_sums(0.0),)}
 
 
 def slopes(rays: Mapping[str, Array], spread: float) -> Array:

@@ -12,6 +12,7 @@ from airlight.composite.blend import CompositeSettings
 from airlight.composite.codes import CodesComposite
 from airlight.errors import AirlightError, MachineError
 from airlight.gpu.device import Device, open_device
+from airlight.gpu.floats import FloatReader
 from airlight.gpu.reusing import ReusingDevice
 from airlight.gpu.slices import among
 from airlight.gpu.structs import struct_dtype
@@ -21,7 +22,6 @@ from airlight.lights.around import around_table
 from airlight.look.plan import LookPlan
 from airlight.luminance import REC709_F32
 from airlight.options import Parameters
-from airlight.planes import by_rows
 from airlight.scatter.around import AroundPlan
 from airlight.scatter.methods import METHODS, check_picture
 from airlight.scatter.screen import Target
@@ -177,6 +177,7 @@ class ImagePlan(TimedSubmits):
         self.lights = LightPasses(device, (width, height), p, self.source.texture, self.layer)
         self.lights.update(lights)
         self.composites: dict[Any, CodesComposite] = {}
+        self._reader: FloatReader | None = None
 
     def record(self, encoder: Any, timer: Timer | None = None) -> None:
         """Record the passes from picture to layer."""
@@ -193,6 +194,12 @@ class ImagePlan(TimedSubmits):
                 self.scale = 2.0 ** -math.floor(math.log2(peak)) if peak < 1e-2 else 2.0 ** -max(0, math.ceil(math.log2(peak / 32768)))
         self.source.write(mask, depth, self.scale, luminance)
         self.device.write(self.picture, np.ascontiguousarray(picture), picture.shape[1] * picture[0, 0].nbytes)
+
+    def read(self) -> Array:
+        """Read the layer, (H, W, 3) float32."""
+        if self._reader is None:
+            self._reader = FloatReader(self.device, self.layer)
+        return self._reader.read(1 / self.scale)
 
     def codes(self, settings: CompositeSettings, profile: list[tuple[str, float]] | None = None) -> tuple[Array, CompositeSettings]:
         """Put the layer on the picture's codes, (H, W, 4) uint8; give them and the settings as measured."""
@@ -313,17 +320,7 @@ def render_layer(
     """
     with _within_memory(renderer.device, picture):
         done = _planned(renderer, picture, lights, p, _Inputs(mask, depth, luminance, fraction, profile))
-        half = np.frombuffer(renderer.device.read(done.layer, 8), np.float16).reshape(*picture.shape[:2], 4)
-    out = np.empty((*picture.shape[:2], 3), np.float32)
-
-    def rows(first: int, last: int) -> None:
-        for i in range(3):  # one by one: NumPy is quicker at it
-            out[first:last, :, i] = half[first:last, :, i]
-        if done.scale != 1.0:
-            out[first:last] /= np.float32(done.scale)
-
-    by_rows(rows, len(out))
-    return out
+        return done.read()
 
 
 def emitted(

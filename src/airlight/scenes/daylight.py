@@ -101,12 +101,14 @@ class Daylight:
     """Lights a stage by the sun and the sky of an atmosphere.
 
     air: its atmosphere; track: where the sun stands at a time, seconds, in the scene: (azimuth, elevation) degrees, azimuth 0 at -Z and 90
-    at +X. altitude: m of y = 0. lux: of the sun outside the air. middle: seconds, halfway of its track; None: it stands.
+    at +X. altitude: m of y = 0. lux: of the sun outside the air. span: seconds, from when to when it moves; None: it stands.
     light: the sun, as a medium has it. azimuth, elevation, sky: as last moved.
     """
 
-    def __init__(self, air: Atmosphere, track: Track, altitude: float = 2.0, lux: float = SUN_LUX, middle: float | None = None) -> None:
-        self.air, self.track, self.altitude, self.lux, self.middle = air, track, altitude, lux, middle
+    def __init__(
+        self, air: Atmosphere, track: Track, altitude: float = 2.0, lux: float = SUN_LUX, span: tuple[float, float] | None = None
+    ) -> None:
+        self.air, self.track, self.altitude, self.lux, self.span = air, track, altitude, lux, span
         self._metered: float | None = None  # log2 of the sky's luminance then
         self.sun = gfx.DirectionalLight(name="the sun")
         self.light = SceneLight(self.sun, disc_half_angle=SUN_ANGULAR_RADIUS)
@@ -131,10 +133,10 @@ class Daylight:
 
     def stops(self) -> float:
         """Find by how many stops the exposure is more than halfway of the sun's track: it follows the sky's light, for the greater part."""
-        if self.middle is None:
+        if self.span is None:
             return 0.0
         if self._metered is None:
-            halfway = Sky(self.air, max(self.track(self.middle)[1], LOWEST), self.altitude)
+            halfway = Sky(self.air, max(self.track(sum(self.span) / 2)[1], LOWEST), self.altitude)
             self._metered = math.log2(max(float(halfway.mean @ REC709), 1e-30))
         assert self.sky is not None
         return FOLLOWED * (self._metered - math.log2(max(float(self.sky.mean @ REC709), 1e-30)))

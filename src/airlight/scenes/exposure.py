@@ -8,7 +8,7 @@ and fill light that a file without surroundings is given, stands for what a disp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -26,6 +26,11 @@ PASSES, NEAR_STOPS = 4, 6.0  # at most; each begins with what the last has found
 BRIGHT_HALF = (0.5, 0.98)  # between these shares of all pixels by luminance their logarithms are averaged
 KEY, HIGHLIGHT = 0.27, 2.0  # what that average becomes; what the upper share's luminance becomes at most
 DARK = 2.0**-10  # of the brightest: what is darker is not metered
+LEAST = 1e-7  # luminance as it is drawn, below which there is no light
+HIGHLIGHT_STOPS = 1.5  # at most, by which highlights outdoors darken a picture: of a glint on water nobody sees more than that it is bright
+SKY_PART = (0.1, 0.9)  # between these shares of the sky's pixels by luminance their logarithms are averaged: without disc, and its glow
+SKY_KEY, SKY_MOST = 0.7, 2.2  # what that average is wanted to be, and is at most
+SPAN_TIMES, BURNED_SPAN = 5, 0.5  # of a sun that moves: times that are metered, and stops by which each may be brighter than by itself
 HALF_MOST = 65504.0
 STOPS = (-40.0, 8.0)
 
@@ -73,12 +78,15 @@ def may_need(stage: Stage) -> bool:
     return stage.photometric and (sun >= DOUBTED * PHYSICAL_LUX or lamp >= DOUBTED * PHYSICAL_CANDELA)
 
 
-def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exposure:
+Seen = Callable[[float, float], tuple[np.ndarray, np.ndarray]]
+
+
+def meter(stage: Stage, seen: Seen) -> Exposure:
     """Find the automatic exposure of a stage, whose radiances are left scaled by its `pre`.
 
-    luminances: of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it. They are taken at fixed
-    times of the whole animation, so that any frames of it have one exposure; and by two pre-exposures, so that what does not scale, being
-    for a display, is known, and left out.
+    seen: luminances of a small picture at a time (s), with the light in the air, for a pre-exposure: scaled by it; and which of its pixels
+    show something that is drawn, and no sky. They are taken at fixed times of the whole animation, so that any frames of it have one
+    exposure; and by two pre-exposures, so that what does not scale, being for a display, is known, and left out.
     """
     expose(stage, 1.0)
     if not may_need(stage):
@@ -86,27 +94,75 @@ def meter(stage: Stage, luminances: Callable[[float, float], np.ndarray]) -> Exp
     is_sure = stage.measured or is_physical(stage.scene)
     sun, lamp = strengths(stage.scene)
     times = [stage.duration * k / METERED_TIMES for k in range(METERED_TIMES if stage.duration else 1)]
-    if stage.daylight is not None and stage.daylight.middle is not None:  # from which the exposure follows the sky
-        times = [stage.daylight.middle]
+    if stage.daylight is not None and stage.daylight.span is not None:  # from halfway of which the exposure follows the sky
+        times = [sum(stage.daylight.span) / 2]
     stops = round(-math.log2(max(sun, lamp / max(stage.radius, 0.1) ** 2, 1.0)))
     ev = float(stops)
     for _ in range(PASSES):
-        seen = []
-        for part in (1.0, 0.25):
-            pre = part * 2.0**stops
-            expose(stage, pre)
-            found = np.concatenate([luminances(time, pre).ravel() for time in times]).astype(np.float64)
-            seen.append(np.nan_to_num(found, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
-        light = (seen[0] - seen[1]) / 0.75
-        ev = round(min(max(stops + lacking(light), STOPS[0]), STOPS[1]), 2)
+        light, lacks = _wanted(stage, seen, times, stops)
+        ev = round(min(max(stops + lacks, STOPS[0]), STOPS[1]), 2)
         if abs(ev - stops) < NEAR_STOPS:
             break
         stops = round(ev)
     if not is_sure and (ev > BURNED or not light.max() > 0):
         expose(stage, 1.0)
         return Exposure()
+    if stage.daylight is not None and stage.daylight.span is not None:
+        ev = _not_burned(stage, seen, ev)
     expose(stage, 2.0 ** round(ev))
     return Exposure(ev, stage.pre_exposure)
+
+
+def _wanted(stage: Stage, seen: Seen, times: Sequence[float], stops: int) -> tuple[np.ndarray, float]:
+    """Measure luminances at some times, as these stops show them, and the stops by which they lack exposure."""
+    found = []
+    drawn = np.zeros(0, bool)
+    for part in (1.0, 0.25):
+        pre = part * 2.0**stops
+        expose(stage, pre)
+        pictures = [seen(time, pre) for time in times]
+        luminance = np.concatenate([one.ravel() for one, _ in pictures]).astype(np.float64)
+        drawn = np.concatenate([one.ravel() for _, one in pictures])
+        found.append(np.nan_to_num(luminance, nan=0.0, posinf=HALF_MOST).clip(0, HALF_MOST))
+    light = (found[0] - found[1]) / 0.75
+    return light, lacking(light) if stage.daylight is None else lacking_outdoors(light, drawn)
+
+
+def _not_burned(stage: Stage, seen: Seen, ev: float) -> float:
+    """Lower the stops halfway of the track of a stage's sun, where at other times of it, followed, they would burn the picture."""
+    daylight = stage.daylight
+    first, last = daylight.span
+    for time in np.linspace(first, last, SPAN_TIMES):
+        daylight.move(stage, float(time), background=False)
+        follows = daylight.stops()
+        stops = round(min(max(ev + follows, STOPS[0]), STOPS[1]))
+        light, lacks = _wanted(stage, seen, [float(time)], stops)
+        if light.max() > 0:
+            ev = min(ev, stops + lacks - follows + BURNED_SPAN)
+    return round(max(ev, STOPS[0]), 2)
+
+
+def lacking_outdoors(luminance: np.ndarray, drawn: np.ndarray) -> float:
+    """Compute the stops by which a picture in daylight lacks exposure: what the ground lacks and what the sky lacks, each as the root of
+    the picture that it takes, but no more than leaves the sky its colour. drawn: which of its pixels are not sky.
+
+    Neither is led by the sun's disc or its glint on water, however bright they are. Of the ground it is what `lacking` gives, of shadows
+    too, and highlights darken it by HIGHLIGHT_STOPS at most; of the sky the logarithms of its middle part are averaged, for SKY_KEY.
+    """
+    ground, sky = luminance[drawn & (luminance > LEAST)], luminance[~drawn & (luminance > LEAST)]
+    lacks = []
+    if ground.size:
+        average, highlights = _average_and_highlights(ground)
+        lacks.append((max(min(average, highlights), average - HIGHLIGHT_STOPS), math.sqrt(ground.size)))
+    if sky.size:
+        low, high = np.quantile(sky, SKY_PART)
+        average = float(np.log2(sky[(sky >= low) & (sky <= high)]).mean())
+        wanted = math.log2(SKY_KEY) - average
+        lacks.append((min([wanted, *(stops for stops, _ in lacks)]), math.sqrt(sky.size)))  # a sky that is darker than the ground stays so
+    if not lacks:
+        return 0.0
+    found = sum(stops * weight for stops, weight in lacks) / sum(weight for _, weight in lacks)
+    return min(found, math.log2(SKY_MOST) - average) if sky.size else found
 
 
 def lacking(luminance: np.ndarray) -> float:
@@ -115,12 +171,15 @@ def lacking(luminance: np.ndarray) -> float:
     The logarithms of the brighter half's luminances, but for the brightest 2 %, are averaged, and the average put at KEY; less bright where
     that would put more than these 2 % beyond HIGHLIGHT.
     """
-    y = luminance[luminance > max(DARK * float(np.quantile(luminance, 0.999)), 1e-7)]
-    if not y.size:
-        return 0.0
+    y = luminance[luminance > max(DARK * float(np.quantile(luminance, 0.999)), LEAST)]
+    return min(_average_and_highlights(y)) if y.size else 0.0
+
+
+def _average_and_highlights(y: np.ndarray) -> tuple[float, float]:
+    """Compute the stops that the average of the brighter half lacks of KEY, and those that its upper end lacks of HIGHLIGHT."""
     low, high = np.quantile(y, BRIGHT_HALF)
     average = float(np.log2(y[(y >= low) & (y <= high)]).mean())
-    return min(math.log2(KEY) - average, math.log2(HIGHLIGHT / high))
+    return math.log2(KEY) - average, math.log2(HIGHLIGHT / high)
 
 
 # ---------------------------------------------------------------- scaling a scene

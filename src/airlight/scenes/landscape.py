@@ -113,7 +113,7 @@ def woods(seed: int = 51) -> gfx.MeshStandardMaterial:
     n = 256
     rough, fine = ground.noise(n, seed, 1.6, 2), ground.noise(n, seed + 1, 1.0, 12)
     albedo = ground.mix((0.045, 0.06, 0.03), (0.17, 0.16, 0.13), smoothstep(rough + 0.4 * fine, 0.6, 1.6)) * (1 + 0.2 * fine)[..., None]
-    bumps = ground.texture(ground.normals(rough + 0.4 * fine, 0.45), srgb=False)
+    bumps = ground.texture(ground.normals(rough + 0.4 * fine, 0.25), srgb=False)
     return gfx.MeshStandardMaterial(
         map=ground.texture(ground.codes(albedo)), normal_map=bumps, roughness=1.0, metalness=0, side="both"
     )

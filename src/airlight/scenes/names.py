@@ -1,6 +1,7 @@
 """Name the scenes that come with Airlight, and tell scenes from pictures."""
 
 NAMES = ("table", "flying", "valley", "chapel", "matinee")
+SUNLESS = ("table", "matinee")  # of these, which have no sun of their own
 VALIDATION = {  # scattering in the world is validated on: the file of each, and its camera
     "slats": ("slats", "room"),
     "foliage-view": ("foliage", "view"),

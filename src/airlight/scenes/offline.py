@@ -200,7 +200,7 @@ class Studio:
             self.exposure = meter(stage, self._metered(turns)) if exposure is None else exposure
             expose(stage, self.exposure.pre)
         self.ev = self.exposure.ev if asked is None else asked
-        self.follows = stage.daylight is not None and stage.daylight.middle is not None and asked is None and not linear
+        self.follows = stage.daylight is not None and stage.daylight.span is not None and asked is None and not linear
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius, self.shafts.doubts, self.shafts.fields = stage.radius, False, stage.fields
@@ -266,12 +266,12 @@ class Studio:
         with raised(), self._near(), undrawn(self.stage.fields):
             renderer.render(self.stage.scene, self.camera)
 
-    def _metered(self, turns: Sequence[float]) -> Callable[[float, float], np.ndarray]:
+    def _metered(self, turns: Sequence[float]) -> Callable[[float, float], tuple[np.ndarray, np.ndarray]]:
         """Prepares small pictures of the stage, for `meter`, from the turns of the camera that the shot may have."""
         options, more = self._described
-        made: list[tuple[Any, LightShafts]] = []
+        made: list[tuple[Any, _Shafts]] = []
 
-        def luminances(time: float, pre: float) -> np.ndarray:
+        def seen(time: float, pre: float) -> tuple[np.ndarray, np.ndarray]:
             if not made:
                 shot = self.shot
                 height = max(2, round(METERED_WIDTH * shot.height / shot.width))
@@ -280,19 +280,21 @@ class Studio:
                 parameters = msgspec.structs.replace(parameters, quality="draft")
                 composite = msgspec.structs.replace(composite or Composite(), adapt=0.0)
                 scene = msgspec.structs.replace(scene, view_transform="none", ev=None)
-                shafts = LightShafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
+                shafts = _Shafts(small, self.stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
                 shafts.radius, shafts.doubts, shafts.fields = self.stage.radius, False, self.stage.fields
                 small.effect_passes = [shafts]
                 made.append((small, shafts))
             small, shafts = made[0]
             shafts.pre_exposure, shafts.automatic_ev = pre, math.log2(pre)
-            found = []
+            found, drawn = [], []
             for turn in turns:
                 self._draw(small, shafts, time, turn)
                 found.append(small.snapshot()[..., :3].astype(np.float32) @ REC709_F32)
-            return np.concatenate(found)
+                daylit = self.stage.daylight is not None
+                drawn.append(_read(small, shafts.depths, np.float32)[..., 0] < 1 if daylit else np.ones(found[-1].shape, bool))
+            return np.concatenate(found), np.concatenate(drawn)
 
-        return luminances
+        return seen
 
     def depth(self) -> np.ndarray:
         """Reads the last frame's depth: (H, W) float32, 0..1."""
@@ -309,12 +311,8 @@ class Studio:
             self.renderer.effect_passes = effects
 
     def read(self, texture: Any, kind: type) -> np.ndarray:
-        width, height, _ = texture.size
-        size = {"rgba16float": 8, "rgba32float": 16}.get(texture.format, 4)  # bytes; of the depth 4
-        data = self.renderer.device.queue.read_texture(
-            {"texture": texture}, {"bytes_per_row": width * size, "rows_per_image": height}, (width, height, 1)
-        )
-        return np.frombuffer(data, kind).reshape(height, width, -1)
+        """Read (H, W, C) a texture of the renderer's device."""
+        return _read(self.renderer, texture, kind)
 
     def _carry(self, turn: float) -> None:
         """Put the camera where the one that it follows is, then around the centre."""
@@ -333,6 +331,15 @@ class Studio:
 
     _at: np.ndarray | None = None
     follows = False  # whether the exposure follows a sun that moves
+
+
+def _read(renderer: Any, texture: Any, kind: type) -> np.ndarray:
+    """Read (H, W, C) a texture of a renderer's device."""
+    width, height, _ = texture.size
+    size = {"rgba16float": 8, "rgba32float": 16}.get(texture.format, 4)  # bytes; of the depth 4
+    whole = (width, height, 1)
+    data = renderer.device.queue.read_texture({"texture": texture}, {"bytes_per_row": width * size, "rows_per_image": height}, whole)
+    return np.frombuffer(data, kind).reshape(height, width, -1)
 
 
 def make_renderer(shot: Shot) -> DividedRenderer:

@@ -36,11 +36,14 @@ class OnPicture:
         self._kinds = cast(Sky, sky), even_air is not None, attenuate
         self._passes: dict[tuple[int, int], DaylightPass] = {}
 
-    def part(self, left: int, top: int, light: Plane, metres: Plane, sky: Plane, dark: Plane) -> tuple[Plane, Plane]:
+    def part(
+        self, left: int, top: int, light: Plane, metres: Plane, sky: Plane, dark: Plane, of_land: Plane | None = None
+    ) -> tuple[Plane, Plane]:
         """Give what is let through and what is added, (H, W, 3) float32: the picture becomes its light times the first plus the second.
 
         left, top: of the part in the camera's picture, pixels. light: (H, W, 3) linear Rec. 709; metres: (H, W) along rays of what is no
-        sky; sky: (H, W) the share of a pixel that is sky; dark: D, (H, W).
+        sky; sky: (H, W) the share of a pixel that is sky; dark: D, (H, W). of_land: (H, W, 3) the part of a pixel's light that is not
+        the sky's; None: 1 - sky. By it the old sky goes out of mixed pixels, where it is drawn anew, and stays in them, where it is kept.
         """
         height, width = metres.shape
         source, shadow = np.ones((height, width, 4), np.float32), np.ones((height, width, 4), np.float16)
@@ -53,7 +56,11 @@ class OnPicture:
             return through, added
         behind = self._run(left, top, source, shadow, np.full_like(metres, np.inf))
         self._as_at_the_horizon(left, top, share[..., 0] > 0, dark, behind[1])
-        return through + share * (behind[0] - through), added + share * (behind[1] - added)
+        own = 1 - share if of_land is None else np.where(share > 0, of_land, np.where(is_sky, 0, 1)[..., None]).astype(np.float32)
+        of_sky = 1 - own if self._kinds[0] == "keep" else share  # what a kept sky lacks in shadows is of its own light
+        mixed = share > 0
+        through = np.where(mixed, behind[0] + own * (through - behind[0]), through)
+        return through, np.where(mixed, (1 - share) * added + of_sky * behind[1], added)
 
     def _as_at_the_horizon(self, left: int, top: int, seen: Plane, dark: Plane, added: Plane) -> None:
         """Let a sky that is drawn anew go on below the horizon, as from a hill whose height is not told: the model has ground there."""

@@ -12,15 +12,16 @@ from airlight.gpu.structs import struct_dtype
 from airlight.gpu.timing import divide, timing
 from airlight.lights import ImageLight
 from airlight.options.shafts import Parameters
-from airlight.scatter.epipolar.gather import EpipolarGather
-from airlight.scatter.epipolar.grid import QUALITY, Fineness, Grid, Quadrant, joined
+from airlight.scatter.epipolar.detail import DetailedSectors, wedges
+from airlight.scatter.epipolar.gather import NOWHERE, EpipolarGather
+from airlight.scatter.epipolar.grid import QUALITY, SECTOR, Fineness, Grid, Quadrant, joined
 from airlight.scatter.epipolar.moments import Array, Mixture, end_weights, mixture, step_weights
 from airlight.scatter.radial.radial import RadialPlan
 from airlight.scatter.screen import Target, gains
 
 SCANS = {"four": ("scatter/epipolar/scan_four.wgsl", 32), "one": ("scatter/epipolar/scan_one.wgsl", 32)}  # lines a workgroup
+FAINT_RATIO = 0.25  # of the far end's distance over the pixel's, up to which one sample there stands for several steps
 AT_ONCE = 32  # workgroups of a scan that are carried out at once, in work that is done in slices
-NOWHERE = (1 << 32) - 1  # scan.wgsl
 TABLE_ROW_TEXELS = 256  # texels of a row of the table's texture, see `table_texel` in scan.wgsl
 BUNDLE = struct_dtype(SCANS["one"][0], "Bundle")
 
@@ -72,6 +73,10 @@ def _marched(grid: Grid, q: Quadrant, apron: int, ends: list[tuple[float, float]
     heads = np.zeros((len(steps), 4, 4))
     heads[:, 0], heads[:, 2] = positions[: len(a)], far
     heads[:, 1] = positions[len(a) :] - positions[: len(a)]
+    apart = np.maximum(mix.ratio * width, 1e-9)  # of the far ends of two steps, px
+    # near the light, and where it counts much, the far end must be as fine as the rest
+    most = 0.0 if mix.ratio > FAINT_RATIO or mix.opposite else 2.0 if not grid.inside else 0.5 if grid.at_edge else 0.0
+    heads[:, 3, 2] = np.clip(most // apart, 1, [len(own) for own in steps])
     heads[:, 3, :2] = [(len(own), own[..., 3].any()) for own in steps]
     return [block for head, own in zip(heads, steps, strict=True) for block in (head, own.reshape(-1, 4))]
 
@@ -110,6 +115,7 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             record["lines"], record["stride"] = lines, stride
             record["run"], record["column"] = texels, q.column0
             record["row"], record["skip"] = (q.row0 + begin - q.stored + zone) % (1 << 32), max(q.stored - begin, 0)
+            record["aside"] = stride * grid.aside(q)
             record["end"] = -mix.ratio if mix.opposite else mix.ratio
             record["c"][: len(mix.c)] = mix.c
             record["beyond_c"][: min(4, len(mix.beyond_c))] = mix.beyond_c[:4]
@@ -125,16 +131,63 @@ def tables(grid: Grid, apron: int, per_workgroup: int, gain: tuple[float, float,
             marched = _marched(grid, q, apron, ends, [same if zone else _first_step(mix, q.lit), *(steps[a:b] for a, b in spans)])
             blocks += marched
             texels += sum(map(len, marched))
-            line = np.arange(0, lines, per_workgroup)
+            line = np.arange(0, lines, per_workgroup) if grid.part != "close" else np.arange(0, lines - 1, SECTOR)
             needed = np.minimum(end, _needed(grid, q, line, line + per_workgroup, stride, lines)) - begin
             bundles = np.full(len(line), record)
             bundles["line"], bundles["steps"] = line, np.maximum(needed, 0) + 1
+            bundles["sector"] = NOWHERE
+            if grid.part == "close":
+                bundles["sector"] = q.sector0 + np.arange(len(line))
+                bundles["column"] += np.arange(len(line), dtype=np.uint32)
             zones[zone].append(bundles[needed > 0] if zone else bundles)
     return Tables(np.concatenate(blocks).astype(np.float32), [joined(z, BUNDLE) for z in zones], max(states, 4))
 
 
+class GridPlan:
+    """Plans the passes of one light along the lines of one grid. `record` allocates nothing.
+
+    lit: of close lines a f32 a sector, above 0 where they are needed; None: all are.
+    """
+
+    def __init__(self, device: Device, grid: Grid, target: Target, gain: tuple[float, float, float], lit: Any, **rest: Any) -> None:
+        self.grid, mix = grid, grid.mix
+        shader, lines = SCANS["four" if device.is_cpu else "one"]
+        data = tables(grid, target.apron, lines, gain)
+        self.sums = device.texture(grid.columns, grid.rows, "rgba16float", roomy=True)
+        grid.columns, grid.rows, _ = self.sums.size
+        table = device.texture(TABLE_ROW_TEXELS, -(-len(data.table) // TABLE_ROW_TEXELS), "rgba32float", target=False, roomy=True)
+        padded = np.zeros((TABLE_ROW_TEXELS * table.size[1], 4), np.float32)
+        padded[: len(data.table)] = data.table
+        device.write(table, padded, TABLE_ROW_TEXELS * 16)
+        state = device.buffer(size=4 * data.states) if lit is None else lit
+        constants = {"POWERS": len(mix.p), "BEYOND": len(mix.beyond_p), "FAR_END": mix.ratio > 0}
+        self.pipeline = device.pipeline(shader, "scan", **constants)
+        self.scans = []
+        most = AT_ONCE if current() else max(map(len, data.zones))
+        for bundles in (zone[i : i + most] for zone in data.zones for i in range(0, len(zone), most)):
+            bind = device.bind(shader, target.source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, state)
+            self.scans.append((bind, len(bundles)))
+        rest |= {"density": grid.density, "apron": target.apron, "before": target.before, "gain": gain}
+        if lit is not None:
+            rest |= {"wedges": wedges(grid), "lit": lit}
+        self.back = EpipolarGather(device, grid, self.sums, target.source, target.layer, **rest)
+
+    def record(self, encoder: Any, timer: Any = None) -> None:
+        """Record the scan and the gather."""
+        for scans in [[one] for one in self.scans] if current() else [self.scans]:
+            scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
+            scan.set_pipeline(self.pipeline)
+            for bind, count in scans:
+                scan.set_bind_group(0, bind)
+                scan.dispatch_workgroups(count)
+            scan.end()
+            divide(encoder)
+        self.back.record(encoder, timer)
+
+
 class EpipolarPlan:
-    """Plans the passes of one light over a source of fixed size. `record` allocates nothing."""
+    """Plans the passes of one light over a source of fixed size: along one grid, or along wide lines and, over these, close ones where
+    the sums of wide ones bend. `record` allocates nothing."""
 
     def __init__(
         self,
@@ -150,41 +203,22 @@ class EpipolarPlan:
         gain: tuple[float, float, float] = (1, 1, 1),
         base: Any = None,
     ) -> None:
-        source, layer, apron, before = target.source, target.layer, target.apron, target.before
         fine = QUALITY[quality] if isinstance(quality, str) else quality
-        self.device = device
         self.mix: Mixture = mixture(density, lam, fine.tolerance)
-        self.grid = Grid(size, light, self.mix, lam, density, fine, border, device.max_side)
-        shader, lines = SCANS["four" if device.is_cpu else "one"]
-        data = tables(self.grid, apron, lines, gain)
-        self.sums = device.texture(self.grid.columns, self.grid.rows, "rgba16float", roomy=True)
-        self.grid.columns, self.grid.rows, _ = self.sums.size
-        table = device.texture(TABLE_ROW_TEXELS, -(-len(data.table) // TABLE_ROW_TEXELS), "rgba32float", target=False, roomy=True)
-        padded = np.zeros((TABLE_ROW_TEXELS * table.size[1], 4), np.float32)
-        padded[: len(data.table)] = data.table
-        device.write(table, padded, TABLE_ROW_TEXELS * 16)
-        self.state = device.buffer(size=4 * data.states)
-        constants = {"POWERS": len(self.mix.p), "BEYOND": len(self.mix.beyond_p), "FAR_END": self.mix.ratio > 0}
-        self.pipeline = device.pipeline(shader, "scan", **constants)
-        self.scans = []
-        most = AT_ONCE if current() else max(map(len, data.zones))
-        for bundles in (zone[i : i + most] for zone in data.zones for i in range(0, len(zone), most)):
-            bind = device.bind(shader, source, device.sampler(), table, device.buffer(bundles.tobytes()), self.sums, self.state)
-            self.scans.append((bind, len(bundles)))
-        rest = {"density": density, "lam": lam, "apron": apron, "before": before, "gain": gain, "base": base}
-        self.back = EpipolarGather(device, self.grid, self.sums, source, layer, **rest)
+        laid = size, light, self.mix, lam, density, fine, border, device.max_side
+        self.grid = Grid(*laid)
+        if self.grid.halves:
+            self.grid, close = Grid(*laid, "wide"), Grid(*laid, "close")
+        first = GridPlan(device, self.grid, target, gain, None, lam=lam, base=base)
+        self.passes: list[Any] = [first]
+        if self.grid.part == "wide":
+            found = DetailedSectors(device, close, self.grid, first.sums)
+            self.passes += [found, GridPlan(device, close, target, gain, found.lit, lam=lam, base=base)]
 
     def record(self, encoder: Any, timer: Any = None) -> None:
-        """Record the scan and the gather."""
-        for scans in [[one] for one in self.scans] if current() else [self.scans]:
-            scan = encoder.begin_compute_pass(**timing(timer, "epipolar scan", encoder))
-            scan.set_pipeline(self.pipeline)
-            for bind, count in scans:
-                scan.set_bind_group(0, bind)
-                scan.dispatch_workgroups(count)
-            scan.end()
-            divide(encoder)
-        self.back.record(encoder, timer)
+        """Record the passes."""
+        for one in self.passes:
+            one.record(encoder, timer)
 
 
 def direct_taps(size: tuple[int, int], at: tuple[float, float], density: float) -> int:
@@ -204,9 +238,7 @@ def plan(device: Device, size: tuple[int, int], light: ImageLight, p: Parameters
     taps = direct_taps(size, (x, y), density)
     if not taps:
         at = (x * size[0], y * size[1])
-        return EpipolarPlan(
-            device, size, at, target, density=density, lam=p.lam, border=p.border, quality=p.quality, gain=gain, base=base
-        )
+        return EpipolarPlan(device, size, at, target, density=density, lam=p.lam, border=p.border, quality=p.quality, gain=gain, base=base)
     step = 0.5 * p.lam / taps
     share = (math.sinh(step) / step if 0 < step < 300 else 1.0) / taps  # the taps' weights are exact where I is constant
     return RadialPlan(

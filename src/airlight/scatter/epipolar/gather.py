@@ -14,6 +14,7 @@ from airlight.scatter.epipolar.moments import Array
 
 RASTER, COMPUTE = "scatter/epipolar/gather_raster.wgsl", "scatter/epipolar/gather_compute.wgsl"
 NEAR_LIGHT_RADIUS_PX = 20  # gather.wgsl
+NOWHERE = (1 << 32) - 1  # gather_raster.wgsl
 SUBPIXELS = 16  # positions in a pixel that every rasteriser tells apart
 FRAME = struct_dtype(RASTER, "Frame")
 CORNER = struct_dtype(RASTER, "Corner")
@@ -105,12 +106,16 @@ def corners(grid: Grid) -> Array:
         record["last"] = (q.column0 + (q.lines - 1) * factor + 0.5) / grid.columns
         node = first + (last - first) * (u - q.u[first]) / (q.u[last] - q.u[first])
         record["row"] = (q.row0 + node - q.stored + zone + 0.5) / grid.rows
+        record["sector"] = NOWHERE
         out.append(record)
     return joined(out, CORNER)
 
 
 class EpipolarGather:
-    """Plans the pass that writes a light's layer from its sums; it allocates nothing when recorded."""
+    """Plans the pass that writes a light's layer from its sums; it allocates nothing when recorded.
+
+    wedges, lit: CORNER records of close lines, drawn over what is there where their sector is lit; else the whole layer is written.
+    """
 
     def __init__(
         self,
@@ -126,8 +131,10 @@ class EpipolarGather:
         before: Any,
         gain: tuple[float, float, float],
         base: Any,
+        wedges: Array | None = None,
+        lit: Any = None,
     ) -> None:
-        self.raster, self.layer, self.size = device.is_cpu, layer.create_view(), grid.size
+        self.raster, self.layer, self.size = device.is_cpu or wedges is not None, layer.create_view(), grid.size
         frame = np.zeros((), FRAME)
         frame["size"], frame["light"] = grid.size, grid.light
         frame["diagonal"] = grid.light[0] - grid.light[1], grid.light[0] + grid.light[1]
@@ -141,11 +148,11 @@ class EpipolarGather:
         flags: dict[str, Any] = {"ADD": before is not None, "BASE": base is not None}
         spare = before if before is not None else source
         if self.raster:
-            records = corners(grid)
+            records = corners(grid) if wedges is None else wedges
             self.draws = [(device.raster(RASTER, "corner", "gather", **flags), (len(records), 1))]
             if has_near:
                 self.draws.append((device.raster(RASTER, "around", "near", **flags), (6, 1)))
-            path, rest = RASTER, [device.buffer(records.tobytes())]
+            path, rest = RASTER, [device.buffer(records.tobytes()), device.buffer(size=16) if lit is None else lit]
         else:
             table, frame["first"] = major_rows(grid)
             self.draws = [(device.pipeline(COMPUTE, "gather", **flags), (-(-grid.size[0] // 64), grid.size[1]))]

@@ -8,9 +8,13 @@ struct Corner {
     row: f32,
     first: f32,               // of the quadrant's lines
     last: f32,
+    sector: u32,              // of close lines, else NOWHERE
 }
 
+const NOWHERE = 0xffffffffu;
+
 @group(0) @binding(5) var<storage, read> corners: array<Corner>;
+@group(0) @binding(6) var<storage, read> lit: array<f32>; // detail.wgsl
 
 struct Varyings {
     @builtin(position) position: vec4f,
@@ -29,7 +33,9 @@ fn clip_position(position: vec2f) -> vec4f {
 @vertex
 fn corner(@builtin(vertex_index) i: u32) -> Varyings {
     let c = corners[i];
-    return Varyings(clip_position(c.position), c.line, c.row, vec2f(c.first, c.last));
+    let is_drawn = c.sector == NOWHERE || lit[min(c.sector, arrayLength(&lit) - 1u)] > 0.0;
+    let position = select(vec4f(2.0, 2.0, 0.0, 1.0), clip_position(c.position), is_drawn); // a triangle without area
+    return Varyings(position, c.line, c.row, vec2f(c.first, c.last));
 }
 
 /// Gathers a pixel of the layer.

@@ -15,7 +15,15 @@ import numpy as np
 
 from airlight.scatter.epipolar.moments import Array, Mixture
 
+LONG_PX = 100  # of the weight's length at the farthest pixel, from which wide lines do where their sums do not bend
 SHARP_PX = 4  # of the weight's length at the farthest pixel, below which a layer is as sharp as the picture
+SECTOR = 31  # lines between two sectors' first ones, where lines are close: a workgroup's 32, of which two sectors share one
+CLOSER = (0.7, 1.2)  # factors of the spacing of close lines, for a light outside and at the edge
+WIDEST_PX, CLOSEST_PX = 2.5, 0.7  # most between wide and close lines at the far edge, for a light outside
+CLOSE_STEPS = 2  # factor of the steps of close lines
+WIDE_RADII = (120, 400)  # of wide lines, for a light outside
+CLOSE_PX = 0.75  # between wide lines, with which they are close enough for anything
+BESIDE_PX = 40  # of the light: lines are close there, and then pixels take the direct sum
 PARALLEL = 1000  # image sizes: beyond this distance lines are parallel to a pixel's width
 
 
@@ -35,11 +43,12 @@ class Fineness:
     tolerance: float  # of the weight's fit
     outside: float  # factor of the spacing where the light lies outside the image
     full: tuple[int, int]  # larger side, px, of the image below which lines lie closer in proportion, and below which steps are halved
+    calm: tuple[float, float] = (1, 1)  # factors of the spacing, for a light outside and at the edge, of wide lines
 
 
 QUALITY = {
     "draft": Fineness(5.0, (16, 128), (2, 20), 4, 2, 2, 0.375, 2, 0.5, 1.5e-2, 1.6, (1024, 0)),
-    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0)),
+    "normal": Fineness(2.9, (80, 256), (14, 60), 4, 1, 1, 0.232, 3, 0.3, 2e-3, 1.0, (1024, 0), (2.0, 2.8)),
     "final": Fineness(1.5, (24, 256), (3, 40), 2, 1, 1, 0.28, 2, 0.5, 6e-4, 1.2, (1920, 1440)),
 }
 
@@ -59,6 +68,7 @@ class Quadrant:
     runs: list[list[tuple[int, int]]] = field(init=False)  # of each zone: steps of equal length, from node to node
     row0: int = 0  # row of the sums' texture of the first stored node
     column0: int = 0  # column of line 0
+    sector0: int = 0  # of close lines, the number of the first sector
     stored: int = 0  # index of the first stored node
 
 
@@ -72,7 +82,8 @@ def _span(low: float, high: float, u0: float, u1: float) -> tuple[float, float]:
 
 class Grid:
     """Lays the lines and nodes of one light over a picture. size: (width, height); light in pixels (corner origin); border clamp or
-    black."""
+    black. part: all lines, or those of the two grids that share the work: wide lines, and close ones in sectors of SECTOR where
+    the sums of wide ones bend."""
 
     def __init__(
         self,
@@ -84,7 +95,9 @@ class Grid:
         fine: Fineness,
         border: str,
         max_side: int = 16384,
+        part: str = "all",
     ) -> None:
+        self.part = part
         self.size, self.light, self.mix, self.border, self.density = size, light, mix, border, density
         length = max(lam, 1.5) / density
         # a small image costs little, and has as much detail in fewer pixels
@@ -108,6 +121,15 @@ class Grid:
             if length_px < SHARP_PX:  # nodes on pixels' centres do more for it than close lines
                 step, wider = min(0.5, step), 2 * wider
             fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, largest=step, spacing=wider)
+        # the layer is sharp where what lies before it is bright or regular; where rays are short it is so everywhere
+        self.halves = max(fine.calm) > 1 and (self.at_edge or not inside) and length_px >= LONG_PX and not mix.opposite
+        if part == "wide":
+            radii = fine.radii if inside else WIDE_RADII
+            fine = dataclasses.replace(fine, spacing=fine.calm[int(inside)] * fine.spacing, largest=4 * fine.largest, radii=radii)
+        elif part == "close":
+            spacing = fine.spacing * CLOSER[int(inside)]
+            step = fine.largest * (1 if parallel else CLOSE_STEPS)
+            fine = dataclasses.replace(fine, radii=(0, 0), slack=(0, 0), zones=1, spacing=spacing, largest=step)
         while not self._fits(fine, length, max_side):  # coarser, as an adapter's textures demand
             steps = 2 * fine.largest
             fine = dataclasses.replace(fine, spacing=1.5 * fine.spacing, largest=steps, radii=(0, 0), slack=(0, 0))
@@ -124,13 +146,15 @@ class Grid:
     def _lay_out(self, max_side: int) -> bool:
         """Place each quadrant in the texture of the sums: one below the other or side by side, whichever takes less; False: none."""
         heights = [len(q.u) - q.stored + len(q.splits) - 2 for q in self.quadrants]
-        widths = [32 * -(-q.lines // 32) for q in self.quadrants]  # the scan runs 32 lines at a time
+        shared = [q.lines // SECTOR - 1 if self.part == "close" else 0 for q in self.quadrants]  # lines that two sectors hold
+        widths = [32 * -(-(q.lines + n) // 32) for q, n in zip(self.quadrants, shared, strict=True)]  # the scan runs 32 lines at a time
         below, beside = (max(widths), sum(heights)), (sum(widths), max(heights))
         choices = [size for size in (below, beside) if max(size) <= max_side]
         if not choices:
             return False
         self.columns, self.rows = min(choices, key=lambda size: size[0] * size[1])
         for i, q in enumerate(self.quadrants):
+            q.sector0 = sum(other.lines // SECTOR for other in self.quadrants[:i])
             if (self.columns, self.rows) == beside:
                 q.column0 = sum(widths[:i])
             else:
@@ -154,12 +178,20 @@ class Grid:
         part = min(1.0, 0.6 * max(self.size) / u_max)
         closer = self.fine.edge if self.at_edge else max(part**3, self.fine.edge) if self.inside else max(part**2, 0.375)
         spacing = self.fine.spacing * closer
+        if self.part != "all" and not self.inside:
+            spacing = min(spacing, WIDEST_PX if self.part == "wide" else CLOSEST_PX)
         if u_min > PARALLEL * max(self.size):  # lines through pixel centres: along rows or diagonals no light spreads sideways
             spacing = float(math.floor(spacing)) if spacing >= 1 else 1 / math.ceil(1 / spacing)
+            spacing += 0.5 if self.part == "wide" else 0.0  # wide ones on centres and borders in turn, or they would miss every other row
             m_hi = m_lo + math.ceil((m_hi - m_lo) * u_max / spacing - 1e-3) * spacing / u_max
         count = min(math.ceil((m_hi - m_lo) * u_max / spacing - 1e-6) + 1, max_side - 1)
         factor = 2 ** (self.fine.zones - 1)
         count = max(factor * math.ceil((count - 1) / factor), factor) + 1
+        if self.part == "close":
+            whole = SECTOR * min(math.ceil((count - 1) / SECTOR), max_side // (SECTOR + 1)) + 1
+            if u_min > PARALLEL * max(self.size):
+                m_hi = m_lo + (m_hi - m_lo) * (whole - 1) / (count - 1)  # some beyond the picture, so that they keep to the pixels
+            count = whole
         return Quadrant(axis, sign, m_lo, (m_hi - m_lo) / (count - 1), count, u_min, u_max)
 
     def _nodes(self, q: Quadrant) -> tuple[Array, bool]:
@@ -243,6 +275,18 @@ class Grid:
         for begin, end in itertools.pairwise(q.splits):
             cuts = [begin, *breaks[(breaks > begin) & (breaks < end)].tolist(), end]
             q.runs.append([(a, b) for a, b in itertools.pairwise(cuts) if b > a])
+
+    def aside(self, q: Quadrant) -> float:
+        """Find how far beside its line, in lines of the finest zone, a step's one sample and then its other lie.
+
+        Lines far apart miss what lies between; bilinear samples on both sides of them reach farther.
+        """
+        return 0.25 * max(0.0, 1 - 2 / max(q.dm * q.u_max, 1e-9)) if self.part == "wide" else 0.0
+
+    def near(self, q: Quadrant) -> float:
+        """Find how far from the light the lines of the nearest zone lie closer than CLOSE_PX: wide lines are close enough there."""
+        stride = 2 ** (len(q.splits) - 2)
+        return max(min(CLOSE_PX / (stride * q.dm), float(q.u[q.splits[1]])), BESIDE_PX)
 
     def uv(self, q: Quadrant, s: Array, sign: int) -> Array:
         """Find the position in pixels on line 0 at distances s, and its change from line to line: (n, 4)."""

@@ -29,6 +29,8 @@ struct Bundle {               // one workgroup's lines
     state_out: u32,           // NOWHERE: no farther zone goes on from here
     end: f32,                 // 1 - D: the step of the far end over that of the sample
     column: u32,              // texture column of line 0
+    sector: u32,              // where `state` tells whether the lines are needed; NOWHERE: they are
+    aside: f32,               // lines of the finest zone by which a step's samples lie beside the line, one on each side
     c: vec4f,                 // of the powers
     beyond_c: vec4f,
     gain: vec4f,              // of the light; w: fifth of beyond_c
@@ -47,7 +49,7 @@ fn sample_source(position: vec4f, line: u32, stride: u32) -> vec3f {
 }
 
 /// Reads the table: for each run of steps of equal length the position of its first sample, how it moves from step to step, the
-/// position of the far end, and (number of steps, 1 if the far end counts); then for each step and power (g, k1, k2, k3).
+/// position of the far end, and (number of steps, 1 if the far end counts, steps to one sample of it); then for each step and power (g, k1, k2, k3).
 /// A position is that of line 0 and the vector from line to line.
 fn table_texel(i: u32) -> vec4f {
     return textureLoad(table, vec2u(i & 255u, i >> 8u), 0);
@@ -98,7 +100,9 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var sum: Rgb;             // zeroed by hand: the translator does not, within a loop
     var at = bundle.run;
     var node = 0u;
-    var left = bundle.steps;
+    // close lines leave no state: it tells of each sector whether it needs them
+    let is_needed = bundle.sector == NOWHERE || state[min(bundle.sector, arrayLength(&state) - 1u)] > 0.0;
+    var left = select(0u, bundle.steps, is_needed);
     while (left > 0u) {
         // Read the head of a run of steps of equal length
         let first = table_texel(at);
@@ -108,22 +112,26 @@ fn scan(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let steps = min(u32(about.x), left);
         left -= steps;
         at += 4u;
-        for (var n = 0u; n < steps; n++) {
-            // Sample the step's two halves, and the far end of the ray
-            let position = first + f32(n) * step;
-            let i1 = sample_lines(position, line, bundle.stride);
-            let i2 = sample_lines(position + 0.5 * step, line, bundle.stride);
+        for (var begin = 0u; begin < steps; begin += u32(about.z)) {
+            // Sample the far end of the ray, in the middle of some steps
             if (FAR_END) {
-                if (about.y > 0.0) { i3 = sample_lines(end + (f32(n) * bundle.end) * step, line, bundle.stride); }
+                if (about.y > 0.0) { i3 = sample_lines(end + ((f32(begin) + 0.5 * (about.z - 1.0)) * bundle.end) * step, line, bundle.stride); }
             }
-            // Step every moment, and sum them
-            sum = Rgb();
-            //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
-            //! each k of 5: if (k < BEYOND) { let w = table_texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
-            at += POWERS + BEYOND;
-            // a store beyond the texture is dropped
-            store_sums(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
-            node++;
+            for (var n = begin; n < min(begin + u32(about.z), steps); n++) {
+                // Sample the step's two halves
+                let position = first + f32(n) * step;
+                let middle = position + 0.5 * step;
+                let i1 = sample_lines(position - vec4f(bundle.aside * position.zw, 0.0, 0.0), line, bundle.stride);
+                let i2 = sample_lines(middle + vec4f(bundle.aside * middle.zw, 0.0, 0.0), line, bundle.stride);
+                // Step every moment, and sum them
+                sum = Rgb();
+                //! each k of 3: if (k < POWERS) { let w = table_texel(at + k); a[k] = w.x * a[k] + w.y * i1 + w.z * i2; if (FAR_END && BEYOND == 0u) { a[k] += w.w * i3; } sum += c[k] * a[k]; }
+                //! each k of 5: if (k < BEYOND) { let w = table_texel(at + POWERS + k); b[k] = w.x * b[k] + w.w * i3; sum += d[k] * b[k]; }
+                at += POWERS + BEYOND;
+                // a store beyond the texture is dropped
+                store_sums(bundle.column + line, select(bundle.row + node, NOWHERE, node < bundle.skip), bundle.gain.rgb, sum);
+                node++;
+            }
         }
     }
     if (bundle.state_out != NOWHERE) {

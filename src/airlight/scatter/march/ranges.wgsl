@@ -41,7 +41,10 @@ fn project_ray(i: u32, ray: Ray, range: vec2f, margin: f32) -> ProjectedRay {
 fn clip_to_cone(ray: Ray, range: vec2f, cosine: f32) -> vec2f {
     let from_light = ray.origin - light.position;
     let ahead = clip_range(range, dot(from_light, light.axis), dot(ray.direction, light.axis));
-    return select(clip_to_narrow_cone(from_light, ray.direction, light.axis, range, cosine), ahead, cosine < 1e-3); // a half space
+    // Count t from the nearest approach: of a ray close by the light few digits would be left of the cone's squares
+    let t = -dot(from_light, ray.direction);
+    let within = clip_to_narrow_cone(from_light + t * ray.direction, ray.direction, light.axis, range - t, cosine) + t;
+    return select(within, ahead, cosine < 1e-3); // a half space
 }
 
 /// Clip a range of t of the ray q + t direction to a cone around an axis from the origin, less than a half space.

@@ -3,12 +3,6 @@
 //! include "scatter/march/ranges.wgsl"
 override MAPS: u32 = 1u;
 
-struct Core {
-    middle: vec2f,              // pixels: the epipole
-    begin: vec2u,               // of the pixels that are walked
-    radius: f32,                // pixels
-}
-
 @group(0) @binding(7) var<uniform> core: Core;
 
 /// Walk the texels that a ray crosses in a map, and integrate over what is lit of a range of it.

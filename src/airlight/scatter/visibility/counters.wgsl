@@ -1,13 +1,13 @@
 // Masks of bits over the rays of a row, and the bit planes that count them.
 const SAMPLES = 15.0;           // of a block: as many as four planes count
 const UNHIDDEN = -1e9;          // depth of what hides nothing
-const ROOM = 1.03;              // factor of how far a ray is needed by pixels beside it
 
 /// Find the first ray of a row that a sample lights where slopes rise along the row, or that it hides, else. first, last: of a linear
 /// function that is 0 or more where the sample lights, at the row's first ray and at its last; rays: less 1. Twin: reference/visibility.py:lit_from.
 fn lit_from(first: f32, last: f32, rays: f32, rises: bool) -> i32 {
     let change = first - last;
-    let crossing = ceil(clamp(first / select(change, 1.0, change == 0.0), 0.0, 1.0) * rays);
+    let share = clamp(first / select(change, 1.0, change == 0.0), 0.0, 1.0);
+    let crossing = ceil(select(share, sqrt(share), DENSER) * rays);
     let none = rays + 1.0;
     let rising = select(select(crossing, none, last < 0.0), 0.0, first >= 0.0);
     let falling = select(select(crossing, none, last >= 0.0), 0.0, first < 0.0);

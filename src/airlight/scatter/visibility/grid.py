@@ -23,13 +23,14 @@ EDGES = ((0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0))  # left, right, upper, lower: a
 
 @dataclass(frozen=True)
 class Fineness:
-    """Sets how fine a table is: pixels between rows where they leave the picture, and between rays; blocks an octave of distance, a power
-    of 2; texels of the widest block, a power of 2."""
+    """Sets how fine a table is: pixels between rows where they leave the picture, and between rays; of suns blocks an octave of distance, a
+    power of 2, and texels of the widest block, a power of 2; of lamps blocks in all."""
 
     row_px: float
     ray_px: float
-    per: int
+    per: int = 8
     widest: int = 32
+    blocks: int = 64
 
     def of_picture(self, size: tuple[int, int]) -> "Fineness":
         """Lays rows and rays closer in pictures smaller than FULL_PX, so that as much is seen between them."""

@@ -5,11 +5,13 @@
 //! include "scatter/march/ray.wgsl"
 override PER: f32 = 8.0;        // blocks an octave, a power of 2
 override WIDEST: f32 = 32.0;    // texels, a power of 2
+override DENSER: bool = false;  // rays lie closer towards where their row enters: at squares of even shares of its length
 
 const MOST_WORDS = 4u;          // of 32 rays each, of a row
 const NO_SURFACE = 1e9;         // texels
 const TILE_PX = 16u;             // pixels along a tile of the greatest depths, see farthest.wgsl
 const LEAST_PACE = 1e-6;        // texels a unit of the ray, at the epipole
+const ROOM = 1.03;              // factor of how far a ray is needed by pixels beside it
 
 struct MapOfGrid {              // one for each shadow view of the sun
     eye: vec3f,                 // where the eye is in the map: texels, depth
@@ -43,6 +45,12 @@ struct Row {
     end: vec2f,                 // the last ray
     rays: f32,
     map: u32,
+}
+
+struct Core {                   // pixels around the epipole, whose light is not read from the table
+    middle: vec2f,              // pixels: the epipole
+    begin: vec2u,               // of the pixels
+    radius: f32,                // pixels
 }
 
 @group(0) @binding(6) var<uniform> grid: Grid;

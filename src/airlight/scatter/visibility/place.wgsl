@@ -20,7 +20,8 @@ fn place_in_grid(p: vec2f, size: vec2f, slope: f32, offset: vec2f, rate: vec2f, 
     let along = select(p.x + t_out * away.x, p.y + t_out * away.y, sideways) * select(rate.y, rate.x, sideways);
     let begins = select(select(first.z, first.w, forward.y), select(first.x, first.y, forward.x), sideways);
     let count = select(select(rays.z, rays.w, forward.y), select(rays.x, rays.y, forward.x), sideways);
-    return PlaceInGrid(begins + along, t_in / (t_in + t_out) * (count - 1.0), count);
+    let share = t_in / (t_in + t_out);
+    return PlaceInGrid(begins + along, select(share, sqrt(share), DENSER) * (count - 1.0), count);
 }
 
 /// Interpolate between four values in a row. part: 0 to 3. Twin: reference/visibility.py:between_planes.

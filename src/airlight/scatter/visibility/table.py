@@ -1,4 +1,4 @@
-"""Plans and records tables of visibility for suns: counts of lit samples, their sums, and the look-up of each pixel."""
+"""Plans and records tables of visibility: of suns, counts of lit samples, their sums, and the look-up of each pixel."""
 
 import math
 from collections.abc import Sequence
@@ -14,20 +14,20 @@ from airlight.lights.punctual import PunctualLight
 from airlight.medium.resolve import FOGS, ResolvedMedium
 from airlight.projection import eye_rays
 from airlight.scatter.march.cookies import SHAPES, shape_of
-from airlight.scatter.march.records import FRAME, LIGHT, frame_record, light_record
-from airlight.scatter.visibility.grid import EDGES, WORD, Fineness, RowGrid, block_count, row_grid
+from airlight.scatter.march.records import FRAME, frame_record, light_record
+from airlight.scatter.visibility.base import FOLDER, GROUP, Table
+from airlight.scatter.visibility.grid import Fineness, RowGrid, block_count, row_grid
+from airlight.scatter.visibility.lamps import LampTable
 from airlight.shadows import Shadow
 
-FOLDER = "scatter/visibility"
-FARTHEST, ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("farthest", "ends", "bits", "table", "apply", "core"))
-GRID, ROW = (struct_dtype(f"{FOLDER}/grid.wgsl", name) for name in ("Grid", "Row"))
+ENDS, BITS, TABLE, APPLY, CORE = (f"{FOLDER}/{name}.wgsl" for name in ("ends", "bits", "table", "apply", "core"))
+ROW = struct_dtype(f"{FOLDER}/grid.wgsl", "Row")
 FINENESS = {"draft": Fineness(8, 12, 8), "normal": Fineness(6, 12, 8), "fine": Fineness(4, 8, 16)}
+SPOT_FINENESS = {"draft": Fineness(8, 12, blocks=48), "normal": Fineness(5.5, 10, blocks=60), "fine": Fineness(4, 4, blocks=96)}
+POINT_FINENESS = {"draft": Fineness(12, 8, blocks=48), "normal": Fineness(10, 6, blocks=60), "fine": Fineness(6, 4, blocks=90)}
 BUDGET = 2**28  # bytes of a picture's tables
-ROOM = 1.25  # factor of what is needed, where a resource is made anew because it was too small
 CORE_RADIUS_PX = 40.0  # around the epipole, in which pixels are walked
 CORE_SHARE = 1 / 32  # of the picture's width, that it is at most
-TILE_PX = 16  # as in grid.wgsl
-GROUP, SQUARE = 64, 8  # invocations of a workgroup, and along one of pixels
 Lit = tuple[PunctualLight, Shadow | None]
 
 
@@ -38,44 +38,30 @@ def refusal(light: PunctualLight, shadow: Shadow | None, medium: ResolvedMedium,
         return "for cameras with perspective"
     if m.shadow_filter != "nearest" or m.soften:
         return "for shadow-filter nearest, without soften"
+    if shadow is None or not shadow.views or (light.directional and m.sun_steps is not None):
+        return "for light with shadows, and for suns whose steps are not said"
     if not light.directional:
-        return "for suns"
-    if shadow is None or not shadow.views or m.sun_steps is not None:
-        return "for suns with shadows, whose steps are not said"
-    if medium.varies or (medium.fades_suns and medium.settings.fog == "linear"):
+        if medium.varies or medium.settings.fog != "none":
+            return "for lamps in even air"
+        if len(light.planes()) or light.falloff_terms() != (1.0, 0.0, 0.0):
+            return "for lamps whose light falls with the square of the distance, and not for projectors"
+    elif medium.varies or (medium.fades_suns and medium.settings.fog == "linear"):
         return "for even air and for exponential fog"
     if panes or shadow.glass is not None or SHAPES.index(shape_of(light)) or light.own_medium(medium) is not medium:
         return "for light without glass, cookies, or a medium of its own"
     return None
 
 
-class SunTable:
-    """Holds one sun's table for pictures of `pixels` (width, height).
-
-    atlas: the texture of what is summed: rows below each other, layers of a row's rays side by side. buffers: by the names of the shaders'
-    variables. counts: (blocks, maps).
-    """
+class SunTable(Table):
+    """Holds one sun's table."""
 
     def __init__(self, device: Device, pixels: tuple[int, int]) -> None:
-        self.device, self.pixels = device, pixels
-        self._light = device.buffer(size=LIGHT.itemsize, uniform=True)
-        self._grid = device.buffer(size=GRID.itemsize, uniform=True)
-        self._core = device.buffer(size=24, uniform=True)
-        self._parts = [device.buffer(size=16, uniform=True) for _ in EDGES]
-        self.buffers: dict[str, Any] = {}
-        self.atlas: Any = None
-        across, down = (-(-side // TILE_PX) for side in pixels)
-        self._tiles = [device.texture(across, down, "r32float") for _ in range(2)]
-        self._binds: dict[Any, tuple[tuple[Any, ...], Any]] = {}
-        self._shadow: Any = None
-        self._core_groups = (0, 0)
+        super().__init__(device, pixels)
         self._rises, self._step = False, 3
         self._constants: tuple[dict[str, Any], ...] = ()  # of pipelines: fineness, fog, whether it dims the sun, colours, maps
         self._phase: dict[str, Any] = {}
         self._biased: dict[str, Any] = {}
         self._looks: dict[str, Any] = {}  # of the look-up
-        self._dispatches: list[tuple[int, int, int]] = []  # of each edge: its number, rows, words
-        self.counts = (0, 0)  # blocks, maps
 
     def update(
         self, view: Any, projection: Any, light: PunctualLight, shadow: Shadow, medium: ResolvedMedium, fineness: Fineness, room: int
@@ -93,31 +79,11 @@ class SunTable:
         stops = [_stop(one, view, shadow.size) for one in shadow.views]
         longest = max(min(stop, reach / one.texel) for stop, one in zip(stops, shadow.views, strict=True))
         layers = -(-block_count(longest, fineness.per, fineness.widest) // step)
-        blocks, count, words = layers * step, len(records), rows.words
-        atlas = int(rows.rays.max()) * layers, count
-        sizes = {
-            "rows": count * ROW.itemsize,
-            "planes": blocks * words * count * 16,
-            "ray_ends": words * WORD * count * 4,
-            "word_ends": words * count * 4,
-        }
-        total = int(ROOM**2 * atlas[0] * atlas[1] * 8 + ROOM * sum(sizes.values()))
-        largest = self.device.device.limits["max-storage-buffer-binding-size"]
-        if total > room or max(atlas) > self.device.max_side or sizes["planes"] > largest:
+        blocks, count = layers * step, len(records)
+        total = self._fit(rows, count, blocks, layers, ROW.itemsize, room)
+        if total == 0:
             return 0
-        for name, need in sizes.items():
-            if name not in self.buffers or self.buffers[name].size < need:
-                self.buffers[name] = self.device.buffer(size=-(-min(int(ROOM * need), largest) // 16) * 16)
-        if self.atlas is None or any(have < need for have, need in zip(self.atlas.size, atlas, strict=False)):
-            wide, high = (min(int(ROOM * side), self.device.max_side) for side in atlas)
-            self.atlas = self.device.texture(wide, high, "rgba16float")
-        out = np.zeros((), GRID)
-        out["offset"], out["slope"], out["rate"] = rows.offset, rows.slope, rows.rate
-        out["count"], out["layers"], out["words"] = count, layers, words
-        out["first"], out["rays"] = rows.first, rows.rays
-        out["middle"], out["spread"] = (medium.sigma_t.max() + medium.sigma_t.min()) / 2, np.ptp(medium.sigma_t)
-        out["tiles_about"] = math.ceil(rows.apart / TILE_PX)
-        out["atlas_texel"] = 1 / np.array(self.atlas.size[:2], float)
+        out = self._grid_record(rows, count, layers, medium)
         for i, (at, one) in enumerate(zip(out["map"], shadow.views, strict=False)):
             at["eye"] = (one.matrix @ np.linalg.inv(view))[:3, 3]
             at["stop"], at["near"], at["far"] = stops[i], one.span[0], min(one.span[1], 3e38)
@@ -126,13 +92,9 @@ class SunTable:
         write(self._grid, 0, out.tobytes())
         write(self._light, 0, light_data.tobytes())
         write(self.buffers["rows"], 0, records.tobytes())
-        self._dispatches = []
-        for k, (first, last) in enumerate(zip(rows.first.tolist(), rows.last.tolist(), strict=True)):
-            if last >= first:
-                write(self._parts[k], 0, np.array([first, last - first + 1, len(rows.begin), 0], np.uint32).tobytes())
-                self._dispatches.append((k, last - first + 1, int(rows.rays[k]) // WORD))
+        self._divide(rows)
         self.counts = blocks, maps
-        self._core_groups = self._place_core(rows)
+        self._core_groups = self._place_core(rows, min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0]))
         self._shadow = shadow.texture
         fog = {"FOG": FOGS.index(medium.settings.fog)}
         fineness_constants = {"PER": fineness.per, "WIDEST": fineness.widest}
@@ -148,19 +110,6 @@ class SunTable:
         }
         self._looks["BEYOND"] = any(reach / one.texel > stop for stop, one in zip(stops, shadow.views, strict=True))
         return total
-
-    def _place_core(self, rows: RowGrid) -> tuple[int, int]:
-        """Places the pixels around the epipole that are walked; returns the workgroups that hold them."""
-        epipole, size = rows.epipole, np.array(self.pixels, float)
-        radius = min(CORE_RADIUS_PX, CORE_SHARE * self.pixels[0])
-        low = np.clip(np.floor(epipole - radius), 0, size).astype(int)
-        high = np.clip(np.ceil(epipole + radius), 0, size).astype(int)
-        if (high <= low).any():
-            return 0, 0
-        data = np.array(epipole, np.float32).tobytes() + np.array(low, np.uint32).tobytes() + np.array([radius, 0], np.float32).tobytes()
-        self.device.queue.write_buffer(self._core, 0, data)
-        across, down = (-(-(high - low) // SQUARE)).tolist()
-        return across, down
 
     def record(
         self, encoder: Any, frame: Any, depth: Any, textures: tuple[Any, Any, Any], first: bool, last: bool, timer: Timer | None
@@ -180,10 +129,7 @@ class SunTable:
             compute(encoder, pipeline, self._bound((path, key), path, *common, to, self._grid, *held), counts, label, timer)
 
         rows = sum(count for _, count, _ in self._dispatches) * self.counts[1]
-        folded, spread = self._tiles
-        squares = tuple(-(-side // (TILE_PX * SQUARE)) for side in self.pixels)
-        run(FARTHEST, "fold", "table ends", 0, (before, folded, self.device.sampler("nearest")), squares)
-        run(FARTHEST, "spread", "table ends", 1, (folded, spread, self.device.sampler("nearest")), squares)
+        spread = self._record_farthest(encoder, (*common, transmittance, self._grid), before, timer)
         run(ENDS, "ends", "table ends", 0, (b["rows"], b["ray_ends"], b["word_ends"], spread), (-(-rows // GROUP),))
         for k, count, words in self._dispatches:
             bound = (b["rows"], b["word_ends"], b["planes"], self._parts[k], self.device.sampler("nearest"))
@@ -194,19 +140,11 @@ class SunTable:
             own = {**fineness, **fog, **fades, **colours, **maps}
             run(TABLE, "accumulate", "table sums", k, held, (-(-count // GROUP), 4 * words, self.counts[1]), **own)
         lit = {"FIRST": first, **fog, **maps, **fades, **self._phase}
-        counts = tuple(-(-side // SQUARE) for side in self.pixels)
+        counts = -(-self.pixels[0] // GROUP), self.pixels[1]
         looked_up = self.atlas, self.device.sampler(), transmittance
         run(APPLY, "apply", "table look-up", first, looked_up, counts, LAST=last, **lit, **fineness, **colours, **self._looks)
         if self._core_groups[0]:
             run(CORE, "walk_core", "table core", first, (self._core,), self._core_groups, DIRECTIONAL=True, **lit, **self._biased)
-
-    def _bound(self, key: Any, path: str, *parts: Any) -> Any:
-        """Makes a bind group, or keeps it while `parts` are the same."""
-        had = self._binds.get(key)
-        if had is None or any(a is not b for a, b in zip(had[0], parts, strict=True)):
-            seen = [part.create_view(dimension="2d-array") if part is self._shadow else part for part in parts]
-            had = self._binds[key] = parts, self.device.bind(path, *seen)
-        return had[1]
 
 
 def _row_records(rows: RowGrid, shadow: Shadow, view: Any, projection: Any) -> tuple[np.ndarray, bool]:
@@ -251,7 +189,7 @@ class VisibilityTables:
         self.frame = device.buffer(size=FRAME.itemsize, uniform=True)
         self.count, self.alone = 0, False
         self._other: Any = None
-        self.tables: list[SunTable] = []
+        self.tables: list[SunTable | LampTable] = []
         self._told = False
 
     @property
@@ -266,12 +204,16 @@ class VisibilityTables:
             return lights
         others, room, why = [], BUDGET, None
         flat = bool(eye_rays(projection)[1])
+        eye = np.linalg.inv(np.asarray(view, np.float64))[:3, 3]
         for light, shadow in lights:
+            if light.fade(eye, medium) == 0:
+                continue
             refused = refusal(light, shadow, medium, flat, panes)
             if refused is None and shadow is not None:
-                if self.count == len(self.tables):
-                    self.tables.append(SunTable(self.device, self.pixels))
-                used = self.tables[self.count].update(view, projection, light, shadow, medium, FINENESS[medium.table], room)
+                table = self._table(SunTable if light.directional else LampTable)
+                around = POINT_FINENESS if light.flags.get("CUBE") else SPOT_FINENESS
+                fineness = (FINENESS if light.directional else around)[medium.table]
+                used = table.update(view, projection, light, shadow, medium, fineness, room)
                 if used:
                     room -= used
                     self.count += 1
@@ -292,6 +234,12 @@ class VisibilityTables:
         if self.count:
             self.device.queue.write_buffer(self.frame, 0, frame_record(view, projection, medium, self.pixels, self.pixels).tobytes())
         return others
+
+    def _table(self, kind: type[SunTable] | type[LampTable]) -> SunTable | LampTable:
+        """Keeps the table that is next in order, or makes one if it is of another kind."""
+        if self.count == len(self.tables) or type(self.tables[self.count]) is not kind:
+            self.tables[self.count : self.count + 1] = [kind(self.device, self.pixels)]
+        return self.tables[self.count]
 
     def record(self, encoder: Any, depth: Any, nothing: Any, timer: Timer | None = None) -> None:
         """Records the tables, and adds their light to what is `below`. nothing: a texture that is bound where nothing is read."""

@@ -4,17 +4,11 @@
 //     V(t) = C(t) / U(t),   U(t) = integral of rho e^(-sigma s),   C(t) = the same, times the lit share,
 //
 // s the optical length by which the light comes, for the mid-range sigma of the three colours; where they differ, dV / d sigma goes with it.
-// V is smooth where C is not, so that pixels between rays interpolate it. A ray ends at the surface that is seen there, but pixels beside it
-// may see farther: what they are given is the ray's visibility before its surface carried on through what is solid, and behind it the true
-// sum again.
+// V is smooth where C is not, so that pixels between rays interpolate it.
 //! include "scatter/visibility/grid.wgsl"
 //! include "scatter/visibility/counters.wgsl"
-override COLOURS: bool = false; // extinction differs between red, green and blue
+//! include "scatter/visibility/sums.wgsl"
 override MAPS: u32 = 1u;
-
-const ROUNDING = 0.07;          // of a lit share, by samples
-const HALF_SAMPLE = 0.0333;     // share, that counts of fewer samples lack on the mean where some are lit
-const LEAST_SHARE = 0.06;       // of a block before a surface
 
 struct Part {                   // as in bits.wgsl
     first: u32,
@@ -25,18 +19,11 @@ struct Part {                   // as in bits.wgsl
 struct Rays {                   // four rays, along which the blocks are summed
     metres: vec4f,              // of a texel
     climb: vec4f,               // m of height of a texel
-    surface: vec4f,             // texels
     near: vec4f,                // texels from where it counts
     seen: vec4f,                // transmittance to where the block begins
     dense: vec4f,               // optical length to there, m
     way: vec4f,                 // and with that from the sun
-    u: vec4f,
-    lit: vec4f,                 // C, true
-    stored: vec4f,              // C, as pixels beside read it
-    lengths: vec4f,             // integral as U, times s
-    lit_lengths: vec4f,
-    stored_lengths: vec4f,
-    before: vec4f,              // running visibility
+    sums: Sums,
 }
 
 @group(0) @binding(7) var<storage, read> rows: array<Row>;
@@ -58,8 +45,7 @@ fn begin_rays(i: u32, first: u32, row: Row) -> Rays {
     let surface = vec4f(ray_ends[index.x], ray_ends[index.y], ray_ends[index.z], ray_ends[index.w]);
     let zero = vec4f(0.0);
     let metres = sqrt(x * x + y * y + 1.0) / pace;
-    let unknown = vec4f(-1.0);
-    var rays = Rays(metres, climb / pace, surface, zero, vec4f(1.0), zero, zero, vec4f(1e-30), zero, zero, zero, zero, zero, unknown);
+    var rays = Rays(metres, climb / pace, zero, vec4f(1.0), zero, zero, begin_sums(surface));
     if (MAPS > 1u) { rays.near = grid.map[row.map].near * pace; }
     if (FADES) { rays.way = vec4f(height_column(frame.base_height, layer_of_fog()) / max(light.climb, 1e-6)); }
     return rays;
@@ -87,7 +73,7 @@ fn columns(y: vec4f) -> vec4f {
 
 /// Add a block, from `begin` on and so wide, texels, in which such shares of four rays are lit. Twin: reference/visibility.py:add_block.
 fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
-    var sums = rays;
+    var out = rays;
     // Weigh the block
     var weight = vec4f(0.0);
     var middle = vec4f(0.0);
@@ -97,44 +83,20 @@ fn add_block(rays: Rays, share: vec4f, begin: f32, wide: f32) -> Rays {
         let long = wide * rays.metres;
         let each = long * mean_of_four(grid.middle * long);
         weight = rays.seen * each * counts;
-        sums.seen = rays.seen * (1.0 - grid.middle * each);
+        out.seen = rays.seen * (1.0 - grid.middle * each);
         middle = (begin + 0.5 * wide) * rays.metres;
     } else {
         let y = frame.base_height + (begin + wide) * rays.climb;
-        sums.dense = (begin + wide) * rays.metres * mean_densities(y);
-        sums.way = sums.dense;
-        if (FADES) { sums.way += columns(y) / max(light.climb, 1e-6); }
-        let least = min(rays.way, sums.way);
-        let mean = exp(-grid.middle * least) * mean_of_four(grid.middle * (max(rays.way, sums.way) - least));
-        weight = (sums.dense - rays.dense) * mean * counts;
-        middle = 0.5 * (rays.way + sums.way);
+        out.dense = (begin + wide) * rays.metres * mean_densities(y);
+        out.way = out.dense;
+        if (FADES) { out.way += columns(y) / max(light.climb, 1e-6); }
+        let least = min(rays.way, out.way);
+        let mean = exp(-grid.middle * least) * mean_of_four(grid.middle * (max(rays.way, out.way) - least));
+        weight = (out.dense - rays.dense) * mean * counts;
+        middle = 0.5 * (rays.way + out.way);
     }
-    sums.u += weight;
-    let added = weight * share;
-    sums.lit += added;
-    // Carry on visibility behind the ray's own surface
-    let part = clamp((rays.surface - begin) / wide, vec4f(0.0), vec4f(1.0));
-    let ahead = part >= vec4f(1.0);
-    let behind = part <= vec4f(0.0);
-    let known = select(rays.before, share, rays.before < vec4f(0.0));
-    let some = select(vec4f(0.0), vec4f(HALF_SAMPLE), share > vec4f(0.0));
-    let own = min((share + some) / max(part, vec4f(LEAST_SHARE)), vec4f(1.0));
-    let held = select(known, own, !behind & (share <= part + ROUNDING));
-    let returns = ahead | (behind & (share > vec4f(0.0)));
-    sums.stored = select(rays.stored + weight * held, sums.lit, returns);
-    sums.surface = select(rays.surface, vec4f(NO_SURFACE), returns & behind);
-    sums.before = select(known, 0.5 * (known + share), ahead);
-    if (COLOURS) {
-        sums.lengths += weight * middle;
-        sums.lit_lengths += added * middle;
-        sums.stored_lengths = select(rays.stored_lengths + weight * held * middle, sums.lit_lengths, returns);
-    }
-    return sums;
-}
-
-/// Find dV / d sigma times the spread of the extinctions. Twin: reference/visibility.py:slopes.
-fn slopes(rays: Rays) -> vec4f {
-    return grid.spread * (rays.stored / rays.u * rays.lengths - rays.stored_lengths) / rays.u;
+    out.sums = add_weighed(rays.sums, share, weight, middle, vec4f(1.0), begin, wide);
+    return out;
 }
 
 /// Sum eight rays of a row, every fourth of a word's, and write them into the atlas.
@@ -162,7 +124,7 @@ fn accumulate(@builtin(global_invocation_id) id: vec3u) {
         var n = 0u;
         var from_low = vec4f(0.0);
         var from_high = vec4f(0.0);
-        //! each j of 3: if (!COLOURS || j < 2u) { wide = block_begin(f32(layer_index * step + j) + 1.0) - begin; n = nibbles(planes[((layer_index * step + j) * grid.words + word) * grid.count + i], q); low = add_block(low, vec4f((vec4u(n) >> vec4u(0u, 4u, 8u, 12u)) & vec4u(15u)) / SAMPLES, begin, wide); high = add_block(high, vec4f((vec4u(n) >> vec4u(16u, 20u, 24u, 28u)) & vec4u(15u)) / SAMPLES, begin, wide); begin += wide; from_low = low.stored / low.u; from_high = high.stored / high.u; if (j == 0u) { v1 = from_low; w1 = from_high; if (COLOURS) { v3 = slopes(low); w3 = slopes(high); } } if (j == 1u) { v2 = from_low; w2 = from_high; } if (j == 2u) { v3 = from_low; w3 = from_high; } }
+        //! each j of 3: if (!COLOURS || j < 2u) { wide = block_begin(f32(layer_index * step + j) + 1.0) - begin; n = nibbles(planes[((layer_index * step + j) * grid.words + word) * grid.count + i], q); low = add_block(low, vec4f((vec4u(n) >> vec4u(0u, 4u, 8u, 12u)) & vec4u(15u)) / SAMPLES, begin, wide); high = add_block(high, vec4f((vec4u(n) >> vec4u(16u, 20u, 24u, 28u)) & vec4u(15u)) / SAMPLES, begin, wide); begin += wide; from_low = low.sums.stored / low.sums.u; from_high = high.sums.stored / high.sums.u; if (j == 0u) { v1 = from_low; w1 = from_high; if (COLOURS) { v3 = slopes(low.sums); w3 = slopes(high.sums); } } if (j == 1u) { v2 = from_low; w2 = from_high; } if (j == 2u) { v3 = from_low; w3 = from_high; } }
         if (layer_index == 0u) { v0 = v1; w0 = w1; }
         let at = layer_index * wide_row + first;
         //! each j of 4: textureStore(atlas, vec2u(at + 4u * j, i), vec4f(v0[j], v1[j], v2[j], v3[j]));
