@@ -5,6 +5,7 @@
 // BINS parts of the coordinate, what is dark for all of its pixels: scan.wgsl. A sun's coordinate is divided in ratios, a lamp's evenly.
 //! include "scatter/march/ray.wgsl"
 //! include "scatter/visibility/place.wgsl"
+override DENSER: bool = false;  // of the grid's rays, as of grid.wgsl
 
 const BINS = 36u;               // of the coordinate
 const STEPS = 3.0;              // bins of a layer of the atlas, whose texel holds the values at their four ends
