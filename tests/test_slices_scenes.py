@@ -12,7 +12,7 @@ from airlight.cli import main
 from airlight.errors import AirlightWarning
 from airlight.medium.resolve import AMID
 from airlight.options import March, Parameters
-from airlight.scatter.methods import FOR_MEDIUM, METHODS, WINDOWS, of_medium
+from airlight.scatter.methods import METHODS, WINDOWS, of_medium
 
 gfx = pytest.importorskip("pygfx")
 from test_coloured_glass import BEHIND_GAP, BLUE, GREEN, RED, spot, tinted  # noqa: E402
@@ -65,7 +65,7 @@ def test_a_lamps_light_takes_the_colours_of_a_gap(stage: Stage, kind: str) -> No
 # ---------------------------------------------------------------- what is left out
 
 
-@pytest.mark.parametrize("method", [name for name in of_medium() if METHODS[name].lights != WINDOWS and name != FOR_MEDIUM])
+@pytest.mark.parametrize("method", [name for name in of_medium() if METHODS[name].lights != WINDOWS and not METHODS[name].follows_fields])
 def test_programs_are_told_once_what_a_method_leaves_out(stage: Stage, method: str) -> None:
     """Noise, and what glass takes from light where it does not follow that; nothing of a scene that has neither."""
     stage.scene.add(mesh(square(40, 20, (0, 0, -9)), color="#444"))

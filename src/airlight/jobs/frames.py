@@ -32,11 +32,12 @@ from airlight.options import (
     SceneOptions,
     build,
     refuse_look,
+    settled_method,
 )
 from airlight.options.storage import Storage
 from airlight.process import standard
 from airlight.progress import SILENT, Work, showing
-from airlight.scatter.methods import METHODS
+from airlight.scatter.methods import AUTO, METHODS
 
 if TYPE_CHECKING:
     from airlight.scenes import Stage
@@ -284,6 +285,10 @@ def _rendered(r: FramesRequest, told: Work) -> tuple[FrameWork | None, int, int]
         put_densities(stage, r.volume, r.particles, float(r.fps), cells)
         if r.volume or r.particles:
             suit(stage, values, cells)
+    whole = stage.settings | values
+    if (settled := settled_method(whole, bool(stage.fields))) != whole.get("method", settled):
+        say(f"method {AUTO}: no medium is given, so it is {settled}; --medium or --sigma-t makes one")
+        values |= {"method": settled}
     built = build(stage.settings | values)
     put_daylight(stage, built, sun, daylight)
     parameters, method = built[Parameters], METHODS[built[Parameters].method]

@@ -18,7 +18,7 @@ from airlight.scatter import methods
 __all__ = [
     "ALL", "NOT_IN_SCENES", "OF_LOOK", "OF_SCENES", "OF_SUM", "Composite", "Daylight", "DaylightPicture", "DaylightScene", "Look", "March",
     "Medium", "Option", "Options", "Parameters", "SceneOptions", "build", "chosen_look", "declared", "of_medium_alone",
-    "refuse_look", "refuse_medium",
+    "refuse_look", "refuse_medium", "settled_method",
 ]  # fmt: skip
 
 OF_PICTURES: tuple[type[Options], ...] = (Look, Parameters, Composite, Daylight, DaylightPicture)
@@ -40,6 +40,13 @@ def of_medium_alone(names: Iterable[str]) -> Option | None:
     """Find the first of some options that only methods that light a medium read, as sigma_t: whoever writes it wants such a method."""
     some, screen = set(names), set(methods.of_screen())
     return next((one for one in declared(scenes=True) if one.name in some and one.methods and not screen & set(one.methods)), None)
+
+
+def settled_method(values: dict[str, Any], has_densities: bool = False) -> str:
+    """Give the method of some values of a scene: of auto what it is without a medium, if none of them, and no density, makes one."""
+    method: str = values.get("method", methods.DEFAULT)
+    has_medium = has_densities or of_medium_alone(values) is not None
+    return methods.DEFAULT if method == methods.AUTO and not has_medium else method
 
 
 def refuse_medium(names: Iterable[str], write: Callable[[Option], str] = lambda one: one.flag) -> None:

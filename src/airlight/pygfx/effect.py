@@ -26,7 +26,7 @@ from airlight.pygfx.private import use_hdr
 from airlight.pygfx.screen_effect import ScreenSpaceState
 from airlight.pygfx.surface_shadows import SurfaceShadows
 from airlight.pygfx.uniforms import WHOLE, Region, Uniforms
-from airlight.scatter.methods import FOR_MEDIUM, METHODS, check_ray
+from airlight.scatter.methods import AUTO, DEFAULT, FOR_MEDIUM, METHODS, check_ray
 
 
 @lru_cache(maxsize=4)
@@ -54,7 +54,8 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
     scene and camera: those that are rendered. lights: at most 8. parameters: how the shafts are summed (its occlusion, threshold,
     smoothness and scale mean nothing here); composite: its mix and adapt; in_scene: the rest. All may be set at any time.
     exclude, include: objects that hide nothing, or do although they are seen through; with occluders prepass.
-    medium, march: with methods that light a medium, through shadow maps; without parameters they ask for march. Of
+    medium, march: with methods that light a medium, through shadow maps; without parameters they ask for march. Without them, and without
+    fields, method auto is epipolar. Of
     `in_scene` these take the resolution and the tones, of `exclude` what casts no shadow.
 
     lights, parameters, composite, in_scene, exclude, include, medium, march; `fields`: densities on grids that join the medium's, each a
@@ -95,9 +96,10 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
         self.renderer, self.scene, self.camera = renderer, scene, camera
         self.lights = [lights] if isinstance(lights, SceneLight) else list(lights)
         of_medium = medium is not None or march is not None or len(fields) > 0
+        self._has_medium = of_medium
         self.parameters = parameters or (Parameters(method=FOR_MEDIUM) if of_medium else Parameters())
         self.composite, self.in_scene = composite or Composite(), in_scene or SceneOptions()
-        self.medium, self.march = medium or Medium(), march or March()
+        self._medium, self.march = medium or Medium(), march or March()
         self.exclude, self.include = list(exclude), list(include)
         self.fields: list[Any] = list(fields)
         self.time = 0.0
@@ -124,8 +126,21 @@ class LightShafts(gfx.renderers.wgpu.EffectPass):
 
     @parameters.setter
     def parameters(self, parameters: Parameters) -> None:
-        check_ray(parameters.method, parameters.density)
-        self._parameters = parameters if parameters.scale == 1.0 else msgspec.structs.replace(parameters, scale=1.0)
+        self._asked = parameters
+        plain: dict[str, Any] = {"scale": 1.0} if parameters.scale != 1.0 else {}
+        if parameters.method == AUTO and not self._has_medium:
+            plain["method"] = DEFAULT
+        check_ray(plain.get("method", parameters.method), parameters.density)
+        self._parameters = msgspec.structs.replace(parameters, **plain) if plain else parameters
+
+    @property
+    def medium(self) -> Medium:
+        return self._medium
+
+    @medium.setter
+    def medium(self, medium: Medium) -> None:
+        self._medium, self._has_medium = medium, True
+        self.parameters = self._asked
 
     @property
     def in_scene(self) -> SceneOptions:

@@ -22,7 +22,9 @@ from airlight.pygfx.glass_maps import GlassMaps
 from airlight.pygfx.origin import current_origin
 from airlight.pygfx.private_panes import camera_data, use_camera
 from airlight.pygfx.punctual import punctual_lights
-from airlight.scatter.methods import METHODS
+from airlight.pygfx.seen_lights import divide_lights
+from airlight.scatter.methods import AUTO, METHODS
+from airlight.scatter.screen_shadows.screen_shadows import LightsOnPicture
 from airlight.shadows import fit
 
 if TYPE_CHECKING:
@@ -46,9 +48,16 @@ class MediumState:
         self._over: SceneLayer | None = None  # with what is seen through
         self.glass = GlassMaps(device)
         self._air = AirOfScene(device, size)
+        self.on_picture = LightsOnPicture(device, size) if method == AUTO else None
+        self._marches = True  # or all of the last frame was on the picture
+        self._told = False
 
     @property
     def layer(self) -> SceneLayer:
+        on_picture = self.on_picture
+        if on_picture is not None and on_picture.count:
+            transmittance = self.march.transmittance if self._marches else on_picture.transmittance
+            return SceneLayer(radiance=on_picture.layer, transmittance=transmittance)
         return self._over or self._air.layer or SceneLayer(radiance=self.march.layer, transmittance=self.march.transmittance)
 
     def draw_panes(self, shafts: "LightShafts", encoder: Any, color: Any, depth: Any, timer: Timer | None) -> Any:
@@ -87,6 +96,13 @@ class MediumState:
             self._tell(shafts, medium, *ball, more)
         if not method.follows_glass:
             glass, hulls = [], None
+        if self.on_picture is not None:
+            seen, lights, line = divide_lights(shafts, lights, medium, view, projection, bool(glass))
+            self.on_picture.update(view, projection, seen, medium)
+            self._marches = not seen or bool(lights)
+            if line is not None and not self._told:
+                self._told = True
+                warn(line)
         shadows = casters.draw(view, projection, lights, medium, timer, gathered, hulls)
         if glass and hulls is not None:
             self.glass.draw(shadows, glass, hulls, medium.exact, timer)
@@ -97,13 +113,15 @@ class MediumState:
         if panes:
             share["panes"] = True
         has_fog = panes is not None or shafts.daylight is None or bool(medium.sigma_t.any())
-        if has_fog:
+        if has_fog and self._marches:
             self.march.update(view, projection, list(zip(lights, shadows, strict=True)), medium, jitter=p.offset, **share)
         if panes:
             panes.draw_spans(shafts, self.march, projection, depth, timer)
         use_camera(camera)  # of whoever draws on this encoder
-        if has_fog:
+        if has_fog and self._marches:
             self.march.record(encoder, depth, timer)
+        if self.on_picture is not None and self.on_picture.count:
+            self.on_picture.record(encoder, depth, self.march.layer if self._marches else None, timer)
         self._over = None
         fog = self.march if has_fog else None
         self._air.record(shafts, encoder, depth, list(zip(lights, shadows, strict=True)), medium, fog, timer)
