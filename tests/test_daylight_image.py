@@ -182,12 +182,13 @@ def test_parts_of_a_picture_join(files: Path, monkeypatch: pytest.MonkeyPatch) -
     assert np.allclose(read_image("out.exr").codes, whole, rtol=2e-3, atol=1e-5) and whole[..., :3].max() > 1
 
 
-def test_a_sky_that_is_drawn_goes_on_below_the_horizon(files: Path) -> None:
+@pytest.mark.parametrize("kind", ["replace", "air"])
+def test_a_sky_that_is_drawn_goes_on_below_the_horizon(files: Path, kind: str) -> None:
     """As from a hill whose height is not told: no ground is drawn where the user has sky, and no line."""
     metres = np.full((HEIGHT, WIDTH), 1e10)
     metres[-1] = 100.0
     write_image("depth.exr", grey(metres), bits=32, overwrite=True)
-    run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "230,15", "--heading", "200", "--pitch", "0", "--sky", "replace",
+    run("--depth", "depth.exr", "--fov", str(FOV), "--sun", "230,15", "--heading", "200", "--pitch", "0", "--sky", kind,
         "--multiple", "none")  # fmt: skip
     sky = read_image("out.exr").codes[: HEIGHT - 1, :, :3] @ LUMINANCE
     horizon = HEIGHT // 2

@@ -32,6 +32,22 @@ def test_the_frames_of_a_day_do_not_flicker() -> None:
 
 
 @pytest.mark.slow
+def test_a_night_of_a_film_that_is_day_halfway_is_that_night() -> None:
+    """Its radiances are scaled by what suits it: by what suits the day half floats would hold none of it."""
+    pictures = []
+    for span in ((0.0, 2.0), None):
+        stage = open_scene("table")
+        Daylight(Atmosphere(visibility=20), lambda time: (180.0, -12.0 if time == 0 else 40.0), span=span).put(stage)
+        medium = Medium(sigma_t=(0.0, 0.0, 0.0))
+        parameters = Parameters(method="march", quality="draft")
+        studio = Studio(stage, Shot(64, 36, 1), parameters, medium=medium, march=March(), linear=True)
+        pictures.append(studio.frame(0.0).pixels())
+    film, alone = pictures
+    # not of the lantern's glass, which stands for what a display shows
+    assert alone.mean() > 0 and np.quantile(np.abs(film - alone) / np.maximum(alone, 1e-9), 0.9) < 0.01
+
+
+@pytest.mark.slow
 def test_commands(tmp_path: Path) -> None:
     def run(*words: str) -> str:
         found = CliRunner().invoke(cli, ["render", "table", "--width", "32", "--quality", "draft", "-y", *words])

@@ -91,7 +91,7 @@ def to_linear(array: Any) -> tuple[np.ndarray, np.ndarray | None]:
     if array.shape[2] == 4:
         alpha = alpha_of(array[..., 3])
         array = array[..., :3]
-    if array.dtype.kind == "f" and array.shape[2] == 3:
+    if array.dtype.kind == "f" and array.shape[2] == 3 and array.flags.c_contiguous:
         linear = array.view()  # of the caller's own, perhaps
         linear.flags.writeable = False
         return linear, alpha

@@ -34,8 +34,8 @@ class Real(click.FloatRange):
         try:
             found = super().convert(value, param, ctx)
         except click.BadParameter as error:
-            is_beyond = "not in the range" in error.message
-            self.fail(error.message.rstrip(".") + self.beyond * is_beyond, param, ctx)
+            is_beyond = self.beyond and "not in the range" in error.message
+            self.fail(error.message.rstrip(".") + self.beyond if is_beyond else error.message, param, ctx)
         if math.isnan(found):
             ends = (self.min, self.min_open, ">≥"), (self.max, self.max_open, "<≤")
             bounds = ", ".join(f"{signs[not is_open]} {end:g}" for end, is_open, signs in ends if end is not None)

@@ -27,11 +27,14 @@ def sun_position(when: Any, latitude: Any, longitude: Any, altitude: Any = 0.0) 
     Celsius, which fades below the horizon without a jump: light by it. Error: 0.001 degrees; near the horizon refraction itself varies by
     0.1 or more. Source: Reda and Andreas 2004. Raises AirlightError.
     """
-    times = np.vectorize(_timestamp, otypes=[float])(_objects(when))
+    given = _objects(when)
+    times = np.reshape([_timestamp(one) for one in given.flat], given.shape).astype(float)
     times, latitude, longitude, altitude = broadcast(
         when=times, latitude=numbers("latitude", latitude, -90, 90), longitude=numbers("longitude", longitude, -180, 180),
         altitude=numbers("altitude", altitude, *ALTITUDE, unit="m"),
     )  # fmt: skip
+    if times.size == 0:
+        return times, times.copy(), times.copy()
     from sunposition import sunpos  # when it is asked for: it imports for a tenth of a second
 
     azimuth, zenith = sunpos(times, latitude, longitude, altitude, pressure=0, delta_t=DELTA_T, jit=False)[:2]

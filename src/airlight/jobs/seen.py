@@ -97,7 +97,7 @@ def doubt_of_frame(studio: "Studio", frame: "Frame", depth: "np.ndarray") -> str
     dense = is_dense(medium, length[drawn][:, None] * medium.sigma_t)
     lamps = lamp_heights(shafts.lights) if METHODS[shafts.parameters.method].lights_medium else {}
     if (thin or dense or lamps) and shafts.layer.size[:2] == depth.shape[::-1]:  # its light decides, which is read in these cases alone
-        factor = np.float32(2.0**studio.ev / studio.exposure.pre)
+        factor = np.float32(2.0**studio.ev / studio.pre)
         mix = np.float32(1 if shafts.composite.mix is None else shafts.composite.mix)
         light = (studio.read(shafts.layer, np.float32)[at][..., :3] * (factor * mix)).reshape(-1, 3)
         picture = (frame.picture[at][..., :3].astype(np.float32) * (factor if studio.linear else np.float32(1))).reshape(-1, 3)

@@ -29,10 +29,11 @@ DARK = 2.0**-10  # of the brightest: what is darker is not metered
 LEAST = 1e-7  # luminance as it is drawn, below which there is no light
 HIGHLIGHT_STOPS = 1.5  # at most, by which highlights outdoors darken a picture: of a glint on water nobody sees more than that it is bright
 SKY_PART = (0.1, 0.9)  # between these shares of the sky's pixels by luminance their logarithms are averaged: without disc, and its glow
-SKY_KEY, SKY_MOST = 0.7, 2.2  # what that average is wanted to be, and is at most
+SKY_KEY, SKY_MOST = 0.7, 1.2  # what that average is wanted to be, and is at most
 SPAN_TIMES, BURNED_SPAN = 5, 0.5  # of a sun that moves: times that are metered, and stops by which each may be brighter than by itself
 HALF_MOST = 65504.0
 STOPS = (-40.0, 8.0)
+FAR_STOPS = 3.0  # between the exposure and what radiances are scaled by, where a sun moves
 
 
 @dataclass(frozen=True)

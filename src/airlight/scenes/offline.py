@@ -26,7 +26,7 @@ from airlight.pygfx.particles import follow, undrawn
 from airlight.pygfx.projector import Projector
 from airlight.scatter.methods import METHODS
 from airlight.scenes.daylight import light_stage
-from airlight.scenes.exposure import METERED_WIDTH, Exposure, expose, meter
+from airlight.scenes.exposure import FAR_STOPS, METERED_WIDTH, STOPS, Exposure, expose, meter
 from airlight.scenes.lamps import NamedLight, lighting, named
 from airlight.scenes.origin import origin
 from airlight.scenes.raised import raised
@@ -162,7 +162,10 @@ class _Shafts(LightShafts):
 
 
 class Studio:
-    """Films a stage with one renderer. Each frame is settled by itself: light adaptation looks at that frame alone, at its end."""
+    """Films a stage with one renderer. Each frame is settled by itself: light adaptation looks at that frame alone, at its end.
+
+    pre: factor that radiances have in the last frame.
+    """
 
     def __init__(
         self,
@@ -204,7 +207,7 @@ class Studio:
         self.renderer = make_renderer(shot)
         self.shafts = _Shafts(self.renderer, stage.scene, self.camera, self._lighting.lights, parameters, composite, scene, **more)
         self.shafts.radius, self.shafts.doubts, self.shafts.fields = stage.radius, False, stage.fields
-        self.shafts.pre_exposure = self.exposure.pre
+        self.pre = self.shafts.pre_exposure = self.exposure.pre
         self.shafts.automatic_ev = math.log2(self.exposure.pre) if linear else self.exposure.ev
         self.renderer.effect_passes = [self.shafts]
         if shot.smooth and not linear:
@@ -213,14 +216,15 @@ class Studio:
     def frame(self, time: float = 0.0, turn: float = 0.0, *, depth: bool = False, layer: bool = False, source: bool = False) -> Frame:
         """Renders the stage at a time (seconds), its camera carried around the stage's centre by a part of a full turn, counter-clockwise
         seen from above. depth, layer, source: read these too. Raises AirlightError, MachineError."""
-        if self.stage.pre_exposure != self.exposure.pre:  # another studio's is another; the shot's own lamps keep theirs
-            expose(self.stage, self.exposure.pre)
+        if self.stage.pre_exposure != self.pre:  # another studio's is another; the shot's own lamps keep theirs
+            expose(self.stage, self.pre)
         with self._lighting.shining():
+            self._follow_sun(time)
             self._draw(self.renderer, self.shafts, time, turn)
         shafts, projection = self.shafts, self.camera.projection_matrix
         medium = METHODS[shafts.parameters.method].lights_medium
         reach = 0.0 if medium else shafts.in_scene.depth_aware
-        scale = 1 / self.exposure.pre
+        scale = 1 / self.pre
         found = Frame(
             picture=self.renderer.snapshot(),
             samples=self.shot.samples,
@@ -265,6 +269,21 @@ class Studio:
         self._carry(turn)
         with raised(), self._near(), undrawn(self.stage.fields):
             renderer.render(self.stage.scene, self.camera)
+
+    def _follow_sun(self, time: float) -> None:
+        """Scales radiances by what suits a sun that moves, where what suited halfway of its track is far from that: else half floats would
+        not hold a night."""
+        daylight = self.stage.daylight
+        if daylight is None or daylight.span is None:
+            return
+        daylight.move(self.stage, time, background=False)
+        stops = round(min(max(self.exposure.ev + daylight.stops(), STOPS[0]), STOPS[1]))
+        pre = 2.0**stops if abs(stops - math.log2(self.exposure.pre)) > FAR_STOPS else self.exposure.pre
+        if pre != self.pre:
+            expose(self.stage, pre)
+            self.pre = self.shafts.pre_exposure = pre
+            if self.linear:
+                self.shafts.automatic_ev = math.log2(pre)
 
     def _metered(self, turns: Sequence[float]) -> Callable[[float, float], tuple[np.ndarray, np.ndarray]]:
         """Prepares small pictures of the stage, for `meter`, from the turns of the camera that the shot may have."""

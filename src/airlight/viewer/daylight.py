@@ -13,7 +13,7 @@ from airlight.options import NOT_IN_SCENES, declared
 from airlight.options.daylight import OF_PICTURE
 from airlight.options.declare import as_text
 from airlight.scatter.methods import METHODS
-from airlight.scenes.exposure import expose
+from airlight.scenes.exposure import FAR_STOPS, expose
 from airlight.viewer import state as st
 from airlight.viewer.state import ViewerState
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 AFTERNOON = "150,25"  # a sun by angles, at first
 NOON, PLACE = "2026-06-21T12:00+02:00", "47.42,10.98"  # of a sun by time and place, at first
-FAR_STOPS = 3.0  # between the exposure and what radiances are scaled by
 
 
 def is_on(state: ViewerState) -> bool:

@@ -21,7 +21,7 @@ class OnPicture:
 
     sun_azimuth, sun_elevation: degrees; altitude: of the eye, m; irradiance: of the sun, above the air, in even air at the eye. sky,
     attenuate: as `DaylightPass`. even_air: beta_rayleigh, beta_mie and g of Eq. 1 instead of the air. A sky that
-    is replaced goes on below the horizon.
+    is no picture's own alone goes on below the horizon.
     """
 
     def __init__(
@@ -50,21 +50,22 @@ class OnPicture:
         source[..., :3], shadow[..., :3] = light, dark[..., None]
         is_sky = sky >= 1
         through, added = self._run(left, top, source, shadow, np.where(is_sky, np.inf, metres).astype(np.float32))
-        self._as_at_the_horizon(left, top, is_sky, dark, added)
+        self._as_at_the_horizon(left, top, is_sky, dark, through, added)
         share = np.where(is_sky, 0, sky).astype(np.float32)[..., None]
         if not share.any():
             return through, added
         behind = self._run(left, top, source, shadow, np.full_like(metres, np.inf))
-        self._as_at_the_horizon(left, top, share[..., 0] > 0, dark, behind[1])
+        self._as_at_the_horizon(left, top, share[..., 0] > 0, dark, *behind)
         own = 1 - share if of_land is None else np.where(share > 0, of_land, np.where(is_sky, 0, 1)[..., None]).astype(np.float32)
         of_sky = 1 - own if self._kinds[0] == "keep" else share  # what a kept sky lacks in shadows is of its own light
         mixed = share > 0
         through = np.where(mixed, behind[0] + own * (through - behind[0]), through)
         return through, np.where(mixed, (1 - share) * added + of_sky * behind[1], added)
 
-    def _as_at_the_horizon(self, left: int, top: int, seen: Plane, dark: Plane, added: Plane) -> None:
-        """Let a sky that is drawn anew go on below the horizon, as from a hill whose height is not told: the model has ground there."""
-        if self._kinds[0] != "replace" or self._kinds[1] or not seen.any():
+    def _as_at_the_horizon(self, left: int, top: int, seen: Plane, dark: Plane, through: Plane, added: Plane) -> None:
+        """Let a sky that is drawn anew, or air before the picture's own, go on below the horizon, as from a hill whose height is not told:
+        the model has ground there."""
+        if self._kinds[0] == "keep" or self._kinds[1] or not seen.any():
             return
         y, x = np.nonzero(seen)
         camera = self._camera
@@ -78,12 +79,15 @@ class OnPicture:
         apart = np.abs((turns + 180) % 360 - 180)
         grid = np.linspace(apart.min(), apart.max(), HORIZON_AZIMUTHS)
         parts = self._air.parts(np.degrees(horizon) + 1e-4, grid, self._elevation, self._altitude)
-        single, multiple = (
-            np.stack([np.interp(apart, grid, one[:, i]) for i in range(3)], axis=1) for one in (parts.single, parts.multiple)
+        single, multiple, left_of_it = (
+            np.stack([np.interp(apart, grid, one[:, i]) for i in range(3)], axis=1)
+            for one in (parts.single, parts.multiple, parts.transmittance)
         )
         lit = 1 - dark[y, x, None]
         radiance = lit * (single + multiple) if self._kinds[2] == "all" else lit * single + multiple
         added[y, x] = self._irradiance * radiance
+        if self._kinds[0] == "air":  # of one that is replaced nothing is left
+            through[y, x] = lit * left_of_it if self._kinds[2] == "all" else left_of_it
 
     def _run(self, left: int, top: int, source: Plane, shadow: Plane, ways: Plane) -> tuple[Plane, Plane]:
         height, width = ways.shape
