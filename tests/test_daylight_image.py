@@ -153,8 +153,8 @@ def test_daylight_has_the_measure_of_the_photographs_sky(files: Path, capsys: An
     write_image("in.exr", grey(0.02), bits=32, overwrite=True)  # exposed for the sun
     run(*where, "--sun", "40,15")
     told = capsys.readouterr().err
-    assert "in.exr: daylight has the measure of the photograph's sky, " in told and "which --sun-strength " in told
-    white, own = told.split("--sun-strength ")[1].split(" ")[0], channels("airlight")
+    assert "in.exr: daylight is as bright as the photograph's sky, --sun-strength " in told and "would be 1 with " in told
+    white, own = told.split("would be 1 with ")[1].split()[0], channels("airlight")
     run(*where, "--sun", "40,15", "--sun-strength", white)
     assert "has the sky's measure" in capsys.readouterr().err
     assert channels("airlight")[-1].mean() / own[-1].mean() > 2

@@ -74,7 +74,8 @@ def test_entry_points_that_no_command_runs_are_noticed() -> None:
     assert len(every) > 50 and "scatter/march/walk.wgsl:march" in every
     assert not vulkan_layer.unused(every)
     assert vulkan_layer.unused(every - {"scatter/march/walk.wgsl:march"}) == {"scatter/march/walk.wgsl:march"}
-    scan = {one for one in every if one.startswith("scatter/epipolar/scan")}  # an entry point of an included file runs as one of the file that includes it
+    # an entry point of an included file runs as one of the file that includes it
+    scan = {one for one in every if one.startswith("scatter/epipolar/scan")}
     assert not vulkan_layer.unused(every - scan | {"scatter/epipolar/scan_one.wgsl:scan"})
     for path in vulkan_layer.ELSEWHERE:
         assert any(one.startswith(f"{path}:") for one in every), path

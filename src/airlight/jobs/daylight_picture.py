@@ -141,9 +141,8 @@ class DaylightWork(ImageWork):
         most = irradiance_of_white(self._air, view.sun.elevation, view.altitude, LOWEST_SUN)
         own = min(own, most, STRONGEST)  # mist and clouds are brighter than a clear sky, and no reason to expose for more
         if not 1 / ALIKE <= own / white <= ALIKE:
-            ratio = f"{number(own / white, 2)} times brighter" if own > white else f"{number(white / own, 2)} times darker"
-            by_white = f"which --sun-strength {number(white, 2)} gives"
-            tell(f"daylight has the measure of the photograph's sky, {ratio} than with white in the sun at 1, {by_white}")
+            given = f"--sun-strength {number(own, 2)}"
+            tell(f"daylight is as bright as the photograph's sky, {given}; white in the sun would be 1 with {number(white, 2)}")
         return own
 
     def _placed(self, task: PictureTask, loaded: Loaded, settled: Settled, tell: Callable[[str], object]) -> Any:
