@@ -67,8 +67,8 @@ class Camera:
             return None
         return 0.5 + right / forward * self.focal / self.width, 0.5 - up / forward * self.focal / self.height
 
-    def at(self, x: float, y: float) -> Array:
-        """Give the direction (3,) of a point of the picture."""
+    def at(self, x: Any, y: Any) -> Array:
+        """Give the direction (..., 3) of a point of the picture, east, up, north; x, y: as of in_camera."""
         return np.asarray(self.in_camera(x, y) @ self.axes)
 
     @property

@@ -1,6 +1,6 @@
 """Chooses how bright daylight is on a photograph: as its own sky, where it shows one, else so that white in the sun is 1."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def strength_of_sky(air: "Atmosphere", view: "View", found: "Distances", light: 
     rows, columns = rows[chosen], columns[chosen]
     camera, (left, top) = view.camera, view.corner
     y, x = (np.arange(size)[which] for size, which in zip(found.sky.shape, some))
-    rays: Any = camera.in_camera((left + x[columns] + 0.5) / camera.width, (top + y[rows] + 0.5) / camera.height) @ camera.axes
+    rays = camera.at((left + x[columns] + 0.5) / camera.width, (top + y[rows] + 0.5) / camera.height)
     up, turn = np.degrees(np.arcsin(np.clip(rays[:, 1], -1, 1))), np.degrees(np.arctan2(rays[:, 0], rays[:, 2]))
     keep = up > 0
     if not keep.any():

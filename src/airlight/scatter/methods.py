@@ -5,7 +5,7 @@ image plane; one of a medium integrates what the lights of a scene send into the
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -181,18 +181,11 @@ METHODS: dict[str, Method] = {
         lights_medium=True,
         lights=WINDOWS,
     ),
-    "auto": Method(
-        "of a light in view the same, with the shadows of what the picture shows, the rest by march; without a medium epipolar",
-        "scatter.march.march:March",
-        "reference.tracer:layer",
-        frozenset({"medium", "march", "resolution", "jitter"}),
-        jitter="blue",
-        lights_medium=True,
-        follows_fields=True,
-        follows_glass=True,
-        has_units=True,
-    ),
 }
+METHODS["auto"] = replace(
+    METHODS["march"],
+    about="of a light in view the same, with the shadows of what the picture shows, the rest by march; without a medium epipolar",
+)
 AUTO = "auto"  # DEFAULT without a medium
 DEFAULT, FOR_MEDIUM, CONVERGED = "epipolar", "march", "epipolar"  # unset; with a medium that names none; the limit of the screen's others
 

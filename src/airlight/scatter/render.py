@@ -343,8 +343,7 @@ def source_pixels(renderer: PictureRenderer, source: Any, scale: float, width: i
     """Read what `emitted` gives, (H, W, 3) float32, without its apron. width: of the picture, pixels."""
     whole, height, _ = source.size
     apron = (whole - width) // 2
-    half = np.frombuffer(renderer.device.read(source, 8), np.float16).reshape(height, whole, 4)
-    return half[apron : height - apron, apron : whole - apron, :3].astype(np.float32) / np.float32(scale)
+    return FloatReader(renderer.device, source).read(1 / scale)[apron : height - apron, apron : whole - apron]
 
 
 def render_codes(

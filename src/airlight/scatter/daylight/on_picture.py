@@ -7,6 +7,7 @@ import numpy as np
 from airlight.daylight.atmosphere import Atmosphere
 from airlight.daylight.camera import Camera, direction_of
 from airlight.gpu.device import Device
+from airlight.gpu.floats import FloatReader
 from airlight.reference.daylight import horizon_cosine
 from airlight.scatter.daylight.passes import DaylightPass, Sky
 from airlight.scatter.daylight.table import ViewTable
@@ -69,7 +70,7 @@ class OnPicture:
             return
         y, x = np.nonzero(seen)
         camera = self._camera
-        rays = camera.in_camera((left + x + 0.5) / camera.width, (top + y + 0.5) / camera.height) @ camera.axes
+        rays = camera.at((left + x + 0.5) / camera.width, (top + y + 0.5) / camera.height)
         horizon = float(np.arcsin(horizon_cosine(self._altitude)))
         below = rays[:, 1] < np.sin(horizon)
         if not below.any():
@@ -106,8 +107,5 @@ class OnPicture:
         ways_seen, seen, hidden = inputs
         one.record(encoder, ways_seen, seen, hidden, parts=True)
         self._device.submit(encoder)
-        return self._read(one.transmittance), self._read(one.radiance)
-
-    def _read(self, texture: Any) -> Plane:
-        width, height, _ = texture.size
-        return np.frombuffer(self._device.read(texture, 16), np.float32).reshape(height, width, 4)[..., :3].copy()
+        transmittance, radiance = (FloatReader(self._device, found).read() for found in (one.transmittance, one.radiance))
+        return transmittance, radiance

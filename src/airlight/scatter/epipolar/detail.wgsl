@@ -1,6 +1,6 @@
-// Where a light needs its close lines: in the sectors of lines in which the sums of wide lines bend from line to line. What bends there
-// is not straight between two wide lines, which is what the gather takes it for. Where the space between two lines is wider than samples
-// reach, a step's samples lie on both sides of the line (Grid.aside), so that what is narrower bends their sums too.
+// Finds where a light needs its close lines: in the sectors of lines in which the sums of wide lines bend from line to line. What bends
+// there is not straight between two wide lines, which is what the gather takes it for. Where the space between two lines is wider than
+// samples reach, a step's samples lie on both sides of the line (Grid.aside), so that what is narrower bends their sums too.
 const LANES = 64u;
 const EVERY = 4u;             // of the rows: along a line the sums hardly change from one to the next
 override MOST: f32 = 0.04;    // root mean square of the bend over the mean of all sums, up to which wide lines do

@@ -1,4 +1,4 @@
-// Where the rays of a table of visibility end: at the surfaces that are seen there.
+// Finds where the rays of a table of visibility end: at the surfaces that are seen there.
 //! include "scatter/visibility/grid.wgsl"
 @group(0) @binding(7) var<storage, read> rows: array<Row>;
 @group(0) @binding(8) var<storage, read_write> ray_ends: array<f32>; // texels; all rows' first rays first

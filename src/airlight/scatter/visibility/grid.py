@@ -79,6 +79,12 @@ class RowGrid:
         """Counts the words of the widest row."""
         return int(self.rays.max()) // WORD
 
+    def rays_of_ends(self, rays: Any) -> list[np.ndarray]:
+        """Gives the rays (N, 3), view space, 1 deep, through where rows begin, and where they end. rays: as of projection.eye_rays."""
+        scale_x, scale_y, from_x, from_y = rays
+        places = (p / np.array(self.size, float) * (scale_x, scale_y) + (from_x, from_y) for p in (self.begin, self.end))
+        return [np.column_stack([at, np.full(len(at), -1.0)]) for at in places]
+
 
 def row_grid(towards: Any, rays: Any, size: tuple[int, int], fineness: Fineness) -> RowGrid:
     """Lays rows out. towards: (3,) unit vector to a sun, view space; rays: (4,) as of projection.eye_rays; size: (width, height), px."""

@@ -1,4 +1,4 @@
-// Where the rays of a lamp's table of visibility end: at the surfaces that are seen there.
+// Finds where the rays of a lamp's table of visibility end: at the surfaces that are seen there.
 //! include "scatter/visibility/lamps.wgsl"
 @group(0) @binding(7) var<storage, read> rows: array<LampRow>;
 @group(0) @binding(8) var<storage, read_write> ray_ends: array<f32>; // blocks; all rows' first rays first

@@ -37,8 +37,6 @@ class LampTable(Table):
         self._lamp = device.buffer(size=LAMP.itemsize, uniform=True)
         self.lamp = np.zeros((), LAMP)  # of the last update
         self.full = device.texture(FULL_SIDE, FULL_SIDE, "rgba16float")
-        self._rises, self._step = False, 3
-        self._flags: dict[str, Any] = {}  # of the light
         self._own: dict[str, dict[str, Any]] = {}  # constants of each shader
 
     def update(
@@ -79,7 +77,6 @@ class LampTable(Table):
         radius = min(OPPOSITE_RADIUS_PX, OPPOSITE_SHARE * self.pixels[0]) if opposite else CORE_RADIUS_PX
         self._core_groups = self._place_core(rows, radius)
         self._shadow = shadow.texture
-        self._rises, self._step = rises, step
         phase, shades = {"PHASE": medium.lobes(light.anisotropy)[0]}, {"COLOURS": colours}
         flags = {name: True for name in ("CONE", "CUBE") if light.flags.get(name)}
         dense = {"DENSER": True}
@@ -125,11 +122,7 @@ class LampTable(Table):
 
 def _row_records(rows: RowGrid, towards: Array, projection: Any) -> tuple[np.ndarray, bool]:
     """Fills a ROW for each row, but for where its cone is; tells whether rays come to lie towards the lamp along them."""
-    size = np.array(rows.size, float)
-    (scale_x, scale_y, from_x, from_y), _ = eye_rays(projection)
-    first, last = (
-        np.column_stack([p / size * (scale_x, scale_y) + (from_x, from_y), np.full(len(p), -1.0)]) for p in (rows.begin, rows.end)
-    )
+    first, last = rows.rays_of_ends(eye_rays(projection)[0])
     across = last - (last @ towards)[:, None] * towards
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-30)[:, None]
     own = np.zeros(len(first), ROW)

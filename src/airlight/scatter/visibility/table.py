@@ -149,12 +149,7 @@ class SunTable(Table):
 
 def _row_records(rows: RowGrid, shadow: Shadow, view: Any, projection: Any) -> tuple[np.ndarray, bool]:
     """Fills a ROW for each row of each of a shadow's views; tells whether the slope towards the sun rises along them."""
-    into, size = np.linalg.inv(np.asarray(view, np.float64)), np.array(rows.size, float)
-    (scale_x, scale_y, from_x, from_y), _ = eye_rays(projection)
-    ends = []
-    for p in (rows.begin, rows.end):
-        at = p / size * (scale_x, scale_y) + (from_x, from_y)
-        ends.append(np.column_stack([at, np.full(len(at), -1.0)]))
+    into, ends = np.linalg.inv(np.asarray(view, np.float64)), rows.rays_of_ends(eye_rays(projection)[0])
     counts, out, turn = rows.rays[rows.edge], [], 0.0
     for i, one in enumerate(shadow.views):
         matrix = (one.matrix @ into)[:3, :3]
